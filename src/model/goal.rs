@@ -1,0 +1,123 @@
+//! What a granted behavior asks of controllers, and how it ended.
+
+use std::time::Duration;
+
+use nalgebra::Point3;
+use serde::{Deserialize, Serialize};
+
+use super::{Access, ControllerId, NodeId, ObjectId, Pose, ResourceId};
+
+/// What one controller is told to do. Points are in the base frame, poses in the map frame; metres and radians.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Command {
+    /// Base: drive along the way points and stop at the last.
+    Drive {
+        /// Where to pass, the goal last; never empty.
+        path: Vec<Pose>,
+    },
+    /// Base: stand still.
+    Stand,
+    /// Arm: reach, close the gripper, lift.
+    Grasp {
+        /// What to take.
+        object: ObjectId,
+        /// Where it is.
+        at: Point3<f64>,
+    },
+    /// Arm: reach, open the gripper, retreat.
+    Put {
+        /// What to set down.
+        object: ObjectId,
+        /// Where to.
+        at: Point3<f64>,
+    },
+    /// Head: look at a point and keep looking.
+    Look {
+        /// The point.
+        at: Point3<f64>,
+    },
+}
+
+/// Whether a part ends its goal or lasts as long as it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mode {
+    /// The goal is reached when this is.
+    Achieve,
+    /// Lasts while the goal does; shared by all holders of the channel; ends early only by failing.
+    Maintain,
+}
+
+/// One controller's part of a goal.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Part {
+    /// The resource that the controller moves.
+    pub resource: ResourceId,
+    /// How the behavior uses it.
+    pub access: Access,
+    /// Whether it ends the goal.
+    pub mode: Mode,
+    /// What to do.
+    pub command: Command,
+}
+
+/// What a behavior wants done, one goal per grant.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Goal {
+    /// The behavior.
+    pub leaf: NodeId,
+    /// Its parts, in the order of the kind.
+    pub parts: Vec<Part>,
+    /// How long it may take, robot time.
+    pub timeout: Duration,
+}
+
+/// What a controller knows about the world when a part ends.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Report {
+    /// The base stands here, map frame.
+    BaseAt(Pose),
+    /// The gripper holds this object, or none.
+    Holds(ResourceId, Option<ObjectId>),
+}
+
+/// Why a goal did not succeed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fault {
+    /// The controller would not take it.
+    Rejected(ControllerId),
+    /// The controller did not answer in time.
+    Unanswered(ControllerId),
+    /// The controller gave up.
+    Aborted(ControllerId),
+    /// What had to last ended early.
+    NotMaintained(ControllerId),
+    /// It took too long.
+    TimedOut,
+    /// The controller is gone.
+    Lost(ControllerId),
+}
+
+/// How a goal ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum End {
+    /// As intended.
+    Succeeded,
+    /// Otherwise.
+    Failed(Fault),
+    /// By being told to.
+    Canceled,
+}
+
+/// How a goal ended and what its controllers said of the world then.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// How it ended.
+    pub end: End,
+    /// What is so now, whatever the kind promised.
+    pub reports: Vec<Report>,
+}

@@ -1,0 +1,40 @@
+//! The line of inheritance: whose leases a node may use as its own.
+
+use serde::{Deserialize, Serialize};
+
+use super::{NodeId, Topology};
+
+/// A run of nodes in preorder, `from` included, `to` not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Span {
+    /// The first node.
+    pub from: NodeId,
+    /// The first node behind it.
+    pub to: NodeId,
+}
+
+impl Span {
+    /// Whether `node` lies in the run.
+    pub fn contains(&self, node: NodeId) -> bool {
+        (self.from..self.to).contains(&node)
+    }
+}
+
+/// The line of a node: itself, its ancestors, and what was skipped to reach it.
+#[derive(Debug, Clone, Copy)]
+pub struct Line<'a> {
+    /// The shape of the tree.
+    pub topology: &'a Topology,
+    /// The node.
+    pub node: NodeId,
+    /// Children skipped tentatively on the way down; leases held in them count as inherited.
+    pub skips: &'a [Span],
+}
+
+impl Line<'_> {
+    /// Whether a lease of `holder` is the node's own or inherited.
+    pub fn contains(&self, holder: NodeId) -> bool {
+        self.topology.is_within(self.node, holder)
+            || self.skips.iter().any(|skip| skip.contains(holder))
+    }
+}

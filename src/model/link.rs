@@ -1,0 +1,167 @@
+//! What runtime and controllers tell each other, whatever carries it.
+
+use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::{Command, Mode, ObjectId, Pose, Time};
+
+/// Identity of a command: which attachment of the controller, and a number that never comes twice in it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct CommandId {
+    /// How often the controller had attached, counted by the daemon.
+    pub generation: u32,
+    /// The number.
+    pub number: u32,
+}
+
+/// From the runtime to a controller.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ToController {
+    /// The first message of an attachment. Limits stand in the robot's description.
+    Configure {
+        /// The attachment.
+        generation: u32,
+        /// Robot seconds per wall second.
+        speed: f64,
+        /// Where a simulated controller starts; a real one answers with its own state.
+        start: ControllerState,
+    },
+    /// Do this.
+    Goal {
+        /// Its identity.
+        id: CommandId,
+        /// Whether it ends by itself or lasts until it is cancelled.
+        mode: Mode,
+        /// What to do.
+        command: Command,
+    },
+    /// Stop doing it.
+    Cancel {
+        /// Which.
+        id: CommandId,
+    },
+}
+
+/// From a controller to the runtime.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FromController {
+    /// Ready, and this is how things are.
+    Configured {
+        /// The attachment.
+        generation: u32,
+        /// Its state, which wins over the daemon's.
+        state: ControllerState,
+    },
+    /// Taken.
+    Accepted {
+        /// Which.
+        id: CommandId,
+        /// By the controller's own clock.
+        at: Time,
+    },
+    /// Not taken.
+    Rejected {
+        /// Which.
+        id: CommandId,
+        /// Why.
+        why: Rejection,
+    },
+    /// Under way.
+    Feedback {
+        /// Which.
+        id: CommandId,
+        /// From 0 to 1.
+        progress: f64,
+        /// Its state.
+        state: ControllerState,
+    },
+    /// Ended.
+    Result {
+        /// Which.
+        id: CommandId,
+        /// How.
+        end: PartEnd,
+        /// When it began, by the controller's own clock.
+        began: Time,
+        /// When it ended, by the controller's own clock.
+        ended: Time,
+        /// Its state.
+        state: ControllerState,
+    },
+}
+
+/// How a controller's part ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PartEnd {
+    /// As told.
+    Succeeded,
+    /// The controller gave up.
+    Aborted,
+    /// It was told to stop.
+    Canceled,
+}
+
+/// Why a message between runtime and controller was not taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+#[serde(rename_all = "snake_case")]
+pub enum Rejection {
+    /// Another version of the wire.
+    #[error("it speaks another version of the wire")]
+    Version,
+    /// From another life of the daemon or controller.
+    #[error("it is from an earlier life of the daemon or the controller")]
+    Stale,
+    /// About nothing that is under way.
+    #[error("it is about nothing that is under way")]
+    Unknown,
+    /// A length beyond its bound or a code that means nothing.
+    #[error("a length or a code in it is out of bounds")]
+    Malformed,
+    /// A number that is not finite.
+    #[error("a number in it is not finite")]
+    NotFinite,
+    /// No configuration came before it.
+    #[error("no configuration came before it")]
+    NotConfigured,
+    /// The controller cannot do such a thing.
+    #[error("this controller cannot do such a thing")]
+    Unsupported,
+    /// The point is farther than it reaches.
+    #[error("the point is out of reach")]
+    OutOfReach,
+    /// It is doing something else.
+    #[error("it is doing something else")]
+    Busy,
+}
+
+/// State of a controller as it publishes it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ControllerState {
+    /// A base: map frame.
+    Base {
+        /// Where it is.
+        pose: Pose,
+        /// x and y in metres per second, map frame; z is the turning speed, radians per second.
+        velocity: Vector3<f64>,
+    },
+    /// An arm: gripper in the base frame.
+    Arm {
+        /// Where the gripper is, metres.
+        gripper: Point3<f64>,
+        /// Its velocity, metres per second.
+        velocity: Vector3<f64>,
+        /// What it holds.
+        holds: Option<ObjectId>,
+    },
+    /// A head: pan to the left and tilt downwards, radians.
+    Head {
+        /// Pan and tilt.
+        angles: [f64; 2],
+        /// Their velocities, radians per second.
+        velocity: [f64; 2],
+    },
+}

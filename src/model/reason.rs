@@ -1,0 +1,244 @@
+//! Why a behavior does not run: a closed list, each with its sentence.
+
+use serde::{Deserialize, Serialize};
+
+use super::{ChannelId, FactId, Names, NodeId, ObjectId, PlaceId, ResourceId, TypeId};
+
+/// Why a request was refused or not made. It speaks of the behavior that it is said of.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Reason {
+    /// Its goal is met already.
+    Satisfied,
+    /// Somebody holds the resource in a way that does not fit.
+    Held {
+        /// The resource.
+        resource: ResourceId,
+        /// Who holds it.
+        by: NodeId,
+        /// For what, where it is shared.
+        channel: Option<ChannelId>,
+    },
+    /// Every resource of the type is held or full.
+    NoneFree {
+        /// The type.
+        of: TypeId,
+    },
+    /// The robot has no resource of the type.
+    Missing {
+        /// The type.
+        of: TypeId,
+    },
+    /// No empty resource reaches the object.
+    OutOfReach {
+        /// The object.
+        object: ObjectId,
+    },
+    /// The object is in no gripper of its own line.
+    NotHeld {
+        /// The object.
+        object: ObjectId,
+    },
+    /// The object is in a gripper already.
+    Taken {
+        /// The object.
+        object: ObjectId,
+        /// The gripper.
+        by: ResourceId,
+    },
+    /// The object is not at the place.
+    Elsewhere {
+        /// The object.
+        object: ObjectId,
+        /// Where it should be.
+        place: PlaceId,
+    },
+    /// The base does not stand at the place.
+    NotAt {
+        /// The place.
+        place: PlaceId,
+    },
+    /// The base is driving.
+    Driving {
+        /// Who drives it.
+        by: NodeId,
+    },
+    /// No free path leads to the place.
+    NoPath {
+        /// The place.
+        place: PlaceId,
+    },
+    /// A fact is not as it must be.
+    Fact {
+        /// The fact.
+        fact: FactId,
+        /// What it must be.
+        holds: bool,
+    },
+    /// Its potential is 0: nothing of the type would be available to it there.
+    NothingAvailable {
+        /// The type.
+        of: TypeId,
+    },
+    /// It was done for another behavior, which still lacks something.
+    AlreadyDone {
+        /// What it was done for.
+        heir: NodeId,
+        /// What that one lacks.
+        lacks: Box<Reason>,
+    },
+    /// A request with greater potential took the resource (Algorithm 1).
+    Outbid {
+        /// The other request's behavior.
+        by: NodeId,
+        /// The resource.
+        resource: ResourceId,
+        /// Its own potential.
+        own: f64,
+        /// The other's.
+        theirs: f64,
+    },
+    /// Another behavior changes the same object.
+    SameObject {
+        /// The object.
+        object: ObjectId,
+        /// The other behavior.
+        with: NodeId,
+    },
+    /// The two would be in each other's way.
+    Clash {
+        /// The other behavior.
+        with: NodeId,
+    },
+    /// An OR above chose another way.
+    Alternative {
+        /// The child it chose.
+        chosen: NodeId,
+    },
+    /// One behavior at a time, and another was chosen (serial).
+    WholeRobot {
+        /// The other behavior.
+        by: NodeId,
+    },
+    /// Its turn comes after another node.
+    NotItsTurn {
+        /// The node before it.
+        after: NodeId,
+    },
+    /// A node above fails and is waiting for what still runs.
+    Ending {
+        /// The child that failed.
+        failed: NodeId,
+    },
+    /// It failed as often as it may.
+    GaveUp {
+        /// How often it was tried.
+        attempts: u32,
+    },
+}
+
+impl Reason {
+    /// The reason as a sentence about the behavior, without its name: "`left_gripper` is held by pick 1".
+    pub fn sentence(&self, names: &Names) -> String {
+        match self {
+            Self::Satisfied => "its goal is met already".into(),
+            Self::Held {
+                resource,
+                by,
+                channel: None,
+            } => {
+                format!(
+                    "{} is held by {}",
+                    names.resource(*resource),
+                    names.node(*by)
+                )
+            }
+            Self::Held {
+                resource,
+                by,
+                channel: Some(channel),
+            } => {
+                format!(
+                    "{} is held by {} for \"{}\"",
+                    names.resource(*resource),
+                    names.node(*by),
+                    names.channel(*channel)
+                )
+            }
+            Self::NoneFree { of } => format!("every {} is held or full", names.ty(*of)),
+            Self::Missing { of } => format!("the robot has no {}", names.ty(*of)),
+            Self::OutOfReach { object } => {
+                format!("no free resource reaches {}", names.object(*object))
+            }
+            Self::NotHeld { object } => {
+                format!("{} is in no gripper of its own line", names.object(*object))
+            }
+            Self::Taken { object, by } => format!(
+                "{} is in {} already",
+                names.object(*object),
+                names.resource(*by)
+            ),
+            Self::Elsewhere { object, place } => {
+                format!(
+                    "{} is not at {}",
+                    names.object(*object),
+                    names.place(*place)
+                )
+            }
+            Self::NotAt { place } => format!("the base does not stand at {}", names.place(*place)),
+            Self::Driving { by } => format!("the base is being driven by {}", names.node(*by)),
+            Self::NoPath { place } => format!("no free path leads to {}", names.place(*place)),
+            Self::Fact { fact, holds: true } => format!("\"{}\" does not hold", names.fact(*fact)),
+            Self::Fact { fact, holds: false } => format!("\"{}\" holds", names.fact(*fact)),
+            Self::NothingAvailable { of } => {
+                format!("no {} would be available to it there", names.ty(*of))
+            }
+            Self::AlreadyDone { heir, lacks } => {
+                format!(
+                    "already done for {}, which still lacks: {}",
+                    names.node(*heir),
+                    lacks.sentence(names)
+                )
+            }
+            Self::Outbid {
+                by,
+                resource,
+                own,
+                theirs,
+            } => format!(
+                "{} took {} with potential {theirs:.3} against {own:.3}",
+                names.node(*by),
+                names.resource(*resource)
+            ),
+            Self::SameObject { object, with } => {
+                format!(
+                    "{} changes {} too",
+                    names.node(*with),
+                    names.object(*object)
+                )
+            }
+            Self::Clash { with } => format!("it would be in the way of {}", names.node(*with)),
+            Self::Alternative { chosen } => format!("{} was chosen instead", names.node(*chosen)),
+            Self::WholeRobot { by } => format!(
+                "one behavior at a time, and {} has the robot",
+                names.node(*by)
+            ),
+            Self::NotItsTurn { after } => format!("its turn comes after {}", names.node(*after)),
+            Self::Ending { failed } => format!(
+                "{} failed, and what runs beside it is being ended",
+                names.node(*failed)
+            ),
+            Self::GaveUp { attempts } => {
+                format!("it failed {attempts} times, which is as often as it may")
+            }
+        }
+    }
+
+    /// What an "already done" is about in the end.
+    pub fn root_cause(&self) -> &Self {
+        match self {
+            Self::AlreadyDone { lacks, .. } => lacks.root_cause(),
+            other => other,
+        }
+    }
+}

@@ -1,0 +1,248 @@
+//! What a run leaves behind: typed records, one per line of the journal.
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Change, CommandId, ControllerId, End, FromController, Grant, Names, NodeId, Reason, Rejection,
+    Request, ResourceId, Time, ToController, TypeId,
+};
+
+/// Version of the journal's form; a reader refuses any other.
+pub const JOURNAL_VERSION: u32 = 1;
+
+/// One line of the journal.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "record", rename_all = "snake_case")]
+pub enum Record {
+    /// The first line: what the ids stand for.
+    Header(Box<Header>),
+    /// A message between two nodes.
+    Sent {
+        /// When.
+        at: Time,
+        /// The round it belongs to.
+        round: u32,
+        /// Who sent it.
+        from: NodeId,
+        /// Who gets it.
+        to: NodeId,
+        /// What it says.
+        message: Message,
+    },
+    /// What root decided at the end of a round.
+    Decided {
+        /// When.
+        at: Time,
+        /// The round.
+        round: u32,
+        /// What starts now.
+        granted: Vec<Grant>,
+        /// Every other activated leaf that does not run, with its reason.
+        refused: Vec<Blocked>,
+        /// What is not done any more.
+        reopened: Option<Reopened>,
+    },
+    /// Root applied the end of a behavior.
+    Released {
+        /// When.
+        at: Time,
+        /// The behavior.
+        leaf: NodeId,
+        /// How it ended.
+        end: End,
+        /// Where its leases went.
+        going: Going,
+        /// What is different in the world.
+        changes: Vec<Change>,
+    },
+    /// The world changed from outside.
+    World {
+        /// When.
+        at: Time,
+        /// How.
+        change: Change,
+    },
+    /// A message between the runtime and a controller.
+    Controller {
+        /// When.
+        at: Time,
+        /// Which controller.
+        controller: ControllerId,
+        /// What it says.
+        message: ControllerMessage,
+    },
+    /// The last line.
+    Ended {
+        /// When.
+        at: Time,
+        /// How.
+        end: MissionEnd,
+    },
+}
+
+/// What the ids of a journal stand for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// [`JOURNAL_VERSION`].
+    pub version: u32,
+    /// The mission's name.
+    pub mission: String,
+    /// The robot's name.
+    pub robot: String,
+    /// How requests were chosen.
+    pub allocator: String,
+    /// Parent and kind of each node, by id.
+    pub nodes: Vec<NodeEntry>,
+    /// Type of each resource, by id.
+    pub resource_types: Vec<TypeId>,
+    /// What everything is called.
+    pub names: Names,
+}
+
+/// A node in the header.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NodeEntry {
+    /// Its parent; the root's is itself.
+    pub parent: NodeId,
+    /// `root`, `and`, `or`, `then`, or the kind of the behavior.
+    pub kind: String,
+}
+
+/// A leaf and why it does not run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Blocked {
+    /// The leaf.
+    pub leaf: NodeId,
+    /// Why.
+    pub reason: Reason,
+}
+
+/// A behavior that was done and is not any more.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Reopened {
+    /// The THEN for which it was done.
+    pub holder: NodeId,
+    /// The behavior.
+    pub leaf: NodeId,
+    /// The lease that lapsed; none where the THEN only goes back.
+    pub lapsed: Option<ResourceId>,
+    /// For whom it was done and what that one lacks; none where the THEN only goes back.
+    pub lacks: Option<Box<Blocked>>,
+}
+
+/// A message between two nodes, as the journal shows it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Message {
+    /// Down: the state of resources and world.
+    Activation,
+    /// Up: the one answer to an activation.
+    Answer {
+        /// Something below runs.
+        running: bool,
+        /// The goal is met.
+        satisfied: bool,
+        /// The potential of the node; none where nothing below asks.
+        potential: Option<f64>,
+        /// Who asks.
+        asking: Vec<NodeId>,
+        /// A leaf's own request.
+        request: Option<Box<Request>>,
+        /// What this node says no to: a leaf of itself, a task node of those it did not pass on.
+        blocked: Vec<Blocked>,
+    },
+    /// Down: what came of it.
+    Verdict {
+        /// Granted below this edge.
+        granted: Vec<NodeId>,
+        /// A leaf's reason.
+        refused: Option<Reason>,
+    },
+    /// Down: what was done is not any more.
+    Reopen {
+        /// The behavior.
+        leaf: NodeId,
+    },
+    /// Down: end what runs.
+    Cancel,
+    /// Up: a behavior ended.
+    Release {
+        /// The behavior.
+        leaf: NodeId,
+        /// How.
+        end: End,
+        /// What that means so far.
+        going: Going,
+    },
+}
+
+/// What the end of a behavior means for the nodes above, raised on its way up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Going {
+    /// It succeeded.
+    Completed(Completion),
+    /// It did not; the topmost node that fails with it, if any does.
+    Failed(Option<NodeId>),
+}
+
+/// What a success completes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Completion {
+    /// The topmost node that is complete now.
+    pub node: NodeId,
+    /// The THEN above it that goes on, if its parent is one.
+    pub heir: Option<NodeId>,
+}
+
+/// A message between the runtime and one controller, or what became of one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum ControllerMessage {
+    /// It is there.
+    Attached,
+    /// The runtime told it something.
+    Told {
+        /// For which behavior; none for a configuration.
+        leaf: Option<NodeId>,
+        /// What.
+        message: ToController,
+    },
+    /// A further behavior shares a command that lasts.
+    Joined {
+        /// The behavior.
+        leaf: NodeId,
+        /// The command.
+        id: CommandId,
+    },
+    /// It told the runtime something.
+    Heard {
+        /// What.
+        message: FromController,
+    },
+    /// What came from it was not used.
+    Refused {
+        /// Why.
+        why: Rejection,
+    },
+    /// It is gone.
+    Lost,
+}
+
+/// How a mission ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MissionEnd {
+    /// The task is complete.
+    Done,
+    /// The task failed, first at this leaf.
+    Failed(NodeId),
+    /// Nothing runs and nothing can.
+    Stalled,
+    /// It was told to end.
+    Cancelled,
+    /// A controller is gone.
+    ControllerLost(ControllerId),
+    /// A node's own task is gone: a defect.
+    NodeLost(NodeId),
+}

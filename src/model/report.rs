@@ -1,0 +1,209 @@
+//! What came of a run, folded from its records alone.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::{Blocked, End, Grant, Header, MissionEnd, NodeId, Reason, Record, Time};
+
+/// When a leaf ran once: from its grant to its release.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Interval {
+    /// The behavior.
+    pub leaf: NodeId,
+    /// When it was granted.
+    pub from: Time,
+    /// When its end was applied; none while it runs.
+    pub to: Option<Time>,
+    /// How it ended.
+    pub end: Option<End>,
+}
+
+/// A running fold of records.
+#[derive(Debug, Clone, Default)]
+pub struct Tally {
+    /// What the ids stand for.
+    pub header: Option<Box<Header>>,
+    /// What was granted between two releases, in order.
+    pub steps: Vec<Vec<NodeId>>,
+    /// What is done without having run, in the order in which that was settled, with its time.
+    pub skipped: Vec<(NodeId, Time)>,
+    /// The last reason of every leaf that had one.
+    pub reasons: BTreeMap<NodeId, Reason>,
+    /// When leaves ran.
+    pub intervals: Vec<Interval>,
+    /// Rounds so far.
+    pub rounds: u32,
+    /// Messages between nodes so far.
+    pub messages: u64,
+    /// How the mission ended.
+    pub end: Option<MissionEnd>,
+    /// Time of the last record.
+    pub now: Time,
+    closed: bool,
+}
+
+impl Tally {
+    /// Takes the next record.
+    pub fn add(&mut self, record: &Record) {
+        match record {
+            Record::Header(header) => self.header = Some(header.clone()),
+            Record::Sent { .. } => self.messages += 1,
+            Record::Decided {
+                at,
+                round,
+                granted,
+                refused,
+                reopened,
+            } => {
+                self.now = *at;
+                self.rounds = *round;
+                for grant in granted {
+                    self.grant(*at, grant);
+                }
+                for Blocked { leaf, reason } in refused {
+                    self.reasons.insert(*leaf, reason.clone());
+                }
+                if let Some(reopened) = reopened {
+                    self.skipped.retain(|(leaf, _)| *leaf != reopened.leaf);
+                    self.closed |= reopened.lapsed.is_some();
+                }
+            }
+            Record::Released { at, leaf, end, .. } => {
+                self.now = *at;
+                self.closed = true;
+                let open = self
+                    .intervals
+                    .iter_mut()
+                    .rev()
+                    .find(|run| run.leaf == *leaf && run.to.is_none());
+                if let Some(run) = open {
+                    run.to = Some(*at);
+                    run.end = Some(*end);
+                }
+            }
+            Record::World { at, .. } | Record::Controller { at, .. } => self.now = *at,
+            Record::Ended { at, end } => {
+                self.now = *at;
+                self.end = Some(*end);
+                if *end == MissionEnd::Done {
+                    self.skip_satisfied(*at);
+                }
+            }
+        }
+    }
+
+    /// Robot seconds from the first grant to the last release.
+    pub fn makespan_s(&self) -> f64 {
+        let first = self.intervals.iter().map(|run| run.from).min();
+        let last = self.intervals.iter().filter_map(|run| run.to).max();
+        first
+            .zip(last)
+            .map_or(0.0, |(first, last)| (last - first).as_secs_f64())
+    }
+
+    /// The report, with names; none before a header and an end.
+    pub fn report(&self) -> Option<MissionReport> {
+        let header = self.header.as_ref()?;
+        let name = |leaf: &NodeId| header.names.node(*leaf).to_owned();
+        let steps = self.steps.iter().map(|step| {
+            let mut names: Vec<String> = step.iter().map(name).collect();
+            names.sort();
+            names
+        });
+        Some(MissionReport {
+            mission: header.mission.clone(),
+            outcome: match self.end? {
+                MissionEnd::Done => "done",
+                MissionEnd::Failed(_) | MissionEnd::ControllerLost(_) | MissionEnd::NodeLost(_) => {
+                    "failed"
+                }
+                MissionEnd::Stalled => "stalled",
+                MissionEnd::Cancelled => "cancelled",
+            },
+            steps: steps.collect(),
+            skipped: self.skipped.iter().map(|(leaf, _)| name(leaf)).collect(),
+            rounds: self.rounds,
+            messages: self.messages,
+            makespan_s: self.makespan_s(),
+        })
+    }
+
+    fn grant(&mut self, at: Time, grant: &Grant) {
+        if self.closed || self.steps.is_empty() {
+            self.steps.push(Vec::new());
+            self.closed = false;
+        }
+        self.steps
+            .last_mut()
+            .expect("a step was just opened")
+            .push(grant.leaf);
+        self.intervals.push(Interval {
+            leaf: grant.leaf,
+            from: at,
+            to: None,
+            end: None,
+        });
+        self.reasons.remove(&grant.leaf);
+        self.skipped.retain(|(leaf, _)| *leaf != grant.leaf);
+        for leaf in grant
+            .skips
+            .iter()
+            .flat_map(|skip| (skip.from.0..skip.to.0).map(NodeId))
+        {
+            let is_done =
+                self.skipped.iter().any(|(known, _)| *known == leaf) || self.has_succeeded(leaf);
+            if self.is_behavior(leaf) && !is_done {
+                self.skipped.push((leaf, at));
+            }
+        }
+    }
+
+    fn skip_satisfied(&mut self, at: Time) {
+        let met = self
+            .reasons
+            .iter()
+            .filter(|(_, reason)| **reason == Reason::Satisfied)
+            .map(|(leaf, _)| *leaf);
+        let new: Vec<_> = met
+            .filter(|leaf| {
+                !self.has_succeeded(*leaf) && self.skipped.iter().all(|(known, _)| known != leaf)
+            })
+            .map(|leaf| (leaf, at))
+            .collect();
+        self.skipped.extend(new);
+    }
+
+    fn has_succeeded(&self, leaf: NodeId) -> bool {
+        self.intervals
+            .iter()
+            .any(|run| run.leaf == leaf && run.end == Some(End::Succeeded))
+    }
+
+    fn is_behavior(&self, node: NodeId) -> bool {
+        let entry = self
+            .header
+            .as_ref()
+            .and_then(|header| header.nodes.get(node.index()));
+        entry.is_none_or(|entry| !matches!(entry.kind.as_str(), "root" | "and" | "or" | "then"))
+    }
+}
+
+/// What came of a mission, as `--json` prints it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MissionReport {
+    /// The mission's name.
+    pub mission: String,
+    /// `done`, `failed`, `stalled` or `cancelled`.
+    pub outcome: &'static str,
+    /// What was granted between two releases; names sorted.
+    pub steps: Vec<Vec<String>>,
+    /// What was done without running.
+    pub skipped: Vec<String>,
+    /// Rounds.
+    pub rounds: u32,
+    /// Messages between nodes.
+    pub messages: u64,
+    /// Robot seconds from the first grant to the last release.
+    pub makespan_s: f64,
+}

@@ -1,0 +1,79 @@
+//! What travels up for resources, and what comes of it.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Access, ChannelId, Keep, NodeId, ObjectId, ResourceId, Span};
+
+/// A resource that would serve a claim, and what it costs.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Candidate {
+    /// The resource.
+    pub resource: ResourceId,
+    /// Distance to reach, metres; 0 where nothing is reached for.
+    pub cost_m: f64,
+}
+
+/// A claim of a request with every resource that would serve it, in resource order.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Need {
+    /// How it would be used.
+    pub access: Access,
+    /// What becomes of it on success.
+    pub keep: Keep,
+    /// What would serve it; never empty.
+    pub candidates: Vec<Candidate>,
+}
+
+/// One behavior's request for resources (III-C).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Request {
+    /// The behavior.
+    pub leaf: NodeId,
+    /// Activation potential: finite, greater than 0.
+    pub potential: f64,
+    /// Whether an intention lease is kept for it; such a request comes first among equals.
+    pub heir: bool,
+    /// Its claims.
+    pub needs: Vec<Need>,
+    /// Objects that it changes.
+    pub changes: Vec<ObjectId>,
+    /// What THEN nodes skipped to come to it.
+    pub skips: Vec<Span>,
+}
+
+/// A claim bound to a resource.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Binding {
+    /// The resource.
+    pub resource: ResourceId,
+    /// How it is used.
+    pub access: Access,
+    /// What becomes of it on success.
+    pub keep: Keep,
+}
+
+/// A request that root granted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Grant {
+    /// The behavior.
+    pub leaf: NodeId,
+    /// Its activation potential when it was granted.
+    pub potential: f64,
+    /// The resources, in the order of its claims; an allocator may add more behind them.
+    pub bindings: Vec<Binding>,
+    /// Objects that it changes.
+    pub changes: Vec<ObjectId>,
+    /// What counts as done by this grant.
+    pub skips: Vec<Span>,
+}
+
+impl Grant {
+    /// The channel on which the behavior uses a resource.
+    pub fn channel(&self, resource: ResourceId) -> Option<ChannelId> {
+        self.bindings
+            .iter()
+            .find(|binding| binding.resource == resource)?
+            .access
+            .channel()
+    }
+}

@@ -1,0 +1,310 @@
+//! The resource table: who holds what, and how leases move (III-B; only root writes it).
+
+use serde::{Deserialize, Serialize};
+
+use super::{Access, ChannelId, Grant, Keep, Line, NodeId, ResourceId, Topology};
+
+/// Why a lease is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Hold {
+    /// Kept for what its behavior was done for.
+    Intention,
+    /// Kept because the world is so.
+    Physical,
+    /// Its behavior runs.
+    Running,
+}
+
+/// A granted claim.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Lease {
+    /// The node that holds it.
+    pub holder: NodeId,
+    /// The behavior that got it.
+    pub behavior: NodeId,
+    /// Why it is held.
+    pub hold: Hold,
+    /// The node that it was inherited from, while the behavior runs.
+    pub from: Option<NodeId>,
+}
+
+/// One resource's changing part; name and type stand in the robot's description.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Resource {
+    access: Option<Access>,
+    leases: Vec<Lease>,
+}
+
+impl Resource {
+    /// Number of owners.
+    pub fn owners(&self) -> usize {
+        self.leases.len()
+    }
+
+    /// Whether it is in use.
+    pub fn is_locked(&self) -> bool {
+        !self.leases.is_empty()
+    }
+
+    /// How it is used; none while it is free.
+    pub fn access(&self) -> Option<Access> {
+        self.access
+    }
+
+    /// The intention with which it is shared.
+    pub fn channel(&self) -> Option<ChannelId> {
+        self.access?.channel()
+    }
+
+    /// Its leases, by holder.
+    pub fn leases(&self) -> &[Lease] {
+        &self.leases
+    }
+
+    /// Whether a running behavior uses it.
+    pub fn is_running(&self) -> bool {
+        self.leases.iter().any(|lease| lease.hold == Hold::Running)
+    }
+
+    /// The holder that keeps a node of this line from using the resource so, if any.
+    pub fn obstacle(&self, line: &Line<'_>, access: Access) -> Option<NodeId> {
+        if self.access.is_some_and(|present| present.joins(access)) {
+            return None;
+        }
+        self.leases
+            .iter()
+            .map(|lease| lease.holder)
+            .find(|&holder| !line.contains(holder))
+    }
+
+    fn remove(&mut self, gone: impl Fn(&Lease) -> bool) -> Vec<Lease> {
+        let (removed, kept) = std::mem::take(&mut self.leases).into_iter().partition(gone);
+        self.leases = kept;
+        if self.leases.is_empty() {
+            self.access = None;
+        }
+        removed
+    }
+
+    /// Adds a lease; a holder has one per resource, the physical before the intention, then the later behavior.
+    fn add(&mut self, lease: Lease, access: Access) {
+        self.access = Some(access);
+        match self
+            .leases
+            .iter_mut()
+            .find(|present| present.holder == lease.holder)
+        {
+            Some(present) if (present.hold, present.behavior) < (lease.hold, lease.behavior) => {
+                *present = lease
+            }
+            Some(_) => {}
+            None => {
+                self.leases.push(lease);
+                self.leases.sort_by_key(|lease| lease.holder);
+            }
+        }
+    }
+}
+
+/// Where the kept leases of an ended behavior go.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Heir {
+    /// The node that takes them.
+    pub node: NodeId,
+    /// Whether it is a THEN that is not complete: only there an intention lives on.
+    pub goes_on: bool,
+}
+
+/// Every resource of the robot, by id.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct ResourceTable {
+    resources: Vec<Resource>,
+}
+
+impl ResourceTable {
+    /// A table of `count` free resources.
+    pub fn new(count: usize) -> Self {
+        Self {
+            resources: vec![Resource::default(); count],
+        }
+    }
+
+    /// One resource.
+    pub fn resource(&self, id: ResourceId) -> &Resource {
+        &self.resources[id.index()]
+    }
+
+    /// All resources in resource order.
+    pub fn iter(&self) -> impl Iterator<Item = (ResourceId, &Resource)> {
+        self.resources
+            .iter()
+            .enumerate()
+            .map(|(index, resource)| (ResourceId::from(index), resource))
+    }
+
+    /// All leases, in resource order, then by holder.
+    pub fn leases(&self) -> impl Iterator<Item = (ResourceId, &Lease)> {
+        self.iter()
+            .flat_map(|(id, resource)| resource.leases.iter().map(move |lease| (id, lease)))
+    }
+
+    /// Moves and makes the leases of a grant.
+    ///
+    /// What was skipped to reach the behavior is done now, so its leases go to the THEN that skipped it; then what
+    /// the behavior claims of its line moves to it, and what it does not claim stays.
+    pub fn take(&mut self, topology: &Topology, grant: &Grant) {
+        for skip in &grant.skips {
+            let heir = Heir {
+                node: topology.parent(skip.from),
+                goes_on: true,
+            };
+            self.move_up(|holder| skip.contains(holder), heir);
+        }
+        let line = Line {
+            topology,
+            node: grant.leaf,
+            skips: &[],
+        };
+        for binding in &grant.bindings {
+            let resource = &mut self.resources[binding.resource.index()];
+            let blocked = resource.obstacle(&line, binding.access);
+            assert!(
+                blocked.is_none(),
+                "granted {binding:?} to {:?} against {blocked:?}",
+                grant.leaf
+            );
+            let inherited = resource.remove(|lease| line.contains(lease.holder));
+            let from = inherited.iter().map(|lease| lease.holder).max();
+            let lease = Lease {
+                holder: grant.leaf,
+                behavior: grant.leaf,
+                hold: Hold::Running,
+                from,
+            };
+            resource.add(lease, binding.access);
+        }
+        self.assert_sound();
+    }
+
+    /// Hands over the leases of a behavior that succeeded; `completed` is the topmost node that it completes.
+    pub fn hand_over(&mut self, topology: &Topology, grant: &Grant, completed: NodeId, heir: Heir) {
+        for binding in &grant.bindings {
+            let resource = &mut self.resources[binding.resource.index()];
+            resource.remove(|lease| lease.holder == grant.leaf);
+            let (hold, access) = match binding.keep {
+                Keep::Release => continue,
+                Keep::Intention(_) if !heir.goes_on => continue,
+                Keep::Intention(access) => (Hold::Intention, access),
+                Keep::Physical(access) => (Hold::Physical, access),
+            };
+            resource.add(
+                Lease {
+                    holder: heir.node,
+                    behavior: grant.leaf,
+                    hold,
+                    from: None,
+                },
+                access,
+            );
+        }
+        self.move_up(|holder| topology.is_within(holder, completed), heir);
+        self.assert_sound();
+    }
+
+    /// Takes back the leases of a behavior that did not succeed; `failed` is the topmost node that fails with it.
+    ///
+    /// A resource that holds something goes back to the node it was inherited from, else to the nearest node above
+    /// that lives on; everything else is free.
+    pub fn take_back(
+        &mut self,
+        topology: &Topology,
+        leaf: NodeId,
+        failed: Option<NodeId>,
+        is_full: impl Fn(ResourceId) -> bool,
+    ) {
+        let above = topology.parent(failed.unwrap_or(leaf));
+        for (index, resource) in self.resources.iter_mut().enumerate() {
+            let ended = |holder| {
+                holder == leaf || failed.is_some_and(|top| topology.is_within(holder, top))
+            };
+            let access = resource.access;
+            for lease in resource.remove(|lease| ended(lease.holder)) {
+                if !is_full(ResourceId::from(index)) {
+                    continue;
+                }
+                let holder = lease.from.filter(|&from| !ended(from)).unwrap_or(above);
+                let access = access.expect("a resource with a lease has an access");
+                resource.add(
+                    Lease {
+                        holder,
+                        hold: Hold::Physical,
+                        from: None,
+                        ..lease
+                    },
+                    access,
+                );
+            }
+        }
+        self.assert_sound();
+    }
+
+    /// Ends an intention lease of a holder.
+    pub fn lapse(&mut self, resource: ResourceId, holder: NodeId) {
+        let gone = self.resources[resource.index()].remove(|lease| lease.holder == holder);
+        assert!(
+            gone.iter().all(|lease| lease.hold == Hold::Intention),
+            "only intentions lapse: {gone:?}"
+        );
+    }
+
+    /// Ends the physical leases of a gripper that the world shows empty.
+    pub fn emptied(&mut self, resource: ResourceId) {
+        self.resources[resource.index()].remove(|lease| lease.hold == Hold::Physical);
+    }
+
+    /// Frees everything.
+    pub fn clear(&mut self) {
+        *self = Self::new(self.resources.len());
+    }
+
+    fn move_up(&mut self, leaves_from: impl Fn(NodeId) -> bool, heir: Heir) {
+        for resource in &mut self.resources {
+            let access = resource.access;
+            for lease in resource.remove(|lease| leaves_from(lease.holder)) {
+                assert!(
+                    lease.hold != Hold::Running,
+                    "a completed node has nothing running: {lease:?}"
+                );
+                if lease.hold == Hold::Physical || heir.goes_on {
+                    let access = access.expect("a resource with a lease has an access");
+                    resource.add(
+                        Lease {
+                            holder: heir.node,
+                            ..lease
+                        },
+                        access,
+                    );
+                }
+            }
+        }
+    }
+
+    /// The invariants of `semantics` 2, kept in release builds too.
+    fn assert_sound(&self) {
+        for (id, resource) in self.iter() {
+            let owners = resource.owners();
+            let sound = match resource.access {
+                None => owners == 0,
+                Some(Access::Exclusive) => owners == 1,
+                Some(Access::Shared(_)) => owners >= 1,
+            };
+            assert!(
+                sound,
+                "{id:?} is used {:?} by {owners} owners",
+                resource.access
+            );
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! The state of the world as root keeps it, and how it changes.
+
+use serde::{Deserialize, Serialize};
+
+use super::{FactId, ObjectId, PlaceId, Pose, ResourceId};
+
+/// Where an object is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Whereabouts {
+    /// At a place.
+    At(PlaceId),
+    /// In a gripper.
+    In(ResourceId),
+    /// Nobody knows, as after a behavior that lost it.
+    Unknown,
+}
+
+/// The changing part of the world: robot pose, objects, facts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Situation {
+    /// Pose of the base in the map frame.
+    pub base: Pose,
+    /// Where each object is, by object.
+    pub objects: Vec<Whereabouts>,
+    /// Which facts hold, by fact.
+    pub facts: Vec<bool>,
+}
+
+/// One change of the world.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Change {
+    /// The base is here now.
+    Base(Pose),
+    /// The object is here now.
+    Object(ObjectId, Whereabouts),
+    /// The fact holds or not.
+    Fact(FactId, bool),
+}
+
+impl Situation {
+    /// Whether the resource holds an object.
+    pub fn held_by(&self, resource: ResourceId) -> Option<ObjectId> {
+        self.objects
+            .iter()
+            .position(|&at| at == Whereabouts::In(resource))
+            .map(ObjectId::from)
+    }
+
+    /// Applies a change; true if anything is different now.
+    pub fn apply(&mut self, change: Change) -> bool {
+        match change {
+            Change::Base(pose) => std::mem::replace(&mut self.base, pose) != pose,
+            Change::Object(object, at) => {
+                std::mem::replace(&mut self.objects[object.index()], at) != at
+            }
+            Change::Fact(fact, holds) => {
+                std::mem::replace(&mut self.facts[fact.index()], holds) != holds
+            }
+        }
+    }
+}

@@ -1,0 +1,365 @@
+//! What a mission is: robot, world and tree, checked and with every name interned.
+
+use std::time::Duration;
+
+use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Claim, ControllerId, FactId, Mode, Names, NodeId, ObjectId, PlaceId, Pose, ResourceId,
+    Situation, TypeId,
+};
+
+/// A mission that can be run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MissionSpec {
+    /// Its name.
+    pub name: String,
+    /// The robot.
+    pub robot: RobotSpec,
+    /// The fixed part of the world.
+    pub world: WorldSpec,
+    /// The changing part at the start.
+    pub start: Situation,
+    /// The task.
+    pub tree: TreeSpec,
+    /// What everything is called.
+    pub names: Names,
+}
+
+/// The robot as a set of resources and the controllers that move them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RobotSpec {
+    /// Its name.
+    pub name: String,
+    /// Resources by id.
+    pub resources: Vec<ResourceSpec>,
+    /// Controllers by id.
+    pub controllers: Vec<ControllerSpec>,
+    /// Radius of the smallest upright cylinder around base and tucked arms, metres.
+    pub radius_m: f64,
+}
+
+/// The fixed part of a resource.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ResourceSpec {
+    /// Its type.
+    pub ty: TypeId,
+    /// Who moves it; none for one that only counts.
+    pub controller: Option<ControllerId>,
+}
+
+/// A controller process.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ControllerSpec {
+    /// Its name.
+    pub name: String,
+    /// What it moves, and its limits.
+    pub kind: ControllerKind,
+}
+
+/// What a controller moves.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ControllerKind {
+    /// An arm with a gripper.
+    Arm(ArmSpec),
+    /// A base that drives in the plane.
+    Base(BaseSpec),
+    /// A head that pans and tilts.
+    Head(HeadSpec),
+}
+
+/// An arm with a gripper.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ArmSpec {
+    /// The shoulder in the base frame, metres.
+    pub shoulder: Point3<f64>,
+    /// Where the gripper is carried, base frame, metres.
+    pub tuck: Point3<f64>,
+    /// How far the gripper reaches from the shoulder, metres.
+    pub reach_m: f64,
+    /// Top speed of the gripper, metres per second.
+    pub speed: f64,
+    /// Top acceleration of the gripper, metres per second squared.
+    pub acceleration: f64,
+    /// Time to close or open the gripper, seconds.
+    pub grip_s: f64,
+    /// How far it lifts what it took, metres.
+    pub lift_m: f64,
+}
+
+/// A base that drives in the plane in any direction.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct BaseSpec {
+    /// Top speed, metres per second.
+    pub speed: f64,
+    /// Top acceleration, metres per second squared.
+    pub acceleration: f64,
+    /// Top turning speed, radians per second.
+    pub turn_speed: f64,
+    /// Top turning acceleration, radians per second squared.
+    pub turn_acceleration: f64,
+}
+
+/// A head that pans and tilts.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct HeadSpec {
+    /// The crossing of its axes in the base frame, metres.
+    pub neck: Point3<f64>,
+    /// Top speed of each axis, radians per second.
+    pub speed: f64,
+    /// Top acceleration of each axis, radians per second squared.
+    pub acceleration: f64,
+}
+
+/// The fixed part of the world.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WorldSpec {
+    /// Places by id.
+    pub places: Vec<PlaceSpec>,
+    /// Where on a surface each object lies, by object: offset in the frame of the place's stand, metres.
+    pub object_offsets: Vec<Vector3<f64>>,
+    /// What the base must not drive into.
+    pub obstacles: Vec<Obstacle>,
+}
+
+/// A place: where the robot stands, and where things lie.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlaceSpec {
+    /// Where the base stands, map frame.
+    pub stand: Pose,
+    /// The middle of the surface in the frame of the stand, metres.
+    pub surface: Point3<f64>,
+}
+
+/// An upright box, map frame, metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Obstacle {
+    /// Its lower corner.
+    pub min: Point3<f64>,
+    /// Its upper corner.
+    pub max: Point3<f64>,
+}
+
+/// The shape of a tree in preorder.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Topology {
+    parents: Vec<NodeId>,
+    ends: Vec<NodeId>,
+}
+
+impl Topology {
+    /// From each node's parent in preorder; the root is its own parent.
+    ///
+    /// # Panics
+    /// When the parents are not those of a tree in preorder.
+    pub fn new(parents: Vec<NodeId>) -> Self {
+        let mut ends: Vec<NodeId> = (1..=parents.len()).map(NodeId::from).collect();
+        for node in (1..parents.len()).rev() {
+            let parent = parents[node].index();
+            assert!(
+                parent < node && ends[parent].index() > 0,
+                "not in preorder: {parents:?}"
+            );
+            ends[parent] = ends[parent].max(ends[node]);
+        }
+        for node in 1..parents.len() {
+            let (parent, before) = (parents[node], NodeId::from(node - 1));
+            assert!(
+                parent <= before && before < ends[parent.index()],
+                "not in preorder: {parents:?}"
+            );
+        }
+        Self { parents, ends }
+    }
+
+    /// The parent of a node; the root's is itself.
+    pub fn parent(&self, node: NodeId) -> NodeId {
+        self.parents[node.index()]
+    }
+
+    /// The first node in preorder behind a node's subtree.
+    pub fn end(&self, node: NodeId) -> NodeId {
+        self.ends[node.index()]
+    }
+
+    /// Whether `node` is `top` or below it.
+    pub fn is_within(&self, node: NodeId, top: NodeId) -> bool {
+        top <= node && node < self.end(top)
+    }
+
+    /// The children of a node in order.
+    pub fn children(&self, node: NodeId) -> impl Iterator<Item = NodeId> + '_ {
+        let end = self.end(node);
+        let mut next = NodeId(node.0 + 1);
+        std::iter::from_fn(move || {
+            let child = (next < end).then_some(next)?;
+            next = self.end(child);
+            Some(child)
+        })
+    }
+}
+
+/// A task tree.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TreeSpec {
+    /// What each node is, by id; node 0 is the root and has one child.
+    pub nodes: Vec<NodeKind>,
+    /// Its shape.
+    pub topology: Topology,
+}
+
+impl TreeSpec {
+    /// The behavior of a leaf.
+    pub fn behavior(&self, node: NodeId) -> Option<&BehaviorSpec> {
+        match &self.nodes[node.index()] {
+            NodeKind::Behavior(spec) => Some(spec),
+            NodeKind::Root | NodeKind::And | NodeKind::Or | NodeKind::Then => None,
+        }
+    }
+
+    /// All leaves in tree order.
+    pub fn leaves(&self) -> impl Iterator<Item = NodeId> + '_ {
+        (0..self.nodes.len())
+            .map(NodeId::from)
+            .filter(|&node| self.behavior(node).is_some())
+    }
+}
+
+/// What a node is (III-A).
+#[derive(Debug, Clone, PartialEq)]
+pub enum NodeKind {
+    /// Keeps resources and world, and grants.
+    Root,
+    /// All children, in any order.
+    And,
+    /// One child.
+    Or,
+    /// All children, in order.
+    Then,
+    /// A low-level behavior.
+    Behavior(Box<BehaviorSpec>),
+}
+
+/// A behavior: its kind with every parameter filled in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BehaviorSpec {
+    /// The name of its kind.
+    pub kind: String,
+    /// What it needs.
+    pub claims: Vec<Claim>,
+    /// How efficient it looks to run it now.
+    pub potential: Potential,
+    /// When its goal is met.
+    pub satisfied: Condition,
+    /// When it can run.
+    pub precondition: Condition,
+    /// What is so when it succeeded, beyond what its controllers report.
+    pub effects: Vec<EffectTerm>,
+    /// What controllers do while it runs.
+    pub commands: Vec<CommandTerm>,
+    /// Objects that it changes.
+    pub changes: Vec<ObjectId>,
+    /// How long it may run, robot time.
+    pub timeout: Duration,
+    /// How often it asks again after it failed.
+    pub retries: u32,
+}
+
+/// Activation potential as data.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Potential {
+    /// Always the same.
+    Constant(f64),
+    /// Equation (1): `n / max(distance, floor)`, metres in the plane.
+    Nearness {
+        /// Where it would go, map frame.
+        to: Pose,
+        /// Distance below which it does not grow, metres.
+        floor_m: f64,
+        /// Type whose available resources are counted; without it n = 1.
+        scale_by: Option<TypeId>,
+    },
+}
+
+/// A condition over world and line as data.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Condition {
+    /// Every one of them; true if there are none.
+    All(Vec<Condition>),
+    /// Never met: for a behavior that is done only by running.
+    Never,
+    /// The base is at rest within a distance of a stand.
+    At {
+        /// The place that the stand belongs to.
+        place: PlaceId,
+        /// The stand, map frame.
+        stand: Pose,
+        /// The distance, metres.
+        tolerance_m: f64,
+    },
+    /// A free path leads to a stand.
+    Path {
+        /// The place that the stand belongs to.
+        place: PlaceId,
+        /// The stand, map frame.
+        stand: Pose,
+    },
+    /// The object is in a gripper of the behavior's own line.
+    Held(ObjectId),
+    /// The object is in no gripper.
+    Free(ObjectId),
+    /// The object lies at the place.
+    Lies(ObjectId, PlaceId),
+    /// The fact holds, or does not.
+    Fact(FactId, bool),
+}
+
+/// What success changes, as data.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum EffectTerm {
+    /// The object lies at the place.
+    Lies(ObjectId, PlaceId),
+    /// The object is in the resource of that claim.
+    Taken(ObjectId, usize),
+    /// The base stands here, map frame.
+    Stands(Pose),
+    /// The fact holds, or does not.
+    Fact(FactId, bool),
+}
+
+/// What a controller does while a behavior runs, as data.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CommandTerm {
+    /// The claim whose resource it moves.
+    pub claim: usize,
+    /// Whether it ends the behavior.
+    pub mode: Mode,
+    /// What to do.
+    pub task: Task,
+}
+
+/// What a controller is to do, before positions are filled in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Task {
+    /// Drive to a stand, map frame.
+    DriveTo(Pose),
+    /// Stand still.
+    Stand,
+    /// Take an object where it is.
+    Grasp(ObjectId),
+    /// Set an object down at a place.
+    Put(ObjectId, PlaceId),
+    /// Look at the surface of a place.
+    LookAt(PlaceId),
+}
+
+impl RobotSpec {
+    /// Resources of a type, in resource order.
+    pub fn of_type(&self, ty: TypeId) -> impl Iterator<Item = ResourceId> + '_ {
+        (0..self.resources.len())
+            .map(ResourceId::from)
+            .filter(move |id| self.resources[id.index()].ty == ty)
+    }
+}
