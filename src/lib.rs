@@ -2,3 +2,4 @@
 //! as processes over shared memory.
 
 pub mod model;
+pub mod motion;

@@ -1,0 +1,44 @@
+//! Motion of arm, base and head as step functions of robot time: the same in a controller process and in a simulation.
+
+use std::time::Duration;
+
+use crate::model::{Command, ControllerState, Mode, PartEnd, Rejection};
+
+/// One step of robot time. Motion is computed in such steps at any speed, so that the path is always the same.
+pub const STEP: Duration = Duration::from_millis(10);
+
+/// A controller, as the runtime sees it: one command at a time, stepped in robot time.
+///
+/// Implement it to attach a robot of your own and hand it to `controller::serve`.
+pub trait Controller {
+    /// Takes the daemon's idea of the start state and answers with the true one.
+    ///
+    /// A simulated controller goes where it is told; a real one ignores `start` and reports itself.
+    fn configure(&mut self, start: ControllerState) -> ControllerState;
+
+    /// Begins a command.
+    ///
+    /// # Errors
+    /// Why it cannot: the runtime fails the behavior with it.
+    fn start(&mut self, command: &Command, mode: Mode) -> Result<(), Rejection>;
+
+    /// Told to end the command: brakes within its limits, and ends with [`PartEnd::Canceled`].
+    fn cancel(&mut self);
+
+    /// Moves on by [`STEP`].
+    fn step(&mut self) -> Progress;
+
+    /// State at the end of the last step.
+    fn state(&self) -> ControllerState;
+}
+
+/// What became of a command in one step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Progress {
+    /// Nothing is under way.
+    Idle,
+    /// Under way, from 0 to 1; a command that is maintained stays at 1.
+    Running(f64),
+    /// It ended in this step.
+    Ended(PartEnd),
+}
