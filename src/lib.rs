@@ -1,5 +1,8 @@
 //! Ambidex lets a single robot multitask: task trees as actors, resources as leases, controllers
 //! as processes over shared memory.
 
+pub mod behavior;
 pub mod model;
 pub mod motion;
+pub mod tree;
+pub mod world;

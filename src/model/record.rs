@@ -177,13 +177,12 @@ pub enum Message {
 }
 
 /// What the end of a behavior means for the nodes above, raised on its way up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Going {
-    /// It succeeded.
-    Completed(Completion),
-    /// It did not; the topmost node that fails with it, if any does.
-    Failed(Option<NodeId>),
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Going {
+    /// What it completes; none where it did not succeed.
+    pub completed: Option<Completion>,
+    /// The topmost node that fails now, if any does.
+    pub failed: Option<NodeId>,
 }
 
 /// What a success completes.

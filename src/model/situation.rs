@@ -35,12 +35,14 @@ pub enum Change {
     Base(Pose),
     /// The object is here now.
     Object(ObjectId, Whereabouts),
+    /// The gripper is empty now; what was in it is nobody knows where.
+    Emptied(ResourceId),
     /// The fact holds or not.
     Fact(FactId, bool),
 }
 
 impl Situation {
-    /// Whether the resource holds an object.
+    /// What the resource holds.
     pub fn held_by(&self, resource: ResourceId) -> Option<ObjectId> {
         self.objects
             .iter()
@@ -55,6 +57,10 @@ impl Situation {
             Change::Object(object, at) => {
                 std::mem::replace(&mut self.objects[object.index()], at) != at
             }
+            Change::Emptied(resource) => match self.held_by(resource) {
+                Some(object) => self.apply(Change::Object(object, Whereabouts::Unknown)),
+                None => false,
+            },
             Change::Fact(fact, holds) => {
                 std::mem::replace(&mut self.facts[fact.index()], holds) != holds
             }
