@@ -1,8 +1,20 @@
 //! Motion of arm, base and head as step functions of robot time: the same in a controller process and in a simulation.
 
+mod arm;
+mod base;
+mod course;
+mod head;
+mod profile;
+#[cfg(test)]
+mod tests;
+
 use std::time::Duration;
 
-use crate::model::{Command, ControllerState, Mode, PartEnd, Rejection};
+pub use arm::Arm;
+pub use base::Base;
+pub use head::Head;
+
+use crate::model::{Command, ControllerKind, ControllerState, Mode, PartEnd, Rejection};
 
 /// One step of robot time. Motion is computed in such steps at any speed, so that the path is always the same.
 pub const STEP: Duration = Duration::from_millis(10);
@@ -41,4 +53,13 @@ pub enum Progress {
     Running(f64),
     /// It ended in this step.
     Ended(PartEnd),
+}
+
+/// A simulated controller of that kind: pure, and the same at any speed.
+pub fn simulated(kind: &ControllerKind) -> Box<dyn Controller + Send> {
+    match *kind {
+        ControllerKind::Arm(spec) => Box::new(Arm::new(spec)),
+        ControllerKind::Base(spec) => Box::new(Base::new(spec)),
+        ControllerKind::Head(spec) => Box::new(Head::new(spec)),
+    }
 }
