@@ -2,7 +2,9 @@
 //! as processes over shared memory.
 
 pub mod behavior;
+pub mod dispatch;
 pub mod model;
 pub mod motion;
+pub mod sim;
 pub mod tree;
 pub mod world;

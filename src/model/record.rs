@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Change, CommandId, ControllerId, End, FromController, Grant, Names, NodeId, Reason, Rejection,
-    Request, ResourceId, Time, ToController, TypeId,
+    Change, CommandId, ControllerId, End, FromController, Grant, MissionSpec, Names, NodeId,
+    NodeKind, Reason, Rejection, Request, ResourceId, Time, ToController, TypeId,
 };
 
 /// Version of the journal's form; a reader refuses any other.
@@ -71,7 +71,7 @@ pub enum Record {
         /// What it says.
         message: ControllerMessage,
     },
-    /// The last line.
+    /// The mission is over; what follows only makes the controllers safe.
     Ended {
         /// When.
         at: Time,
@@ -97,6 +97,42 @@ pub struct Header {
     pub resource_types: Vec<TypeId>,
     /// What everything is called.
     pub names: Names,
+}
+
+impl Header {
+    /// The header of a mission.
+    pub fn new(mission: &MissionSpec, allocator: &str) -> Self {
+        let kind = |kind: &NodeKind| match kind {
+            NodeKind::Root => "root".to_owned(),
+            NodeKind::And => "and".to_owned(),
+            NodeKind::Or => "or".to_owned(),
+            NodeKind::Then => "then".to_owned(),
+            NodeKind::Behavior(behavior) => behavior.kind.clone(),
+        };
+        let nodes = mission
+            .tree
+            .nodes
+            .iter()
+            .enumerate()
+            .map(|(index, node)| NodeEntry {
+                parent: mission.tree.topology.parent(NodeId::from(index)),
+                kind: kind(node),
+            });
+        Self {
+            version: JOURNAL_VERSION,
+            mission: mission.name.clone(),
+            robot: mission.robot.name.clone(),
+            allocator: allocator.to_owned(),
+            nodes: nodes.collect(),
+            resource_types: mission
+                .robot
+                .resources
+                .iter()
+                .map(|resource| resource.ty)
+                .collect(),
+            names: mission.names.clone(),
+        }
+    }
 }
 
 /// A node in the header.

@@ -5,8 +5,11 @@ mod base;
 mod course;
 mod head;
 mod profile;
+mod session;
 #[cfg(test)]
 mod tests;
+
+pub use session::Session;
 
 use std::time::Duration;
 

@@ -7,7 +7,7 @@ use super::leaf::Leaf;
 use super::ordering::Ordering;
 use super::{Begin, Down, Root, Settings, Up};
 use crate::model::{
-    Change, Goal, MissionEnd, MissionSpec, NodeId, NodeKind, Outcome, Record, Time,
+    Change, Goal, MissionEnd, MissionSpec, NodeId, NodeKind, Outcome, Record, Span, Time, Topology,
 };
 
 /// What reaches a node.
@@ -44,6 +44,30 @@ pub enum Effect {
     Record(Box<Record>),
     /// The mission is over.
     Finished(MissionEnd),
+}
+
+impl Effect {
+    /// The record of a message that `from` sends with this effect; none for what is no message.
+    pub fn message(&self, at: Time, from: NodeId, topology: &Topology) -> Option<Record> {
+        let (to, round, message) = match self {
+            Self::Down(to, down) => {
+                let below = Span {
+                    from: *to,
+                    to: topology.end(*to),
+                };
+                (*to, down.round(), down.record(below))
+            }
+            Self::Up(up) => (topology.parent(from), up.round(), up.record(from)),
+            Self::Start(_) | Self::Stop(_) | Self::Record(_) | Self::Finished(_) => return None,
+        };
+        Some(Record::Sent {
+            at,
+            round,
+            from,
+            to,
+            message,
+        })
+    }
 }
 
 /// Collects the effects of one input.

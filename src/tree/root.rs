@@ -6,8 +6,8 @@ use std::sync::Arc;
 use super::lapse::Situated;
 use super::{Activation, Allocator, Answer, Down, Effect, Greedy, Outbox, Release, Verdict};
 use crate::model::{
-    Blocked, Change, Claim, Grant, Heir, Hold, Keep, MissionEnd, MissionSpec, NodeId, Reason,
-    Record, Reopened, ResourceTable, Situation, Time, TreeSpec,
+    Blocked, Change, Claim, Grant, Heir, Hold, Keep, MissionEnd, MissionSpec, NodeId, Record,
+    Reopened, ResourceTable, Situation, Time, TreeSpec,
 };
 use crate::world::{Compatible, Geometry, Unconstrained, View};
 

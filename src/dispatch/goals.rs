@@ -1,0 +1,283 @@
+//! A goal's life: parts begin together, the achieved ones end it, the maintained ones are shared and left.
+
+use std::collections::VecDeque;
+
+use super::slot::{Active, Work};
+use super::{Dispatch, Effect};
+use crate::model::{
+    CommandId, ControllerId, ControllerMessage, ControllerState, End, Fault, Goal, Mode, NodeId,
+    Outcome, Part, PartEnd, Report, ResourceId, Time, ToController,
+};
+
+/// A goal under way.
+#[derive(Debug)]
+pub(super) struct Running {
+    /// Controllers that still work on it, with the resource and mode of the part.
+    parts: Vec<(ControllerId, ResourceId, Mode)>,
+    due: Option<Time>,
+    /// How it will have ended when the last part has.
+    end: Option<End>,
+    reports: Vec<Report>,
+}
+
+impl Running {
+    pub(super) fn deadline(&self) -> Option<Time> {
+        self.due
+    }
+}
+
+impl Dispatch {
+    pub(super) fn start(&mut self, now: Time, goal: Goal) {
+        let leaf = goal.leaf;
+        let work = |part: Part| {
+            let controller = self.robot.resources[part.resource.index()].controller?;
+            let Part {
+                resource,
+                access,
+                mode,
+                command,
+            } = part;
+            Some((
+                controller,
+                Work {
+                    resource,
+                    access,
+                    mode,
+                    command,
+                },
+            ))
+        };
+        let works: Vec<_> = goal.parts.into_iter().filter_map(work).collect();
+        let parts = works
+            .iter()
+            .map(|(controller, work)| (*controller, work.resource, work.mode))
+            .collect();
+        let due = Some(now + goal.timeout);
+        self.goals.insert(
+            leaf,
+            Running {
+                parts,
+                due,
+                end: None,
+                reports: Vec::new(),
+            },
+        );
+        for (controller, work) in works {
+            self.begin(now, controller, leaf, work);
+        }
+        self.settle(now, leaf);
+    }
+
+    /// Ends a goal before its time.
+    pub(super) fn stop(&mut self, now: Time, leaf: NodeId, end: End) {
+        let Some(running) = self.goals.get_mut(&leaf) else {
+            return;
+        };
+        running.end.get_or_insert(end);
+        running.due = None;
+        let controllers: Vec<_> = running
+            .parts
+            .iter()
+            .map(|(controller, ..)| *controller)
+            .collect();
+        for controller in controllers {
+            self.leave(now, controller, leaf);
+        }
+        self.settle(now, leaf);
+    }
+
+    pub(super) fn woke(&mut self, now: Time) {
+        let late: Vec<_> = self
+            .goals
+            .iter()
+            .filter(|(_, running)| running.due.is_some_and(|due| due <= now))
+            .map(|(&leaf, _)| leaf)
+            .collect();
+        for leaf in late {
+            self.stop(now, leaf, End::Failed(Fault::TimedOut));
+        }
+        for index in 0..self.slots.len() {
+            let controller = ControllerId::from(index);
+            if self.slots[index].deadline().is_some_and(|due| due <= now) {
+                self.unanswered(now, controller);
+            }
+        }
+    }
+
+    pub(super) fn rejected(&mut self, now: Time, controller: ControllerId, id: CommandId) {
+        if self.slots[controller.index()].knows(id) {
+            self.drop_current(now, controller, End::Failed(Fault::Rejected(controller)));
+        }
+    }
+
+    pub(super) fn part_ended(
+        &mut self,
+        now: Time,
+        controller: ControllerId,
+        end: PartEnd,
+        state: ControllerState,
+    ) {
+        let Some(active) = self.slots[controller.index()].current.take() else {
+            return;
+        };
+        let lasts = active.work.mode == Mode::Maintain;
+        let fault = match end {
+            PartEnd::Succeeded if !lasts => None,
+            PartEnd::Succeeded | PartEnd::Aborted | PartEnd::Canceled if lasts => {
+                Some(Fault::NotMaintained(controller))
+            }
+            PartEnd::Succeeded | PartEnd::Aborted | PartEnd::Canceled => {
+                Some(Fault::Aborted(controller))
+            }
+        };
+        for leaf in active.holders {
+            self.report(leaf, active.work.resource, state);
+            self.forget_part(leaf, active.work.resource);
+            match fault {
+                Some(fault) => self.stop(now, leaf, End::Failed(fault)),
+                None => self.settle(now, leaf),
+            }
+        }
+        self.next(now, controller);
+    }
+
+    pub(super) fn slot_lost(&mut self, now: Time, controller: ControllerId) {
+        let fault = End::Failed(Fault::Lost(controller));
+        for (leaf, work) in std::mem::take(&mut self.slots[controller.index()].queue) {
+            self.forget_part(leaf, work.resource);
+            self.stop(now, leaf, fault);
+        }
+        self.drop_current(now, controller, fault);
+    }
+
+    fn begin(&mut self, now: Time, controller: ControllerId, leaf: NodeId, work: Work) {
+        if let Some(active) = self.slots[controller.index()].shared(&work) {
+            active.holders.insert(leaf);
+            let id = active.id;
+            self.record(now, controller, ControllerMessage::Joined { leaf, id });
+            return;
+        }
+        self.slots[controller.index()].queue.push_back((leaf, work));
+        self.next(now, controller);
+    }
+
+    /// Sends the next command of a controller that is free.
+    fn next(&mut self, now: Time, controller: ControllerId) {
+        if self.slots[controller.index()].current.is_some() {
+            return;
+        }
+        let Some((leaf, work)) = self.slots[controller.index()].queue.pop_front() else {
+            return;
+        };
+        let id = self.send(now, controller, leaf, &work);
+        let due = Some(now + self.limits.accept);
+        let active = Active {
+            id,
+            work,
+            holders: [leaf].into(),
+            due,
+            is_canceled: false,
+        };
+        self.slots[controller.index()].current = Some(active);
+        let waiting = std::mem::take(&mut self.slots[controller.index()].queue);
+        for (leaf, work) in waiting {
+            self.begin(now, controller, leaf, work);
+        }
+    }
+
+    /// A goal no longer needs a controller; the last to leave stops the command.
+    fn leave(&mut self, now: Time, controller: ControllerId, leaf: NodeId) {
+        let due = Some(now + self.limits.cancel);
+        let slot = &mut self.slots[controller.index()];
+        let waiting = std::mem::take(&mut slot.queue);
+        let (gone, queue): (VecDeque<_>, _) = waiting
+            .into_iter()
+            .partition(|(waiting, _)| *waiting == leaf);
+        slot.queue = queue;
+        for (_, work) in gone {
+            self.forget_part(leaf, work.resource);
+        }
+        let slot = &mut self.slots[controller.index()];
+        let Some(active) = slot
+            .current
+            .as_mut()
+            .filter(|active| active.holders.contains(&leaf))
+        else {
+            return;
+        };
+        if active.holders.len() > 1 {
+            active.holders.remove(&leaf);
+            let resource = active.work.resource;
+            self.forget_part(leaf, resource);
+        } else if !active.is_canceled {
+            active.is_canceled = true;
+            active.due = due;
+            let id = active.id;
+            self.tell(now, controller, Some(leaf), ToController::Cancel { id });
+        }
+    }
+
+    fn unanswered(&mut self, now: Time, controller: ControllerId) {
+        let Some(active) = &self.slots[controller.index()].current else {
+            return;
+        };
+        let id = active.id;
+        if !active.is_canceled {
+            self.tell(now, controller, None, ToController::Cancel { id });
+        }
+        self.drop_current(now, controller, End::Failed(Fault::Unanswered(controller)));
+    }
+
+    /// Gives up what a controller is doing; whatever it says of it later is stale.
+    fn drop_current(&mut self, now: Time, controller: ControllerId, end: End) {
+        if let Some(active) = self.slots[controller.index()].current.take() {
+            for leaf in active.holders {
+                self.forget_part(leaf, active.work.resource);
+                self.stop(now, leaf, end);
+            }
+        }
+        self.next(now, controller);
+    }
+
+    fn forget_part(&mut self, leaf: NodeId, resource: ResourceId) {
+        if let Some(running) = self.goals.get_mut(&leaf) {
+            running.parts.retain(|(_, part, _)| *part != resource);
+        }
+    }
+
+    fn report(&mut self, leaf: NodeId, resource: ResourceId, state: ControllerState) {
+        let report = match state {
+            ControllerState::Base { pose, .. } => Report::BaseAt(pose),
+            ControllerState::Arm { holds, .. } => Report::Holds(resource, holds),
+            ControllerState::Head { .. } => return,
+        };
+        if let Some(running) = self.goals.get_mut(&leaf) {
+            running.reports.push(report);
+        }
+    }
+
+    /// Once nothing is left to achieve the rest is left; once nothing is left at all the leaf hears of it.
+    fn settle(&mut self, now: Time, leaf: NodeId) {
+        let Some(running) = self.goals.get_mut(&leaf) else {
+            return;
+        };
+        let is_achieved = running
+            .parts
+            .iter()
+            .all(|(.., mode)| *mode == Mode::Maintain);
+        if is_achieved && running.end.is_none() {
+            self.stop(now, leaf, End::Succeeded);
+        } else if running.parts.is_empty()
+            && let Some(running) = self.goals.remove(&leaf)
+        {
+            let end = running.end.expect("a goal without parts has ended");
+            self.effects.push(Effect::Ended(
+                leaf,
+                Outcome {
+                    end,
+                    reports: running.reports,
+                },
+            ));
+        }
+    }
+}
