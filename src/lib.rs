@@ -5,6 +5,7 @@ pub mod behavior;
 pub mod dispatch;
 pub mod model;
 pub mod motion;
+pub mod runtime;
 pub mod sim;
 pub mod tree;
 pub mod world;

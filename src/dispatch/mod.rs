@@ -43,7 +43,9 @@ pub enum Input {
 pub enum Effect {
     /// Tell a controller.
     Tell(ControllerId, ToController),
-    /// Every controller is attached and configured: how things really are.
+    /// This controller is attached and configured.
+    Configured(ControllerId),
+    /// All of them are: how things really are.
     Ready(Situation),
     /// The goal of this leaf ended.
     Ended(NodeId, Outcome),
@@ -145,16 +147,6 @@ impl Dispatch {
             .min()
     }
 
-    /// Controllers that are not attached, in the order of the robot file.
-    pub fn missing(&self) -> impl Iterator<Item = ControllerId> + '_ {
-        let waits = self
-            .attachments
-            .iter()
-            .enumerate()
-            .filter(|(_, attachment)| !attachment.is_ready());
-        waits.map(|(index, _)| ControllerId::from(index))
-    }
-
     fn attached(&mut self, now: Time, id: ControllerId) {
         let start = attachment::start_state(&self.robot, &self.start, id);
         let generation = self.attachments[id.index()].attach();
@@ -201,6 +193,7 @@ impl Dispatch {
         match message {
             FromController::Configured { state, .. } => {
                 self.attachments[id.index()].configured(state);
+                self.effects.push(Effect::Configured(id));
                 self.check_ready();
             }
             FromController::Accepted { .. } => self.slots[id.index()].accepted(),

@@ -179,6 +179,7 @@ impl<'a> Simulation<'a> {
                     (self.journal)(&Record::Ended { at: self.now, end });
                     self.finish(end);
                 }
+                dispatch::Effect::Configured(_) => {}
                 dispatch::Effect::Safe => self.is_safe = true,
                 dispatch::Effect::Record(record) => (self.journal)(&record),
             }

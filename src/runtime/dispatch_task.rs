@@ -1,0 +1,61 @@
+//! The task around the dispatch: inbox, deadline, ways to links and nodes.
+
+use tokio::sync::mpsc;
+
+use super::clock::Clock;
+use super::journal_task::Journal;
+use super::node_task::ToNode;
+use super::supervisor::Signal;
+use crate::dispatch::{Dispatch, Effect, Input};
+use crate::model::{NodeId, ToController};
+
+/// The dispatch with its neighbors.
+pub(super) struct DispatchTask {
+    pub(super) dispatch: Dispatch,
+    pub(super) inbox: mpsc::UnboundedReceiver<Input>,
+    pub(super) links: Vec<mpsc::UnboundedSender<ToController>>,
+    pub(super) nodes: Vec<ToNode>,
+    pub(super) supervisor: mpsc::UnboundedSender<Signal>,
+    pub(super) journal: Option<Journal>,
+    pub(super) clock: Clock,
+}
+
+impl DispatchTask {
+    /// Lives until the run is over.
+    pub(super) async fn run(mut self) {
+        loop {
+            let due = self.dispatch.deadline().map(|at| self.clock.instant(at));
+            let input = tokio::select! {
+                input = self.inbox.recv() => match input {
+                    Some(input) => input,
+                    None => return,
+                },
+                () = async { tokio::time::sleep_until(due.expect("guarded")).await }, if due.is_some() => Input::Woke,
+            };
+            for effect in self.dispatch.handle(self.clock.now(), input) {
+                self.carry(effect);
+            }
+        }
+    }
+
+    fn carry(&self, effect: Effect) {
+        match effect {
+            Effect::Tell(id, message) => drop(self.links[id.index()].send(message)),
+            Effect::Ended(leaf, outcome) => self.nodes[leaf.index()].ended(outcome),
+            Effect::Observed(change) => self.nodes[NodeId(0).index()].observed(change),
+            Effect::Ready(situation) => self.signal(Signal::Ready(situation)),
+            Effect::Configured(id) => self.signal(Signal::Attached(id)),
+            Effect::Lost(id) => self.signal(Signal::Lost(id)),
+            Effect::Safe => self.signal(Signal::Safe),
+            Effect::Record(record) => {
+                if let Some(journal) = &self.journal {
+                    journal.write(record);
+                }
+            }
+        }
+    }
+
+    fn signal(&self, signal: Signal) {
+        drop(self.supervisor.send(signal));
+    }
+}

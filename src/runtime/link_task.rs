@@ -1,0 +1,118 @@
+//! One task per controller link: wake-ups from its descriptor, the daemon's heartbeat, and the watch over its life.
+
+use std::collections::VecDeque;
+use std::os::fd::{AsFd, OwnedFd};
+
+use tokio::io::unix::AsyncFd;
+use tokio::sync::mpsc;
+use tokio::time::{MissedTickBehavior, interval};
+
+use crate::dispatch::Input;
+use crate::ipc::watch::Pidfd;
+use crate::ipc::{BEAT_EVERY, Heard, Link, LinkError};
+use crate::model::{ControllerId, FromController, Rejection, ToController};
+
+/// A link that can be waited for.
+pub trait Port: Link + AsFd + Send {}
+
+impl<T: Link + AsFd + Send> Port for T {}
+
+/// A link with its neighbors.
+pub(super) struct LinkTask {
+    pub(super) id: ControllerId,
+    pub(super) link: Box<dyn Port>,
+    pub(super) orders: mpsc::UnboundedReceiver<ToController>,
+    pub(super) dispatch: mpsc::UnboundedSender<Input>,
+}
+
+/// What a link's task knows of its controller.
+struct Watch {
+    waiting: VecDeque<ToController>,
+    life: Option<AsyncFd<Pidfd>>,
+    is_attached: bool,
+}
+
+impl LinkTask {
+    /// Lives until the run is over.
+    ///
+    /// # Errors
+    /// When a descriptor cannot be watched.
+    pub(super) async fn run(mut self) -> std::io::Result<()> {
+        let wakeups: AsyncFd<OwnedFd> = AsyncFd::new(self.link.as_fd().try_clone_to_owned()?)?;
+        let mut beat = interval(BEAT_EVERY);
+        beat.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let mut watch = Watch { waiting: VecDeque::new(), life: None, is_attached: false };
+        loop {
+            let mut has_died = false;
+            tokio::select! {
+                ready = wakeups.readable() => ready?.clear_ready(),
+                order = self.orders.recv() => match order {
+                    Some(order) => watch.waiting.push_back(order),
+                    None => return Ok(()),
+                },
+                () = died(watch.life.as_ref()) => has_died = true,
+                _ = beat.tick() => self.link.beat(),
+            }
+            self.hear();
+            self.attend(&mut watch, has_died);
+            self.send(&mut watch.waiting);
+        }
+    }
+
+    /// Takes all that came; a wake-up is only a hint.
+    fn hear(&mut self) {
+        for heard in self.link.drain() {
+            let input = match heard {
+                Heard::Message(message) => Input::Heard(self.id, message),
+                Heard::Refused(why) => Input::Refused(self.id, why),
+                Heard::Closed(_) => Input::Refused(self.id, Rejection::Unknown),
+                Heard::State { .. } => continue,
+            };
+            drop(self.dispatch.send(input));
+        }
+    }
+
+    fn attend(&mut self, watch: &mut Watch, has_died: bool) {
+        match (watch.is_attached, self.link.is_attached()) {
+            (false, Some(pid)) if !has_died => {
+                watch.is_attached = true;
+                watch.life = Pidfd::open(pid).ok().and_then(|life| AsyncFd::new(life).ok());
+                drop(self.dispatch.send(Input::Attached(self.id)));
+            }
+            (true, Some(_)) if !has_died => {}
+            (true, _) => {
+                watch.is_attached = false;
+                watch.life = None;
+                watch.waiting.clear();
+                self.link.forget();
+                drop(self.dispatch.send(Input::Lost(self.id)));
+            }
+            (false, _) => {}
+        }
+    }
+
+    /// Sends in order; what the controller cannot take yet is tried again at the next wake-up.
+    fn send(&mut self, waiting: &mut VecDeque<ToController>) {
+        while let Some(message) = waiting.front() {
+            match self.link.send(message) {
+                Ok(()) => {}
+                Err(LinkError::Absent | LinkError::Full) => return,
+                Err(LinkError::PathLength(_) | LinkError::Generation(_) | LinkError::Transport(_)) => {
+                    if let ToController::Goal { id, .. } = message {
+                        let rejected = FromController::Rejected { id: *id, why: Rejection::Malformed };
+                        drop(self.dispatch.send(Input::Heard(self.id, rejected)));
+                    }
+                }
+            }
+            waiting.pop_front();
+        }
+    }
+}
+
+/// Comes back when the process has ended; never without one.
+async fn died(life: Option<&AsyncFd<Pidfd>>) {
+    match life {
+        Some(life) => drop(life.readable().await),
+        None => std::future::pending().await,
+    }
+}

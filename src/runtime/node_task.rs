@@ -1,0 +1,169 @@
+//! One task per node: inbox, machine, effects out. Handles are directed: to a child only `Down`, to the parent only `Up`.
+
+use std::sync::Arc;
+
+use tokio::sync::mpsc;
+
+use super::clock::Clock;
+use super::journal_task::Journal;
+use super::supervisor::Signal;
+use crate::dispatch;
+use crate::model::{Change, NodeId, Outcome, Topology};
+use crate::tree::{Begin, Down, Effect, Input, Node, Outbox, Up};
+
+/// What a parent can have on the way to a child: a verdict, a reopening, a cancel, and the next activation; twice that.
+const FROM_PARENT: usize = 8;
+/// What runtime and dispatch can have on the way to a node: one end per grant; to root also begin, cancel, world.
+const FROM_RUNTIME: usize = 64;
+
+/// The way down to a child.
+#[derive(Debug, Clone)]
+struct ToChild(mpsc::Sender<Input>);
+
+impl ToChild {
+    fn tell(&self, down: Down) {
+        deliver(&self.0, Input::Down(down));
+    }
+}
+
+/// The way up to the parent.
+#[derive(Debug, Clone)]
+struct ToParent(mpsc::Sender<Input>);
+
+impl ToParent {
+    fn tell(&self, child: NodeId, up: Up) {
+        deliver(&self.0, Input::Up(child, up));
+    }
+}
+
+/// The way from runtime and dispatch to a node.
+#[derive(Debug, Clone)]
+pub(super) struct ToNode(mpsc::Sender<Input>);
+
+impl ToNode {
+    pub(super) fn begin(&self, begin: Begin) {
+        deliver(&self.0, Input::Begin(begin));
+    }
+
+    pub(super) fn cancel(&self) {
+        deliver(&self.0, Input::Cancel);
+    }
+
+    pub(super) fn world(&self, change: Change) {
+        deliver(&self.0, Input::World(change));
+    }
+
+    pub(super) fn ended(&self, outcome: Outcome) {
+        deliver(&self.0, Input::Ended(outcome));
+    }
+
+    /// Where the base is while it drives; the next such message says it better, so a full inbox does not matter.
+    pub(super) fn observed(&self, change: Change) {
+        drop(self.0.try_send(Input::Observed(change)));
+    }
+}
+
+/// Sends without waiting. A full inbox is a defect of the capacities; a closed one belongs to a run that is over.
+fn deliver(to: &mpsc::Sender<Input>, input: Input) {
+    if let Err(mpsc::error::TrySendError::Full(input)) = to.try_send(input) {
+        panic!("an inbox of {} is full at {input:?}", to.max_capacity());
+    }
+}
+
+/// What all node tasks share.
+#[derive(Debug, Clone)]
+pub(super) struct Surroundings {
+    pub(super) topology: Arc<Topology>,
+    pub(super) clock: Clock,
+    pub(super) dispatch: mpsc::UnboundedSender<dispatch::Input>,
+    pub(super) supervisor: mpsc::UnboundedSender<Signal>,
+    pub(super) journal: Option<Journal>,
+}
+
+/// An actor: a machine with its inbox and its neighbors.
+#[derive(Debug)]
+pub(super) struct NodeTask {
+    id: NodeId,
+    node: Node,
+    inbox: mpsc::Receiver<Input>,
+    parent: ToParent,
+    children: Vec<(NodeId, ToChild)>,
+    around: Surroundings,
+}
+
+/// Wires the machines of a tree; gives the tasks and the ways to them, both by node.
+pub(super) fn wire(nodes: Vec<Node>, around: &Surroundings) -> (Vec<NodeTask>, Vec<ToNode>) {
+    let topology = &around.topology;
+    let (ways, inboxes): (Vec<_>, Vec<_>) =
+        (0..nodes.len()).map(|index| mpsc::channel(capacity(topology, NodeId::from(index)))).unzip();
+    let tasks = std::iter::zip(nodes, inboxes).enumerate().map(|(index, (node, inbox))| {
+        let id = NodeId::from(index);
+        let child = |child: NodeId| (child, ToChild(ways[child.index()].clone()));
+        NodeTask {
+            id,
+            node,
+            inbox,
+            parent: ToParent(ways[topology.parent(id).index()].clone()),
+            children: topology.children(id).map(child).collect(),
+            around: around.clone(),
+        }
+    });
+    (tasks.collect(), ways.iter().cloned().map(ToNode).collect())
+}
+
+/// Each child has at most one answer on its way, and each node below at most one end per round, over two rounds.
+fn capacity(topology: &Topology, id: NodeId) -> usize {
+    let below = topology.end(id).index() - id.index() - 1;
+    let fixed = if id == NodeId(0) || below == 0 { FROM_RUNTIME } else { 0 };
+    fixed + FROM_PARENT + 3 * below
+}
+
+impl NodeTask {
+    pub(super) fn id(&self) -> NodeId {
+        self.id
+    }
+
+    /// Lives until the run is over.
+    pub(super) async fn run(mut self) {
+        let mut out = Outbox::default();
+        let is_root = self.id == NodeId(0);
+        while let Some(input) = self.inbox.recv().await {
+            if is_root && let Some(journal) = &self.around.journal {
+                journal.ready().await;
+            }
+            self.node.handle(self.around.clock.now(), input, &mut out);
+            for effect in out.drain() {
+                self.carry(effect);
+            }
+        }
+    }
+
+    fn carry(&self, effect: Effect) {
+        if let Some(journal) = &self.around.journal
+            && let Some(record) = effect.message(self.around.clock.now(), self.id, &self.around.topology)
+        {
+            journal.write(record);
+        }
+        match effect {
+            Effect::Down(to, down) => self.child(to).tell(down),
+            Effect::Up(up) => self.parent.tell(self.id, up),
+            Effect::Start(goal) => self.dispatch(dispatch::Input::Start(goal)),
+            Effect::Stop(leaf) => self.dispatch(dispatch::Input::Stop(leaf)),
+            Effect::Record(record) => {
+                if let Some(journal) = &self.around.journal {
+                    journal.write(*record);
+                }
+            }
+            Effect::Finished(end) => drop(self.around.supervisor.send(Signal::Finished(end))),
+        }
+    }
+
+    fn child(&self, id: NodeId) -> &ToChild {
+        let index = self.children.binary_search_by_key(&id, |(child, _)| *child);
+        &self.children[index.expect("a node tells only its children")].1
+    }
+
+    fn dispatch(&self, input: dispatch::Input) {
+        drop(self.around.dispatch.send(input));
+    }
+}
