@@ -1,5 +1,7 @@
 //! Ambidex lets a single robot multitask: task trees as actors, resources as leases, controllers
 //! as processes over shared memory.
 
+pub mod controller;
+pub mod ipc;
 pub mod model;
 pub mod motion;
