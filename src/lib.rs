@@ -2,7 +2,9 @@
 //! as processes over shared memory.
 
 pub mod behavior;
+pub mod controller;
 pub mod dispatch;
+pub mod ipc;
 pub mod model;
 pub mod motion;
 pub mod runtime;

@@ -1,0 +1,3 @@
+//! The session alone, with time handed in.
+
+use super::*;

@@ -1,0 +1,173 @@
+//! A named instance of the robot: where its files lie and what its transport is configured with.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use iceoryx2::prelude::{Config, FileName, Path as TransportPath, SemanticString};
+
+use super::clock::monotonic_ns;
+use super::error::IpcError;
+use super::lock::Lock;
+
+const NAME_MAX: usize = 32;
+/// Every file of every instance in shared memory begins with this.
+pub(super) const PREFIX: &str = "ambidex_";
+
+/// One robot's runtime and controllers. Processes of two instances do not meet.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Instance {
+    name: String,
+}
+
+impl Instance {
+    /// An instance by its name.
+    ///
+    /// # Errors
+    /// [`IpcError::InstanceName`] unless it is 1 to 32 of a-z, 0-9 and -.
+    pub fn new(name: &str) -> Result<Self, IpcError> {
+        let fits = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
+        if !is_name(name, fits) {
+            return Err(IpcError::InstanceName(name.to_owned()));
+        }
+        Ok(Self {
+            name: name.to_owned(),
+        })
+    }
+
+    /// An instance that no other process has.
+    pub fn fresh() -> Self {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let salt = fnv(&format!("{} {count}", monotonic_ns()));
+        Self {
+            name: format!("run-{}-{:08x}", std::process::id(), salt as u32),
+        }
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Takes the place of the instance's only daemon, until the lock is dropped or the process ends in any way.
+    ///
+    /// # Errors
+    /// [`IpcError::DaemonRuns`] if it is taken.
+    pub fn lock_daemon(&self) -> Result<Lock, IpcError> {
+        Lock::daemon(self)
+    }
+
+    /// Takes the place of the only controller of that name, until the lock is dropped or the process ends in any way.
+    ///
+    /// # Errors
+    /// [`IpcError::ControllerRuns`] if it is taken, [`IpcError::ControllerName`] if it is no name.
+    pub fn lock_controller(&self, name: &str) -> Result<Lock, IpcError> {
+        check_controller_name(name)?;
+        Lock::controller(self, name)
+    }
+
+    /// The folder of the instance. It is named by a tag, since paths of sockets are short.
+    pub(super) fn dir(&self) -> PathBuf {
+        base().join(self.tag())
+    }
+
+    /// What the instance's files in shared memory begin with.
+    pub(super) fn prefix(&self) -> String {
+        prefix_of(&self.tag())
+    }
+
+    fn tag(&self) -> String {
+        let uid = rustix::process::getuid().as_raw();
+        format!(
+            "{:010x}",
+            fnv(&format!("{uid} {}", self.name)) & 0xff_ffff_ffff
+        )
+    }
+
+    /// The configuration that every process of the instance must use.
+    pub(super) fn config(&self) -> Result<Config, IpcError> {
+        let dir = self.dir();
+        let unfit = || IpcError::Path(dir.clone());
+        let mut config = Config::default();
+        config.global.prefix =
+            FileName::new(self.prefix().as_bytes()).map_err(|_| unfit())?;
+        let root = dir.to_str().ok_or_else(unfit)?;
+        let root = TransportPath::new(root.as_bytes()).map_err(|_| unfit())?;
+        config.global.set_root_path(&root);
+        // The janitor does this, behind its guards; unguarded it can spin for ever.
+        config.global.node.cleanup_dead_nodes_on_creation = false;
+        config.global.node.cleanup_dead_nodes_on_destruction = false;
+        config.global.service.cleanup_dead_nodes_on_open = false;
+        Ok(config)
+    }
+}
+
+pub(super) fn check_controller_name(name: &str) -> Result<(), IpcError> {
+    let fits = |byte: u8| {
+        byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-' || byte == b'_'
+    };
+    if is_name(name, fits) {
+        return Ok(());
+    }
+    Err(IpcError::ControllerName(name.to_owned()))
+}
+
+/// The folder of all instances of this user.
+pub(super) fn base() -> PathBuf {
+    let uid = rustix::process::getuid().as_raw();
+    let shared = shared_memory();
+    let root = if shared.is_dir() {
+        shared.to_owned()
+    } else {
+        std::env::temp_dir()
+    };
+    root.join(format!("ambidex-{uid}"))
+}
+
+/// Where the system shows its segments of shared memory as files.
+pub(super) fn shared_memory() -> &'static Path {
+    Path::new("/dev/shm")
+}
+
+pub(super) fn prefix_of(tag: &str) -> String {
+    format!("{PREFIX}{tag}_")
+}
+
+fn is_name(name: &str, fits: impl Fn(u8) -> bool) -> bool {
+    (1..=NAME_MAX).contains(&name.len()) && name.bytes().all(fits)
+}
+
+/// FNV-1a: stable over versions, unlike the hashers of std.
+fn fnv(text: &str) -> u64 {
+    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_short_and_plain() {
+        for good in ["default", "run-12", "a", "0123456789abcdef0123456789abcdef"] {
+            assert!(Instance::new(good).is_ok(), "{good}");
+        }
+        let long = "x".repeat(33);
+        for bad in ["", "Default", "a b", "a/b", "..", "a_b", "é", long.as_str()] {
+            assert!(Instance::new(bad).is_err(), "{bad}");
+        }
+        assert!(check_controller_name("left_arm").is_ok());
+        assert!(check_controller_name("left/arm").is_err());
+        assert!(Instance::new(Instance::fresh().name()).is_ok());
+        assert_ne!(Instance::fresh(), Instance::fresh());
+    }
+
+    #[test]
+    fn the_longest_socket_path_fits() {
+        let digits_of_an_id = 39;
+        let dir = "/dev/shm/ambidex-4294967294/0123456789/".len();
+        let file = prefix_of("0123456789").len() + digits_of_an_id + ".event".len();
+        assert!(dir + file < 108);
+    }
+}

@@ -1,0 +1,202 @@
+//! Removing what the dead left in shared memory: whole instances, and dead nodes within a living one.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+use iceoryx2::node::{DeadNodeView, NodeView};
+use iceoryx2::prelude::{CallbackProgression, Config, Node, NodeState};
+
+use super::error::IpcError;
+use super::instance::{Instance, PREFIX, base, prefix_of};
+use super::lock::{Gate, is_abandoned, name_in, remove_instance, segments};
+use super::station::Transport;
+
+/// How old something unfinished must be before its maker counts as dead.
+const UNFINISHED_FOR: Duration = Duration::from_millis(500);
+
+/// Something that was removed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Swept {
+    /// An instance without any living process.
+    Instance {
+        /// Its name.
+        name: String,
+        /// How many segments of shared memory it had left.
+        segments: usize,
+    },
+    /// A node of a dead process.
+    Node {
+        /// Its id.
+        id: u128,
+    },
+    /// A segment of shared memory that belonged to nothing, or that its maker did not finish.
+    Segment(PathBuf),
+}
+
+/// Removes every instance of this user in which no process lives, and segments of none. Call it at the start of any instance.
+///
+/// # Errors
+/// [`IpcError`] when the lock over all instances cannot be had.
+pub fn sweep() -> Result<Vec<Swept>, IpcError> {
+    let _gate = Gate::enter()?;
+    let mut swept = Vec::new();
+    let mut living = Vec::new();
+    for dir in instance_dirs() {
+        let prefix = prefix_of(&tag_of(&dir));
+        if is_abandoned(&dir) {
+            let name = name_in(&dir);
+            let segments = remove_instance(&dir, &prefix);
+            swept.push(Swept::Instance { name, segments });
+        } else {
+            living.push(prefix);
+        }
+    }
+    swept.extend(remove_orphans(&living).into_iter().map(Swept::Segment));
+    Ok(swept)
+}
+
+/// Removes what dead processes left in an instance that may live. It takes up to 30 ms per dead node: not for an actor.
+pub fn tidy(instance: &Instance) -> Vec<Swept> {
+    let mut swept: Vec<_> = remove_unfinished(&instance.prefix())
+        .into_iter()
+        .map(Swept::Segment)
+        .collect();
+    let Ok(config) = instance.config() else {
+        return swept;
+    };
+    let mut dead = Vec::new();
+    let listed = Node::<Transport>::list(&config, |state| {
+        match state {
+            NodeState::Dead(node) => dead.push(node),
+            NodeState::Alive(_) | NodeState::Inaccessible(_) | NodeState::Undefined(_) => {}
+        }
+        CallbackProgression::Continue
+    });
+    if let Err(error) = listed {
+        tracing::warn!(%error, "cannot list the nodes in shared memory");
+    }
+    for node in dead {
+        let id = node.id().value();
+        match remove_node(node, &config) {
+            Ok(()) => swept.push(Swept::Node { id }),
+            Err(error) => tracing::debug!(%error, id, "a dead node stays for now"),
+        }
+    }
+    swept
+}
+
+fn remove_node(node: DeadNodeView<Transport>, config: &Config) -> Result<(), String> {
+    if node.details().is_some() {
+        return node
+            .try_remove_stale_resources()
+            .map_err(|error| error.to_string());
+    }
+    // Its maker died before it had written what the transport's own cleaning needs.
+    remove_half_made(config, node.id().value()).map_err(|error| error.to_string())
+}
+
+fn remove_half_made(config: &Config, id: u128) -> std::io::Result<()> {
+    let nodes = PathBuf::from(config.global.node_dir().to_string());
+    let id = id.to_string();
+    for entry in fs::read_dir(&nodes)?.flatten() {
+        let path = entry.path();
+        if !entry.file_name().to_string_lossy().contains(&id) || !is_old(&path) {
+            continue;
+        }
+        if path.is_dir() {
+            fs::remove_dir_all(&path)?;
+        } else {
+            fs::remove_file(&path)?;
+        }
+    }
+    Ok(())
+}
+
+/// A segment without a size makes every later node creation and cleaning wait for ever.
+fn remove_unfinished(prefix: &str) -> Vec<PathBuf> {
+    let mut found = segments(prefix);
+    found.retain(|path| {
+        let is_empty = fs::metadata(path).is_ok_and(|about| about.len() == 0);
+        is_empty && is_old(path) && fs::remove_file(path).is_ok()
+    });
+    found
+}
+
+fn remove_orphans(living: &[String]) -> Vec<PathBuf> {
+    let mut found = segments(PREFIX);
+    found.retain(|path| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let lives = living.iter().any(|prefix| name.starts_with(prefix));
+        // Those of another user cannot be removed in a sticky folder, and need not be.
+        !lives && fs::remove_file(path).is_ok()
+    });
+    found
+}
+
+fn instance_dirs() -> Vec<PathBuf> {
+    let Ok(entries) = fs::read_dir(base()) else {
+        return Vec::new();
+    };
+    entries
+        .flatten()
+        .map(|entry| entry.path())
+        .filter(|path| path.is_dir())
+        .collect()
+}
+
+fn tag_of(dir: &Path) -> String {
+    let name = dir.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
+}
+
+fn is_old(path: &Path) -> bool {
+    let changed = fs::symlink_metadata(path).and_then(|about| about.modified());
+    changed.is_ok_and(|at| {
+        SystemTime::now()
+            .duration_since(at)
+            .is_ok_and(|age| age > UNFINISHED_FOR)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::instance::shared_memory;
+    use super::*;
+
+    #[test]
+    fn a_dead_instance_is_swept_and_a_living_one_is_not() {
+        let (dead, living) = (Instance::fresh(), Instance::fresh());
+        let lock = living.lock_daemon().unwrap();
+        // What a process leaves that was killed: a folder, a lock file that nobody holds, and a segment.
+        fs::create_dir_all(dead.dir()).unwrap();
+        fs::write(dead.dir().join("daemon.lock"), "1\n").unwrap();
+        fs::write(dead.dir().join("name"), dead.name()).unwrap();
+        let segment = shared_memory().join(format!("{}1.data", dead.prefix()));
+        fs::write(&segment, "x").unwrap();
+
+        let swept = sweep().unwrap();
+        let entry = Swept::Instance {
+            name: dead.name().to_owned(),
+            segments: 1,
+        };
+        // Another test's sweep may have been first.
+        assert!(swept.contains(&entry) || !segment.exists());
+        assert!(!dead.dir().exists() && !segment.exists());
+        assert!(living.dir().exists());
+        drop(lock);
+    }
+
+    #[test]
+    fn only_old_segments_without_a_size_are_removed() {
+        let instance = Instance::fresh();
+        let lock = instance.lock_daemon().unwrap();
+        let segment = shared_memory().join(format!("{}2.data", instance.prefix()));
+        let file = fs::File::create(&segment).unwrap();
+        assert!(tidy(&instance).is_empty());
+        let old = SystemTime::now() - 2 * UNFINISHED_FOR;
+        file.set_modified(old).unwrap();
+        assert_eq!(tidy(&instance), [Swept::Segment(segment.clone())]);
+        drop(lock);
+    }
+}

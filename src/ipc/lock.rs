@@ -1,0 +1,238 @@
+//! Who may be daemon or controller: locks that the kernel frees when their process ends, however it ends.
+
+use std::ffi::OsStr;
+use std::fs::{self, File, TryLockError};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use super::error::IpcError;
+use super::instance::{Instance, base, shared_memory};
+
+const GATE_WAIT: Duration = Duration::from_secs(5);
+const GATE_POLL: Duration = Duration::from_millis(1);
+const GATE_FILE: &str = ".gate";
+const NAME_FILE: &str = "name";
+
+/// The place of a daemon or controller, held until dropped. The last one out removes what the instance left.
+#[derive(Debug)]
+pub struct Lock {
+    file: File,
+    path: PathBuf,
+    instance: Instance,
+}
+
+impl Lock {
+    pub(super) fn daemon(instance: &Instance) -> Result<Self, IpcError> {
+        Self::take(instance, "daemon.lock", |pid| IpcError::DaemonRuns {
+            instance: instance.name().to_owned(),
+            pid,
+        })
+    }
+
+    pub(super) fn controller(instance: &Instance, name: &str) -> Result<Self, IpcError> {
+        let file = format!("controller-{name}.lock");
+        Self::take(instance, &file, |pid| IpcError::ControllerRuns {
+            instance: instance.name().to_owned(),
+            name: name.to_owned(),
+            pid,
+        })
+    }
+
+    /// The instance that it belongs to.
+    pub fn instance(&self) -> &Instance {
+        &self.instance
+    }
+
+    fn take(
+        instance: &Instance,
+        file_name: &str,
+        taken: impl FnOnce(u32) -> IpcError,
+    ) -> Result<Self, IpcError> {
+        let _gate = Gate::enter()?;
+        let dir = instance.dir();
+        fs::create_dir_all(&dir).map_err(IpcError::file(&dir))?;
+        let name = dir.join(NAME_FILE);
+        fs::write(&name, instance.name()).map_err(IpcError::file(&name))?;
+        let path = dir.join(file_name);
+        let mut file = open(&path)?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Err(taken(read_pid(&mut file))),
+            Err(TryLockError::Error(source)) => return Err(IpcError::File { path, source }),
+        }
+        write_pid(&mut file).map_err(IpcError::file(&path))?;
+        Ok(Self {
+            file,
+            path,
+            instance: instance.clone(),
+        })
+    }
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        // Without the gate the file stays, and so does the folder: the next sweep takes them.
+        let Ok(_gate) = Gate::enter() else {
+            return;
+        };
+        let _ = fs::remove_file(&self.path);
+        let _ = self.file.unlock();
+        let dir = self.instance.dir();
+        if is_abandoned(&dir) {
+            remove_instance(&dir, &self.instance.prefix());
+        }
+    }
+}
+
+/// The lock over all instances of a user: while it is held no instance begins, ends or is swept.
+#[derive(Debug)]
+pub(super) struct Gate {
+    _file: File,
+    path: PathBuf,
+}
+
+impl Gate {
+    pub(super) fn enter() -> Result<Self, IpcError> {
+        let base = base();
+        let path = base.join(GATE_FILE);
+        let begun = Instant::now();
+        loop {
+            fs::create_dir_all(&base).map_err(IpcError::file(&base))?;
+            // Whoever was here before may have removed folder and file since, so a lock counts only on the file that is there.
+            if let Some(file) = lock_gate(&path)? {
+                return Ok(Self { _file: file, path });
+            }
+            if begun.elapsed() > GATE_WAIT {
+                return Err(IpcError::GateHeld(path));
+            }
+            thread::sleep(GATE_POLL);
+        }
+    }
+}
+
+impl Drop for Gate {
+    fn drop(&mut self) {
+        let Some(base) = self.path.parent() else {
+            return;
+        };
+        let is_last = fs::read_dir(base).is_ok_and(|entries| {
+            entries
+                .flatten()
+                .all(|entry| entry.file_name() == GATE_FILE)
+        });
+        if is_last {
+            let _ = fs::remove_file(&self.path);
+            let _ = fs::remove_dir(base);
+        }
+    }
+}
+
+/// Whether no living process holds a lock in the folder. Ask under the gate.
+pub(super) fn is_abandoned(dir: &Path) -> bool {
+    let Ok(entries) = fs::read_dir(dir) else {
+        return false;
+    };
+    entries
+        .flatten()
+        .map(|entry| entry.path())
+        .filter(|path| path.extension() == Some(OsStr::new("lock")))
+        .all(|path| File::open(path).is_ok_and(|file| file.try_lock().is_ok()))
+}
+
+/// Removes the folder and every segment of shared memory of an instance; returns how many segments. Call under the gate.
+pub(super) fn remove_instance(dir: &Path, prefix: &str) -> usize {
+    let _ = fs::remove_dir_all(dir);
+    segments(prefix)
+        .into_iter()
+        .filter(|path| fs::remove_file(path).is_ok())
+        .count()
+}
+
+/// Segments of shared memory whose names begin with the prefix.
+pub(super) fn segments(prefix: &str) -> Vec<PathBuf> {
+    let Ok(entries) = fs::read_dir(shared_memory()) else {
+        return Vec::new();
+    };
+    entries
+        .flatten()
+        .filter(|entry| entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()))
+        .map(|entry| entry.path())
+        .collect()
+}
+
+/// The name of the instance whose folder that is.
+pub(super) fn name_in(dir: &Path) -> String {
+    fs::read_to_string(dir.join(NAME_FILE)).unwrap_or_else(|_| {
+        dir.file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned()
+    })
+}
+
+fn lock_gate(path: &Path) -> Result<Option<File>, IpcError> {
+    let file = match File::options().create(true).append(true).open(path) {
+        Ok(file) => file,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        Err(source) => return Err(IpcError::file(path)(source)),
+    };
+    match file.try_lock() {
+        Ok(()) => {}
+        Err(TryLockError::WouldBlock) => return Ok(None),
+        Err(TryLockError::Error(source)) => return Err(IpcError::file(path)(source)),
+    }
+    let held = file.metadata().map_err(IpcError::file(path))?;
+    let is_there = fs::metadata(path)
+        .is_ok_and(|there| (there.dev(), there.ino()) == (held.dev(), held.ino()));
+    Ok(is_there.then_some(file))
+}
+
+fn open(path: &Path) -> Result<File, IpcError> {
+    File::options()
+        .create(true)
+        .truncate(false)
+        .read(true)
+        .write(true)
+        .open(path)
+        .map_err(IpcError::file(path))
+}
+
+fn read_pid(file: &mut File) -> u32 {
+    let mut text = String::new();
+    let _ = file.read_to_string(&mut text);
+    text.trim().parse().unwrap_or(0)
+}
+
+fn write_pid(file: &mut File) -> std::io::Result<()> {
+    file.set_len(0)?;
+    file.seek(SeekFrom::Start(0))?;
+    writeln!(file, "{}", std::process::id())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_is_taken_once_and_the_last_one_out_leaves_nothing() {
+        let instance = Instance::fresh();
+        let daemon = instance.lock_daemon().unwrap();
+        let refused = instance.lock_daemon().unwrap_err().to_string();
+        let pid = std::process::id();
+        assert_eq!(
+            refused,
+            format!("a daemon of instance `{}` runs already (pid {pid})", instance.name())
+        );
+        let arm = instance.lock_controller("left_arm").unwrap();
+        assert!(instance.lock_controller("left_arm").is_err());
+        drop(instance.lock_controller("right_arm").unwrap());
+        drop(daemon);
+        assert!(instance.dir().exists());
+        drop(instance.lock_daemon().unwrap());
+        drop(arm);
+        assert!(!instance.dir().exists());
+    }
+}

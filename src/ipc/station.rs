@@ -1,0 +1,57 @@
+//! One process's place in an instance: its lock and its node in shared memory, kept until the last port is gone.
+
+use std::sync::Arc;
+
+use iceoryx2::prelude::{Node, NodeBuilder, SignalHandlingMode, ipc_threadsafe};
+
+use super::error::IpcError;
+use super::instance::Instance;
+use super::janitor;
+use super::lock::Lock;
+
+/// The transport: shared memory whose ports may be used from any thread.
+pub(super) type Transport = ipc_threadsafe::Service;
+
+/// A place in an instance. Cheap to clone; ports hold one, so that the lock outlives them.
+#[derive(Debug, Clone)]
+pub struct Station {
+    seat: Arc<Seat>,
+}
+
+/// Node before lock: whoever gets the lock next finds no node of ours.
+#[derive(Debug)]
+struct Seat {
+    node: Node<Transport>,
+    lock: Lock,
+}
+
+impl Station {
+    /// Enters the instance whose lock is held, after removing what dead processes left in it.
+    ///
+    /// # Errors
+    /// [`IpcError`] when the folder or the node cannot be made.
+    pub fn open(lock: Lock) -> Result<Self, IpcError> {
+        let instance = lock.instance();
+        janitor::tidy(instance);
+        let config = instance.config()?;
+        let node = NodeBuilder::new()
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<Transport>()
+            .map_err(|source| IpcError::Node {
+                instance: instance.name().to_owned(),
+                source: Box::new(source),
+            })?;
+        let seat = Arc::new(Seat { node, lock });
+        Ok(Self { seat })
+    }
+
+    /// The instance.
+    pub fn instance(&self) -> &Instance {
+        self.seat.lock.instance()
+    }
+
+    pub(super) fn node(&self) -> &Node<Transport> {
+        &self.seat.node
+    }
+}

@@ -1,0 +1,276 @@
+//! What lies in shared memory: plain structures of fixed size, the same in every language. The contract is `docs/wire.md`.
+//!
+//! Nothing in them is to be believed before `wire_in` has checked it.
+
+use iceoryx2::prelude::ZeroCopySend;
+
+/// Version of everything in this file; also part of every type's and service's name.
+pub const WIRE_VERSION: u32 = 1;
+
+/// Way points that fit into one message.
+pub const PATH_MAX: usize = 64;
+
+/// Robot seconds per wall second that a controller takes at most.
+pub const SPEED_MAX: f64 = 10_000.0;
+
+/// Stands for no object.
+pub const NO_OBJECT: u32 = u32::MAX;
+
+/// Codes of [`WireRequest::kind`].
+pub mod request_kind {
+    /// `ToController::Configure`.
+    pub const CONFIGURE: u32 = 1;
+    /// `ToController::Goal`.
+    pub const GOAL: u32 = 2;
+    /// `ToController::Cancel`.
+    pub const CANCEL: u32 = 3;
+}
+
+/// Codes of [`WireRequest::mode`].
+pub mod mode {
+    /// `Mode::Achieve`.
+    pub const ACHIEVE: u32 = 1;
+    /// `Mode::Maintain`.
+    pub const MAINTAIN: u32 = 2;
+}
+
+/// Codes of [`WireRequest::command`].
+pub mod command {
+    /// `Command::Drive`: `path`.
+    pub const DRIVE: u32 = 1;
+    /// `Command::Stand`.
+    pub const STAND: u32 = 2;
+    /// `Command::Grasp`: `object`, `at`.
+    pub const GRASP: u32 = 3;
+    /// `Command::Put`: `object`, `at`.
+    pub const PUT: u32 = 4;
+    /// `Command::Look`: `at`.
+    pub const LOOK: u32 = 5;
+}
+
+/// Codes of [`WireResponse::kind`].
+pub mod response_kind {
+    /// `FromController::Configured`.
+    pub const CONFIGURED: u32 = 1;
+    /// `FromController::Accepted`.
+    pub const ACCEPTED: u32 = 2;
+    /// `FromController::Rejected`.
+    pub const REJECTED: u32 = 3;
+    /// `FromController::Feedback`.
+    pub const FEEDBACK: u32 = 4;
+    /// `FromController::Result`.
+    pub const RESULT: u32 = 5;
+}
+
+/// Codes of [`WireResponse::end`].
+pub mod end {
+    /// `PartEnd::Succeeded`.
+    pub const SUCCEEDED: u32 = 1;
+    /// `PartEnd::Aborted`.
+    pub const ABORTED: u32 = 2;
+    /// `PartEnd::Canceled`.
+    pub const CANCELED: u32 = 3;
+}
+
+/// Codes of [`WireResponse::why`].
+pub mod rejection {
+    /// `Rejection::Version`.
+    pub const VERSION: u32 = 1;
+    /// `Rejection::Stale`.
+    pub const STALE: u32 = 2;
+    /// `Rejection::Unknown`.
+    pub const UNKNOWN: u32 = 3;
+    /// `Rejection::Malformed`.
+    pub const MALFORMED: u32 = 4;
+    /// `Rejection::NotFinite`.
+    pub const NOT_FINITE: u32 = 5;
+    /// `Rejection::NotConfigured`.
+    pub const NOT_CONFIGURED: u32 = 6;
+    /// `Rejection::Unsupported`.
+    pub const UNSUPPORTED: u32 = 7;
+    /// `Rejection::OutOfReach`.
+    pub const OUT_OF_REACH: u32 = 8;
+    /// `Rejection::Busy`.
+    pub const BUSY: u32 = 9;
+}
+
+/// Codes of [`WireState::kind`].
+pub mod state_kind {
+    /// `ControllerState::Base`: x, y, heading.
+    pub const BASE: u32 = 1;
+    /// `ControllerState::Arm`: x, y, z of the gripper, and `holds`.
+    pub const ARM: u32 = 2;
+    /// `ControllerState::Head`: pan, tilt, 0.
+    pub const HEAD: u32 = 3;
+}
+
+/// Identity of a request, over all lives of daemon and controller.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
+#[type_name("ambidex.Id.v1")]
+pub struct WireId {
+    /// The life of the daemon.
+    pub epoch: u64,
+    /// The attachment, counted by the daemon.
+    pub generation: u32,
+    /// The command, 0 for `CONFIGURE`.
+    pub number: u32,
+}
+
+/// A pose in the map frame.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("ambidex.Pose.v1")]
+pub struct WirePose {
+    /// Metres.
+    pub x: f64,
+    /// Metres.
+    pub y: f64,
+    /// Radians, counter-clockwise from x.
+    pub heading: f64,
+}
+
+/// State of a controller.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("ambidex.State.v1")]
+pub struct WireState {
+    /// One of [`state_kind`]; says what the numbers are.
+    pub kind: u32,
+    /// The object in the gripper or [`NO_OBJECT`].
+    pub holds: u32,
+    /// Metres and radians.
+    pub position: [f64; 3],
+    /// The same per second.
+    pub velocity: [f64; 3],
+}
+
+/// From the daemon to a controller.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
+#[type_name("ambidex.ToController.v1")]
+pub struct WireRequest {
+    /// [`WIRE_VERSION`].
+    pub version: u32,
+    /// One of [`request_kind`].
+    pub kind: u32,
+    /// What it is about.
+    pub id: WireId,
+    /// `CONFIGURE`: `CLOCK_MONOTONIC` of robot time zero, nanoseconds.
+    pub origin_ns: u64,
+    /// `CONFIGURE`: robot seconds per wall second.
+    pub speed: f64,
+    /// `CONFIGURE`: where a simulated controller starts.
+    pub start: WireState,
+    /// `GOAL`: one of [`mode`].
+    pub mode: u32,
+    /// `GOAL`: one of [`command`].
+    pub command: u32,
+    /// `GOAL`: the object of `GRASP` and `PUT`.
+    pub object: u32,
+    /// `GOAL`: way points of `DRIVE`.
+    pub path_len: u32,
+    /// `GOAL`: the point of `GRASP`, `PUT` and `LOOK`, base frame, metres.
+    pub at: [f64; 3],
+    /// `GOAL`: the way points, the goal last.
+    pub path: [WirePose; PATH_MAX],
+}
+
+/// From a controller to the daemon.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("ambidex.FromController.v1")]
+pub struct WireResponse {
+    /// [`WIRE_VERSION`].
+    pub version: u32,
+    /// One of [`response_kind`].
+    pub kind: u32,
+    /// The request's.
+    pub id: WireId,
+    /// `REJECTED`: one of [`rejection`].
+    pub why: u32,
+    /// `RESULT`: one of [`end`].
+    pub end: u32,
+    /// `FEEDBACK`: from 0 to 1.
+    pub progress: f64,
+    /// `ACCEPTED` and `RESULT`: when it began, robot time, microseconds.
+    pub began_us: u64,
+    /// `RESULT`: when it ended, robot time, microseconds.
+    pub ended_us: u64,
+    /// `CONFIGURED`, `FEEDBACK` and `RESULT`: the state then.
+    pub state: WireState,
+}
+
+/// Published by a controller: sign of life and state.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("ambidex.Pulse.v1")]
+pub struct WirePulse {
+    /// [`WIRE_VERSION`].
+    pub version: u32,
+    /// Process id of the controller.
+    pub pid: u32,
+    /// Epoch of the daemon that it is attached to, 0 if none.
+    pub epoch: u64,
+    /// The attachment, 0 if none.
+    pub generation: u32,
+    /// 0.
+    pub reserved: u32,
+    /// `CLOCK_MONOTONIC` when it was sent, nanoseconds.
+    pub sent_ns: u64,
+    /// Robot time of the state, microseconds; 0 while not attached.
+    pub at_us: u64,
+    /// The state.
+    pub state: WireState,
+}
+
+/// Published by the daemon to each controller: sign of life.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
+#[type_name("ambidex.Beat.v1")]
+pub struct WireBeat {
+    /// [`WIRE_VERSION`].
+    pub version: u32,
+    /// Process id of the daemon.
+    pub pid: u32,
+    /// The life of the daemon, never 0.
+    pub epoch: u64,
+    /// `CLOCK_MONOTONIC` when it was sent, nanoseconds.
+    pub sent_ns: u64,
+}
+
+impl Default for WireRequest {
+    fn default() -> Self {
+        Self {
+            version: WIRE_VERSION,
+            kind: 0,
+            id: WireId::default(),
+            origin_ns: 0,
+            speed: 0.0,
+            start: WireState::default(),
+            mode: 0,
+            command: 0,
+            object: NO_OBJECT,
+            path_len: 0,
+            at: [0.0; 3],
+            path: [WirePose::default(); PATH_MAX],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The sizes in `docs/wire.md`.
+    #[test]
+    fn sizes_are_those_of_the_contract() {
+        assert_eq!(size_of::<WireId>(), 16);
+        assert_eq!(size_of::<WirePose>(), 24);
+        assert_eq!(size_of::<WireState>(), 56);
+        assert_eq!(size_of::<WireRequest>(), 1672);
+        assert_eq!(size_of::<WireResponse>(), 112);
+        assert_eq!(size_of::<WirePulse>(), 96);
+        assert_eq!(size_of::<WireBeat>(), 24);
+    }
+}

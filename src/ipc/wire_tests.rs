@@ -1,0 +1,257 @@
+//! Every message there and back, and every way to be wrong.
+
+use std::f64::{INFINITY, NAN};
+
+use super::super::{wire_out, ClockOrigin};
+use super::*;
+
+const EPOCH: u64 = 7_000_000_000;
+const ID: CommandId = CommandId {
+    generation: 3,
+    number: 41,
+};
+
+fn states() -> Vec<ControllerState> {
+    let velocity = Vector3::new(0.1, -0.2, 0.3);
+    let gripper = Point3::new(0.7, 0.2, 0.9);
+    vec![
+        ControllerState::Base {
+            pose: Pose::new(1.0, -2.0, 0.5),
+            velocity,
+        },
+        ControllerState::Arm {
+            gripper,
+            velocity,
+            holds: None,
+        },
+        ControllerState::Arm {
+            gripper,
+            velocity,
+            holds: Some(ObjectId(5)),
+        },
+        ControllerState::Head {
+            angles: [0.1, 0.2],
+            velocity: [0.3, 0.4],
+        },
+    ]
+}
+
+fn commands() -> Vec<Command> {
+    let (object, at) = (ObjectId(9), Point3::new(0.5, 0.1, 0.8));
+    let path = |length: usize| (0..length).map(|i| Pose::new(i as f64, 1.0, -0.5)).collect();
+    vec![
+        Command::Drive { path: path(1) },
+        Command::Drive {
+            path: path(PATH_MAX),
+        },
+        Command::Stand,
+        Command::Grasp { object, at },
+        Command::Put { object, at },
+        Command::Look { at },
+    ]
+}
+
+fn goal(command: Command) -> ToController {
+    ToController::Goal {
+        id: ID,
+        mode: Mode::Achieve,
+        command,
+    }
+}
+
+fn configure() -> ToController {
+    ToController::Configure {
+        generation: ID.generation,
+        speed: 20.0,
+        start: states()[0],
+    }
+}
+
+fn to_wire(message: &ToController) -> WireRequest {
+    wire_out::request(message, EPOCH, ClockOrigin(99), ID.generation).unwrap()
+}
+
+#[test]
+fn every_request_comes_back_as_it_was() {
+    let mut messages: Vec<_> = commands().into_iter().map(goal).collect();
+    messages.push(ToController::Goal {
+        id: ID,
+        mode: Mode::Maintain,
+        command: Command::Stand,
+    });
+    messages.push(ToController::Cancel { id: ID });
+    messages.extend(states().into_iter().map(|start| ToController::Configure {
+        generation: ID.generation,
+        speed: 0.5,
+        start,
+    }));
+    for message in messages {
+        let received = request(&to_wire(&message)).unwrap();
+        assert_eq!((&received.message, received.epoch), (&message, EPOCH));
+        if matches!(message, ToController::Configure { .. }) {
+            assert_eq!(received.origin, ClockOrigin(99));
+        }
+    }
+}
+
+#[test]
+fn every_response_comes_back_as_it_was() {
+    let state = states()[1];
+    let mut messages = vec![
+        FromController::Accepted {
+            id: ID,
+            at: Time(12),
+        },
+        FromController::Feedback {
+            id: ID,
+            progress: 0.25,
+            state,
+        },
+    ];
+    messages.extend(states().into_iter().map(|state| FromController::Configured {
+        generation: ID.generation,
+        state,
+    }));
+    let ends = [PartEnd::Succeeded, PartEnd::Aborted, PartEnd::Canceled];
+    messages.extend(ends.map(|end| FromController::Result {
+        id: ID,
+        end,
+        began: Time(12),
+        ended: Time(13),
+        state,
+    }));
+    let whys = [
+        Rejection::Version,
+        Rejection::Stale,
+        Rejection::Unknown,
+        Rejection::Malformed,
+        Rejection::NotFinite,
+        Rejection::NotConfigured,
+        Rejection::Unsupported,
+        Rejection::OutOfReach,
+        Rejection::Busy,
+    ];
+    messages.extend(whys.map(|why| FromController::Rejected { id: ID, why }));
+    for message in messages {
+        assert_eq!(response(&wire_out::response(&message, EPOCH)), Ok(message));
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_not_sent() {
+    use super::super::LinkError;
+    for length in [0, PATH_MAX + 1] {
+        let path = vec![Pose::new(0.0, 0.0, 0.0); length];
+        let sent = wire_out::request(
+            &goal(Command::Drive { path }),
+            EPOCH,
+            ClockOrigin(0),
+            ID.generation,
+        );
+        assert_eq!(sent, Err(LinkError::PathLength(length)));
+    }
+    let sent = wire_out::request(&goal(Command::Stand), EPOCH, ClockOrigin(0), 4);
+    assert_eq!(sent, Err(LinkError::Generation(3)));
+}
+
+#[test]
+fn wrong_requests_are_refused() {
+    type Spoil = fn(&mut WireRequest);
+    let rows: [(ToController, Spoil, Rejection); 20] = [
+        (configure(), |w| w.version = 0, Rejection::Version),
+        (configure(), |w| w.version = 2, Rejection::Version),
+        (configure(), |w| w.kind = 0, Rejection::Malformed),
+        (configure(), |w| w.kind = 4, Rejection::Malformed),
+        (configure(), |w| w.speed = NAN, Rejection::NotFinite),
+        (configure(), |w| w.speed = 0.0, Rejection::Malformed),
+        (configure(), |w| w.speed = -1.0, Rejection::Malformed),
+        (configure(), |w| w.speed = 1e9, Rejection::Malformed),
+        (configure(), |w| w.start.kind = 9, Rejection::Malformed),
+        (configure(), |w| w.start.position[2] = INFINITY, Rejection::NotFinite),
+        (configure(), |w| w.start.velocity[0] = NAN, Rejection::NotFinite),
+        (goal(Command::Stand), |w| w.mode = 0, Rejection::Malformed),
+        (goal(Command::Stand), |w| w.mode = 3, Rejection::Malformed),
+        (goal(Command::Stand), |w| w.command = 6, Rejection::Malformed),
+        (goal(commands()[0].clone()), |w| w.path_len = 0, Rejection::Malformed),
+        (goal(commands()[0].clone()), |w| w.path_len = 65, Rejection::Malformed),
+        (goal(commands()[1].clone()), |w| w.path[63].x = NAN, Rejection::NotFinite),
+        (goal(commands()[3].clone()), |w| w.object = NO_OBJECT, Rejection::Malformed),
+        (goal(commands()[4].clone()), |w| w.at[1] = NAN, Rejection::NotFinite),
+        (goal(commands()[5].clone()), |w| w.at[0] = INFINITY, Rejection::NotFinite),
+    ];
+    for (row, (message, spoil, why)) in rows.into_iter().enumerate() {
+        let mut wire = to_wire(&message);
+        spoil(&mut wire);
+        assert_eq!(request(&wire), Err(why), "row {row}");
+    }
+    // What is not used is not looked at.
+    let mut wire = to_wire(&goal(commands()[0].clone()));
+    wire.path[1].x = NAN;
+    assert!(request(&wire).is_ok());
+}
+
+#[test]
+fn wrong_responses_are_refused() {
+    type Spoil = fn(&mut WireResponse);
+    let state = states()[0];
+    let result = FromController::Result {
+        id: ID,
+        end: PartEnd::Succeeded,
+        began: Time(5),
+        ended: Time(6),
+        state,
+    };
+    let feedback = FromController::Feedback {
+        id: ID,
+        progress: 0.5,
+        state,
+    };
+    let rejected = FromController::Rejected {
+        id: ID,
+        why: Rejection::Busy,
+    };
+    let rows: [(&FromController, Spoil, Rejection); 11] = [
+        (&result, |w| w.version = 9, Rejection::Version),
+        (&result, |w| w.kind = 0, Rejection::Malformed),
+        (&result, |w| w.kind = 6, Rejection::Malformed),
+        (&result, |w| w.end = 0, Rejection::Malformed),
+        (&result, |w| w.ended_us = 4, Rejection::Malformed),
+        (&result, |w| w.state.position[0] = NAN, Rejection::NotFinite),
+        (&feedback, |w| w.progress = NAN, Rejection::NotFinite),
+        (&feedback, |w| w.progress = 1.5, Rejection::Malformed),
+        (&feedback, |w| w.state.kind = 0, Rejection::Malformed),
+        (&rejected, |w| w.why = 0, Rejection::Malformed),
+        (&rejected, |w| w.why = 10, Rejection::Malformed),
+    ];
+    for (row, (message, spoil, why)) in rows.into_iter().enumerate() {
+        let mut wire = wire_out::response(message, EPOCH);
+        spoil(&mut wire);
+        assert_eq!(response(&wire), Err(why), "row {row}");
+    }
+}
+
+#[test]
+fn wrong_signs_of_life_are_refused() {
+    let good = WireBeat {
+        version: WIRE_VERSION,
+        pid: 1,
+        epoch: 1,
+        sent_ns: 0,
+    };
+    assert_eq!(beat(&good), Ok(()));
+    assert_eq!(beat(&WireBeat { version: 0, ..good }), Err(Rejection::Version));
+    assert_eq!(beat(&WireBeat { pid: 0, ..good }), Err(Rejection::Malformed));
+    assert_eq!(beat(&WireBeat { epoch: 0, ..good }), Err(Rejection::Malformed));
+
+    let good = WirePulse {
+        version: WIRE_VERSION,
+        pid: 1,
+        state: wire_out::state(&states()[3]),
+        ..WirePulse::default()
+    };
+    assert_eq!(pulse(&good), Ok(states()[3]));
+    assert_eq!(pulse(&WirePulse { version: 0, ..good }), Err(Rejection::Version));
+    assert_eq!(pulse(&WirePulse { pid: 0, ..good }), Err(Rejection::Malformed));
+    let state = WireState::default();
+    assert_eq!(pulse(&WirePulse { state, ..good }), Err(Rejection::Malformed));
+}
