@@ -1,5 +1,7 @@
 //! Ambidex lets a single robot multitask: task trees as actors, resources as leases, controllers
 //! as processes over shared memory.
 
+pub mod draw;
+pub mod journal;
 pub mod model;
 pub mod motion;
