@@ -5,7 +5,7 @@ use crate::model::Time;
 use super::text;
 
 /// Fewest cells between two ticks, so that their labels stand apart.
-const TICK_CELLS: f64 = 8.0;
+const TICK_CELLS: f64 = 6.0;
 
 /// A stretch of robot time over a number of cells.
 #[derive(Debug, Clone, Copy)]
@@ -91,10 +91,10 @@ mod tests {
             0,
             100,
             30,
-            "┴──────────────┴──────────────",
-            "0              50",
+            "┴─────┴─────┴─────┴─────┴─────",
+            "0     20    40    60    80",
         );
-        check(7, 27, 20, "───┴─────────┴──────", "  10        20");
+        check(7, 27, 20, "───┴─────────┴──────", "   10        20");
         check(0, 1, 20, "┴─────────┴─────────", "0.0      0.5");
         check(0, 0, 20, "┴─────────┴─────────", "0.0      0.5");
     }

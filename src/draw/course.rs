@@ -44,7 +44,17 @@ impl LeafState {
         }
     }
 
-    /// The glyph that stands for it with and without color.
+    /// The glyph that stands before a name.
+    pub fn mark(self) -> char {
+        match self {
+            Self::Waiting => '○',
+            Self::Active => '●',
+            Self::Done => '✓',
+            Self::Skipped | Self::Failed | Self::Cancelled => self.glyph(),
+        }
+    }
+
+    /// The glyph that bars are made of, with and without color.
     pub fn glyph(self) -> char {
         match self {
             Self::Waiting => '·',
@@ -143,10 +153,11 @@ impl<'a> Course<'a> {
     fn after(&self, run: &Interval, is_last: bool) -> LeafState {
         let reason = self.tally.reasons.get(&run.leaf);
         let is_final = self.tally.end.is_some() || matches!(reason, Some(Reason::GaveUp { .. }));
+        let is_reopened = reason.is_some_and(|reason| *reason != Reason::Satisfied);
         match run.end {
             None => LeafState::Active,
             Some(_) if !is_last => LeafState::Waiting,
-            Some(End::Succeeded) if reason.is_some() => LeafState::Waiting,
+            Some(End::Succeeded) if is_reopened => LeafState::Waiting,
             Some(End::Succeeded) => LeafState::Done,
             Some(End::Failed(_)) if is_final => LeafState::Failed,
             Some(End::Failed(_)) => LeafState::Waiting,

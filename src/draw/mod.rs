@@ -15,6 +15,8 @@ mod why;
 
 #[cfg(test)]
 mod sample;
+#[cfg(test)]
+mod tests;
 
 pub use course::LeafState;
 pub use palette::Palette;

@@ -11,11 +11,6 @@ pub(super) fn seconds(at_s: f64) -> Time {
     Time((at_s * 1e6).round() as u64)
 }
 
-/// Node of a behavior of object `object`: 0 to 3 are move, pick, move, place.
-pub(super) fn leaf(object: u32, part: u32) -> NodeId {
-    NodeId(2 + (object - 1) * 5 + 1 + part)
-}
-
 pub(super) fn named(name: &str) -> NodeId {
     let nodes = header().names.nodes;
     NodeId::from(

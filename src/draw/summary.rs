@@ -166,12 +166,12 @@ fn skipped(tally: &Tally, header: &Header, width: usize, palette: &Palette) -> S
         .map(|(leaf, at)| {
             (
                 header.names.node(*leaf),
-                format!("at {at} its goal was met already"),
+                format!("its goal was met already ({at})"),
             )
         })
         .collect();
     let head = format!("\n{}\n", Palette::paint(palette.strong, "skipped"));
-    let mark = Palette::paint(palette.skipped, LeafState::Skipped.glyph());
+    let mark = Palette::paint(palette.skipped, LeafState::Skipped.mark());
     head + &table(&rows, &mark, width)
 }
 
@@ -197,7 +197,7 @@ fn reasons(tally: &Tally, header: &Header, width: usize, palette: &Palette) -> S
         "\n{}\n",
         Palette::paint(palette.strong, "what cannot run, and why")
     );
-    let mark = Palette::paint(palette.waiting, LeafState::Waiting.glyph());
+    let mark = Palette::paint(palette.waiting, LeafState::Waiting.mark());
     text.push_str(&table(&rows, &mark, width));
     if rows.len() < all {
         let _ = writeln!(text, "  {} more", count(all - rows.len(), "behavior"));

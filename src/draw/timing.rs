@@ -48,7 +48,8 @@ pub fn timing(tally: &Tally, width: usize, palette: &Palette) -> String {
     }
     let [ruler, seconds] = axis.ruler();
     let _ = writeln!(text, "{}", faint(&(label("") + &ruler)));
-    let unit = format!(" {:>label_width$} ", "s");
+    let unit = if label_width < 7 { "s" } else { "seconds" };
+    let unit = format!(" {unit:>label_width$} ");
     let _ = writeln!(text, "{}", faint(&(unit + &seconds)));
     text.push_str(&legend(&shown, width, palette));
     if left_out > 0 {

@@ -21,10 +21,14 @@ pub fn tree(header: &Header, tally: Option<&Tally>, width: usize, palette: &Pale
         let state = course.as_ref().filter(|_| !is_composite(kind));
         let state = state.map(|course| course.state(node));
         let mark = state.map_or(String::new(), |state| {
-            Palette::paint(palette.of(state), state.glyph()) + " "
+            Palette::paint(palette.of(state), state.mark()) + " "
         });
         let room = width - columns(&branches) - if state.is_some() { 2 } else { 0 };
-        let kind = if kind == name { "" } else { kind };
+        let kind = if name.starts_with(kind.as_str()) {
+            ""
+        } else {
+            kind
+        };
         let name = clip(name, room);
         let kind = clip(kind, room.saturating_sub(columns(&name) + 2));
         let line = format!(

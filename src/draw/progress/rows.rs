@@ -1,13 +1,15 @@
 //! One line per resource for terminals whose lines can be drawn again.
 
 use crate::draw::Palette;
-use crate::draw::text::{MIN_WIDTH, clip, columns, count, fit};
+use crate::draw::text::{MIN_WIDTH, clip, columns, fit};
 use crate::model::{ControllerId, MissionEnd, Mode, Names, NodeId, ResourceId};
 
 use super::{Presence, Progress, UnderWay};
 
 /// Columns behind a bar: `" 100 %"`.
 const PERCENT: usize = 6;
+/// Columns that the users of a resource have before its bar grows.
+const LEAST_USERS: usize = 10;
 
 impl Progress {
     /// The display: a head line, then one line per resource in resource order.
@@ -20,12 +22,13 @@ impl Progress {
         let names = &header.names;
         let longest = names.resources.iter().map(|name| columns(name)).max();
         let name_width = longest.unwrap_or_default().min(width / 3);
-        let bar_width = (width / 4).min(30);
+        let room = width - name_width - 4;
+        let bar_width = room.saturating_sub(PERCENT + 2 + LEAST_USERS);
+        let bar_width = bar_width.clamp(4, (width / 4).min(30));
         let using = self.using(names);
         for (resource, name) in names.resources.iter().enumerate() {
             let resource = ResourceId::from(resource);
             let name = fit(name, name_width);
-            let room = width - name_width - 4;
             let users = using.get(resource.index()).map_or("", String::as_str);
             let row = self.row(resource, users, room, bar_width, palette);
             lines.push(format!("  {name}  {row}"));
@@ -40,9 +43,9 @@ impl Progress {
         };
         let mission = clip(&header.mission, width / 3);
         let figures = format!(
-            "{} · {} · {} of {} done",
+            "{} · step {} · {}/{} done",
             tally.now,
-            count(tally.steps.len(), "step"),
+            tally.steps.len(),
             self.done(),
             self.behaviors
         );
@@ -137,7 +140,8 @@ impl Progress {
     fn command(&self, controller: ControllerId) -> Option<&UnderWay> {
         let own = || {
             let commands = self.commands.iter().rev();
-            commands.filter(move |((owner, _), _)| *owner == controller)
+            commands
+                .filter(move |((owner, _), command)| *owner == controller && !command.is_rejected)
         };
         let achieve = own().find(|(_, command)| command.mode == Mode::Achieve);
         achieve.or_else(|| own().next()).map(|(_, command)| command)

@@ -41,6 +41,7 @@ struct UnderWay {
     mode: Mode,
     verb: &'static str,
     progress: f64,
+    is_rejected: bool,
 }
 
 impl Progress {
@@ -68,14 +69,13 @@ impl Progress {
                 if let Some(reopened) = reopened {
                     self.done.remove(&reopened.leaf);
                 }
-                for Grant { leaf, bindings, .. } in granted {
-                    self.running.insert(*leaf, bindings.clone());
-                }
+                granted.iter().for_each(|grant| self.grant(grant));
             }
             Record::Released {
                 leaf, end, changes, ..
             } => {
                 self.running.remove(leaf);
+                self.commands.retain(|_, command| !command.is_rejected);
                 if *end == End::Succeeded {
                     self.done.insert(*leaf);
                 }
@@ -93,6 +93,19 @@ impl Progress {
     /// The fold of the same records for summary and diagram.
     pub fn tally(&self) -> &Tally {
         &self.tally
+    }
+
+    fn grant(&mut self, grant: &Grant) {
+        self.running.insert(grant.leaf, grant.bindings.clone());
+        let Some(header) = &self.tally.header else {
+            return;
+        };
+        let skipped = grant.skips.iter().flat_map(|skip| skip.from.0..skip.to.0);
+        let behaviors = skipped.map(NodeId).filter(|node| {
+            let entry = header.nodes.get(node.index());
+            entry.is_some_and(|entry| !is_composite(&entry.kind))
+        });
+        self.done.extend(behaviors);
     }
 
     fn change(&mut self, change: Change) {
@@ -121,6 +134,7 @@ impl Progress {
                         mode: *mode,
                         verb: verb(command),
                         progress: 0.0,
+                        is_rejected: false,
                     };
                     self.commands.insert((controller, *id), under_way);
                 }
@@ -141,15 +155,22 @@ impl Progress {
             FromController::Result { id, .. } => {
                 self.commands.remove(&(controller, *id));
             }
-            FromController::Rejected { .. }
-            | FromController::Configured { .. }
-            | FromController::Accepted { .. } => {}
+            FromController::Rejected { id, .. } => {
+                if let Some(command) = self.commands.get_mut(&(controller, *id)) {
+                    command.is_rejected = true;
+                }
+            }
+            FromController::Configured { .. } | FromController::Accepted { .. } => {}
         }
     }
 
     /// Behaviors that are done, by running or by being skipped.
     fn done(&self) -> usize {
-        self.done.len() + self.tally.skipped.len()
+        let skipped = self.tally.skipped.iter();
+        self.done.len()
+            + skipped
+                .filter(|(leaf, _)| !self.done.contains(leaf))
+                .count()
     }
 }
 
