@@ -4,7 +4,9 @@
 pub mod behavior;
 pub mod controller;
 pub mod dispatch;
+pub mod draw;
 pub mod ipc;
+pub mod journal;
 pub mod model;
 pub mod motion;
 pub mod runtime;

@@ -1,0 +1,82 @@
+//! Colors: the paper's yellow, orange and purple where there are colors, none elsewhere. Glyphs tell the same alone.
+
+use std::fmt::Display;
+
+use anstyle::{Ansi256Color, AnsiColor, Style};
+
+use super::LeafState;
+
+/// The styles of everything that is drawn.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Palette {
+    /// Not yet run.
+    pub waiting: Style,
+    /// Running.
+    pub active: Style,
+    /// Done by running.
+    pub done: Style,
+    /// Done without running.
+    pub skipped: Style,
+    /// Failed, lost, or broken.
+    pub failed: Style,
+    /// Ended by being told to.
+    pub cancelled: Style,
+    /// What is to be seen first.
+    pub strong: Style,
+    /// Axes, numbers and kinds.
+    pub faint: Style,
+}
+
+impl Palette {
+    /// No color at all.
+    pub fn plain() -> Self {
+        Self::default()
+    }
+
+    /// Colors for a terminal, as in the paper's Fig. 7.
+    pub fn ansi() -> Self {
+        let color = |code| Style::new().fg_color(Some(Ansi256Color(code).into()));
+        let red = Style::new().fg_color(Some(AnsiColor::Red.into()));
+        Self {
+            waiting: color(179).dimmed(),
+            active: color(208),
+            done: color(98),
+            skipped: color(98).bold(),
+            failed: red.bold(),
+            cancelled: red,
+            strong: Style::new().bold(),
+            faint: Style::new().dimmed(),
+        }
+    }
+
+    /// Text in a style.
+    pub(super) fn paint(style: Style, text: impl Display) -> String {
+        format!("{style}{text}{style:#}")
+    }
+
+    /// The style of a leaf's state.
+    pub(super) fn of(&self, state: LeafState) -> Style {
+        match state {
+            LeafState::Waiting => self.waiting,
+            LeafState::Active => self.active,
+            LeafState::Done => self.done,
+            LeafState::Skipped => self.skipped,
+            LeafState::Failed => self.failed,
+            LeafState::Cancelled => self.cancelled,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn plain_text_stays_as_it_is() {
+        assert_eq!(Palette::paint(Palette::plain().failed, "x"), "x");
+        assert_eq!(
+            Palette::paint(Palette::ansi().strong, "x"),
+            "\u{1b}[1mx\u{1b}[0m"
+        );
+    }
+}

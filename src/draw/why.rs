@@ -1,0 +1,137 @@
+//! Why each behavior does not run, as far as the records tell, and faults in words.
+
+use std::collections::BTreeSet;
+
+use crate::model::{Fault, Header, Names, NodeId, Reason, Tally};
+
+use super::LeafState;
+use super::course::{Course, is_composite};
+
+/// The last reason of every leaf that is not done and does not run, in tree order.
+///
+/// A leaf that was never asked is said to come after the sibling that stands before it, or to be passed over for the
+/// other child of an OR; none where neither is so.
+pub fn last_reasons(tally: &Tally) -> Vec<(NodeId, Option<Reason>)> {
+    let course = Course::new(tally);
+    let not_asked = tally
+        .header
+        .as_deref()
+        .map(|header| NotAsked::new(header, &course));
+    let open = course
+        .leaves()
+        .into_iter()
+        .filter(|&leaf| match course.state(leaf) {
+            LeafState::Waiting | LeafState::Failed | LeafState::Cancelled => true,
+            LeafState::Active | LeafState::Done | LeafState::Skipped => false,
+        });
+    open.map(|leaf| {
+        let told = tally.reasons.get(&leaf).cloned();
+        let reason = told.or_else(|| not_asked.as_ref().and_then(|tree| tree.reason(leaf)));
+        (leaf, reason)
+    })
+    .collect()
+}
+
+/// A fault as a sentence: "`left_arm` gave up".
+pub fn fault_sentence(fault: Fault, names: &Names) -> String {
+    match fault {
+        Fault::Rejected(controller) => {
+            format!("{} would not take its goal", names.controller(controller))
+        }
+        Fault::Unanswered(controller) => {
+            format!("{} did not answer in time", names.controller(controller))
+        }
+        Fault::Aborted(controller) => format!("{} gave up", names.controller(controller)),
+        Fault::NotMaintained(controller) => format!(
+            "{} ended early what had to last",
+            names.controller(controller)
+        ),
+        Fault::TimedOut => "it took too long".into(),
+        Fault::Lost(controller) => format!("{} was lost", names.controller(controller)),
+    }
+}
+
+/// The tree as far as it says why a leaf was not asked.
+struct NotAsked<'a> {
+    header: &'a Header,
+    children: Vec<Vec<NodeId>>,
+    done: BTreeSet<NodeId>,
+    begun: BTreeSet<NodeId>,
+}
+
+impl<'a> NotAsked<'a> {
+    fn new(header: &'a Header, course: &Course) -> Self {
+        let mut children = vec![Vec::new(); header.nodes.len()];
+        for (node, entry) in header.nodes.iter().enumerate().skip(1) {
+            if let Some(siblings) = children.get_mut(entry.parent.index()) {
+                siblings.push(NodeId::from(node));
+            }
+        }
+        let mut tree = Self {
+            header,
+            children,
+            done: BTreeSet::new(),
+            begun: BTreeSet::new(),
+        };
+        for node in (0..header.nodes.len()).rev().map(NodeId::from) {
+            let (done, begun) = tree.standing(node, course);
+            tree.done.extend(done.then_some(node));
+            tree.begun.extend(begun.then_some(node));
+        }
+        tree
+    }
+
+    /// Whether a node is done, and whether anything below it has begun; its children are known.
+    fn standing(&self, node: NodeId, course: &Course) -> (bool, bool) {
+        let kind = self.kind(node);
+        if !is_composite(kind) {
+            let state = course.state(node);
+            let done = matches!(state, LeafState::Done | LeafState::Skipped);
+            return (done, done || course.has_run(node));
+        }
+        let children = &self.children[node.index()];
+        let is_done = |child: &NodeId| self.done.contains(child);
+        let done = match kind {
+            "or" => children.iter().any(is_done),
+            _ => children.iter().all(is_done),
+        };
+        (
+            done,
+            children.iter().any(|child| self.begun.contains(child)),
+        )
+    }
+
+    fn kind(&self, node: NodeId) -> &str {
+        &self.header.nodes[node.index()].kind
+    }
+
+    /// What stands before the node, looked for upwards.
+    fn reason(&self, leaf: NodeId) -> Option<Reason> {
+        let mut node = leaf;
+        while node.0 > 0 {
+            let parent = self.header.nodes[node.index()].parent;
+            if parent >= node {
+                return None;
+            }
+            let siblings = self.children[parent.index()].iter().copied();
+            let mut siblings = siblings.filter(|&sibling| sibling != node);
+            match self.kind(parent) {
+                "then" => {
+                    let before =
+                        siblings.find(|&before| before < node && !self.done.contains(&before));
+                    if let Some(after) = before {
+                        return Some(Reason::NotItsTurn { after });
+                    }
+                }
+                "or" => {
+                    if let Some(chosen) = siblings.find(|sibling| self.begun.contains(sibling)) {
+                        return Some(Reason::Alternative { chosen });
+                    }
+                }
+                _ => {}
+            }
+            node = parent;
+        }
+        None
+    }
+}
