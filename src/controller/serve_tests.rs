@@ -200,11 +200,26 @@ fn a_goal_is_accepted_followed_and_ends() {
         })
         .collect();
     assert!(matches!(messages[0], FromController::Accepted { .. }));
-    assert!(matches!(messages[messages.len() - 2], FromController::Feedback { progress, .. } if *progress == 1.0));
-    let state = Cart { x: 6.0, ..Cart::new() }.state();
-    assert!(matches!(messages[messages.len() - 1], FromController::Result { state: ControllerState::Base { pose, .. }, .. } if (pose.at.x - 6.0).abs() < 1e-9), "{state:?}");
+    assert!(
+        matches!(messages[messages.len() - 2], FromController::Feedback { progress, .. } if *progress == 1.0)
+    );
+    let state = Cart {
+        x: 6.0,
+        ..Cart::new()
+    }
+    .state();
+    assert!(
+        matches!(messages[messages.len() - 1], FromController::Result { state: ControllerState::Base { pose, .. }, .. } if (pose.at.x - 6.0).abs() < 1e-9),
+        "{state:?}"
+    );
 
-    let refused = daemon.goal(2, Mode::Achieve, Command::Look { at: nalgebra::Point3::origin() });
+    let refused = daemon.goal(
+        2,
+        Mode::Achieve,
+        Command::Look {
+            at: nalgebra::Point3::origin(),
+        },
+    );
     daemon.until("a rejection", |heard| {
         *heard
             == Heard::Message(FromController::Rejected {
@@ -241,7 +256,12 @@ fn a_cancel_brakes_and_the_result_follows() {
         generation: 0,
         number: 3,
     };
-    assert!(daemon.port.send(&ToController::Cancel { id: stale }).is_err());
+    assert!(
+        daemon
+            .port
+            .send(&ToController::Cancel { id: stale })
+            .is_err()
+    );
     drop(daemon);
     assert_eq!(controller.join().unwrap().unwrap(), Exit::DaemonLeft);
     leaves_nothing(&instance);

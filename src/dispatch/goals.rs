@@ -6,7 +6,7 @@ use super::slot::{Active, Work};
 use super::{Dispatch, Effect};
 use crate::model::{
     CommandId, ControllerId, ControllerMessage, ControllerState, End, Fault, Goal, Mode, NodeId,
-    Outcome, Part, PartEnd, Report, ResourceId, Time, ToController,
+    Outcome, Part, PartEnd, Rejection, Report, ResourceId, Time, ToController,
 };
 
 /// A goal under way.
@@ -104,9 +104,19 @@ impl Dispatch {
         }
     }
 
-    pub(super) fn rejected(&mut self, now: Time, controller: ControllerId, id: CommandId) {
+    pub(super) fn rejected(
+        &mut self,
+        now: Time,
+        controller: ControllerId,
+        id: CommandId,
+        why: Rejection,
+    ) {
         if self.slots[controller.index()].knows(id) {
-            self.drop_current(now, controller, End::Failed(Fault::Rejected(controller)));
+            self.drop_current(
+                now,
+                controller,
+                End::Failed(Fault::Rejected(controller, why)),
+            );
         }
     }
 

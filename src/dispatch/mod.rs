@@ -197,7 +197,7 @@ impl Dispatch {
                 self.check_ready();
             }
             FromController::Accepted { .. } => self.slots[id.index()].accepted(),
-            FromController::Rejected { id: command, .. } => self.rejected(now, id, command),
+            FromController::Rejected { id: command, why } => self.rejected(now, id, command, why),
             FromController::Feedback { state, .. } => self.observe(state),
             FromController::Result { end, state, .. } => self.part_ended(now, id, end, state),
         }

@@ -18,7 +18,7 @@ pub enum LeafState {
     /// It failed.
     Failed,
     /// It was told to end.
-    Cancelled,
+    Canceled,
 }
 
 impl LeafState {
@@ -29,7 +29,7 @@ impl LeafState {
         Self::Done,
         Self::Skipped,
         Self::Failed,
-        Self::Cancelled,
+        Self::Canceled,
     ];
 
     /// What a person calls it.
@@ -40,7 +40,7 @@ impl LeafState {
             Self::Done => "done",
             Self::Skipped => "skipped",
             Self::Failed => "failed",
-            Self::Cancelled => "cancelled",
+            Self::Canceled => "cancelled",
         }
     }
 
@@ -50,7 +50,7 @@ impl LeafState {
             Self::Waiting => '○',
             Self::Active => '●',
             Self::Done => '✓',
-            Self::Skipped | Self::Failed | Self::Cancelled => self.glyph(),
+            Self::Skipped | Self::Failed | Self::Canceled => self.glyph(),
         }
     }
 
@@ -62,7 +62,7 @@ impl LeafState {
             Self::Done => '─',
             Self::Skipped => '◇',
             Self::Failed => '✗',
-            Self::Cancelled => '⊘',
+            Self::Canceled => '⊘',
         }
     }
 }
@@ -135,7 +135,7 @@ impl<'a> Course<'a> {
             let Some(to) = run.to else { continue };
             match run.end {
                 Some(End::Failed(_)) => stretches.push((to, LeafState::Failed)),
-                Some(End::Canceled) => stretches.push((to, LeafState::Cancelled)),
+                Some(End::Canceled) => stretches.push((to, LeafState::Canceled)),
                 Some(End::Succeeded) | None => {}
             }
             let next = self.after(run, index + 1 == runs.len());
@@ -161,7 +161,7 @@ impl<'a> Course<'a> {
             Some(End::Succeeded) => LeafState::Done,
             Some(End::Failed(_)) if is_final => LeafState::Failed,
             Some(End::Failed(_)) => LeafState::Waiting,
-            Some(End::Canceled) => LeafState::Cancelled,
+            Some(End::Canceled) => LeafState::Canceled,
         }
     }
 

@@ -62,7 +62,7 @@ impl Palette {
             LeafState::Done => self.done,
             LeafState::Skipped => self.skipped,
             LeafState::Failed => self.failed,
-            LeafState::Cancelled => self.cancelled,
+            LeafState::Canceled => self.cancelled,
         }
     }
 }

@@ -134,7 +134,7 @@ pub(super) fn released(at_s: f64, name: &str, end: End) -> Record {
         at: seconds(at_s),
         leaf: named(name),
         end,
-        going: Going::Failed(None),
+        going: Going::default(),
         changes: Vec::new(),
     }
 }

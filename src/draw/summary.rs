@@ -27,7 +27,7 @@ pub fn summary(tally: &Tally, width: usize, palette: &Palette) -> String {
         Some(
             MissionEnd::Done
             | MissionEnd::Failed(_)
-            | MissionEnd::Cancelled
+            | MissionEnd::Canceled
             | MissionEnd::ControllerLost(_)
             | MissionEnd::NodeLost(_),
         )
@@ -51,7 +51,7 @@ fn outcome(tally: &Tally, header: &Header, width: usize, palette: &Palette) -> S
             "stalled",
             "nothing runs and nothing can".into(),
         ),
-        Some(MissionEnd::Cancelled) => (
+        Some(MissionEnd::Canceled) => (
             palette.cancelled,
             "cancelled",
             format!("it was told to end at {at}"),

@@ -121,7 +121,7 @@ fn bar(stretches: &[(Time, LeafState)], axis: &Axis) -> Vec<Cell> {
                 );
                 cells[mark] = (state.glyph(), Some(state));
             }
-            LeafState::Failed | LeafState::Cancelled => {
+            LeafState::Failed | LeafState::Canceled => {
                 fill(&mut cells[start..], ' ', None);
                 cells[start.saturating_sub(1)] = (state.glyph(), Some(state));
             }

@@ -21,7 +21,7 @@ pub fn last_reasons(tally: &Tally) -> Vec<(NodeId, Option<Reason>)> {
         .leaves()
         .into_iter()
         .filter(|&leaf| match course.state(leaf) {
-            LeafState::Waiting | LeafState::Failed | LeafState::Cancelled => true,
+            LeafState::Waiting | LeafState::Failed | LeafState::Canceled => true,
             LeafState::Active | LeafState::Done | LeafState::Skipped => false,
         });
     open.map(|leaf| {
@@ -35,8 +35,11 @@ pub fn last_reasons(tally: &Tally) -> Vec<(NodeId, Option<Reason>)> {
 /// A fault as a sentence: "`left_arm` gave up".
 pub fn fault_sentence(fault: Fault, names: &Names) -> String {
     match fault {
-        Fault::Rejected(controller) => {
-            format!("{} would not take its goal", names.controller(controller))
+        Fault::Rejected(controller, why) => {
+            format!(
+                "{} would not take its goal: {why}",
+                names.controller(controller)
+            )
         }
         Fault::Unanswered(controller) => {
             format!("{} did not answer in time", names.controller(controller))

@@ -89,8 +89,7 @@ impl Instance {
         let dir = self.dir();
         let unfit = || IpcError::Path(dir.clone());
         let mut config = Config::default();
-        config.global.prefix =
-            FileName::new(self.prefix().as_bytes()).map_err(|_| unfit())?;
+        config.global.prefix = FileName::new(self.prefix().as_bytes()).map_err(|_| unfit())?;
         let root = dir.to_str().ok_or_else(unfit)?;
         let root = TransportPath::new(root.as_bytes()).map_err(|_| unfit())?;
         config.global.set_root_path(&root);

@@ -1,7 +1,7 @@
 //! Seeing that another process ended, at once and without asking it.
 
 use std::io;
-use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd, RawFd};
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, PidfdFlags, pidfd_open};
@@ -48,8 +48,8 @@ impl AsFd for Pidfd {
     }
 }
 
-impl AsRawFd for Pidfd {
-    fn as_raw_fd(&self) -> RawFd {
-        self.fd.as_raw_fd()
+impl From<Pidfd> for OwnedFd {
+    fn from(watched: Pidfd) -> Self {
+        watched.fd
     }
 }

@@ -43,7 +43,7 @@ pub(super) fn records() -> Vec<Record> {
         MissionEnd::Done,
         MissionEnd::Failed(NodeId(2)),
         MissionEnd::Stalled,
-        MissionEnd::Cancelled,
+        MissionEnd::Canceled,
         MissionEnd::ControllerLost(ControllerId(1)),
         MissionEnd::NodeLost(NodeId(3)),
     ];
@@ -153,12 +153,15 @@ fn messages() -> Vec<Message> {
         Message::Release {
             leaf,
             end: End::Succeeded,
-            going: Going::Completed(completion),
+            going: Going {
+                completed: Some(completion),
+                failed: None,
+            },
         },
         Message::Release {
             leaf,
             end,
-            going: Going::Failed(None),
+            going: Going::default(),
         },
     ]
 }
@@ -219,7 +222,7 @@ fn releases() -> Vec<Record> {
     let ends = [
         End::Succeeded,
         End::Canceled,
-        End::Failed(Fault::Rejected(controller)),
+        End::Failed(Fault::Rejected(controller, Rejection::Busy)),
         End::Failed(Fault::Unanswered(controller)),
         End::Failed(Fault::Aborted(controller)),
         End::Failed(Fault::NotMaintained(controller)),
@@ -230,7 +233,10 @@ fn releases() -> Vec<Record> {
         at: Time(1_900_000),
         leaf: NodeId(2),
         end,
-        going: Going::Failed(Some(NodeId(1))),
+        going: Going {
+            completed: None,
+            failed: Some(NodeId(1)),
+        },
         changes: vec![Change::Fact(FactId(0), false)],
     };
     ends.map(released).into()

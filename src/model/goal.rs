@@ -5,7 +5,7 @@ use std::time::Duration;
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
-use super::{Access, ControllerId, NodeId, ObjectId, Pose, ResourceId};
+use super::{Access, ControllerId, NodeId, ObjectId, Pose, Rejection, ResourceId};
 
 /// What one controller is told to do. Points are in the base frame, poses in the map frame; metres and radians.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -87,8 +87,8 @@ pub enum Report {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Fault {
-    /// The controller would not take it.
-    Rejected(ControllerId),
+    /// The controller would not take it, and why.
+    Rejected(ControllerId, Rejection),
     /// The controller did not answer in time.
     Unanswered(ControllerId),
     /// The controller gave up.

@@ -275,7 +275,7 @@ pub enum MissionEnd {
     /// Nothing runs and nothing can.
     Stalled,
     /// It was told to end.
-    Cancelled,
+    Canceled,
     /// A controller is gone.
     ControllerLost(ControllerId),
     /// A node's own task is gone: a defect.

@@ -119,7 +119,7 @@ impl Tally {
                     "failed"
                 }
                 MissionEnd::Stalled => "stalled",
-                MissionEnd::Cancelled => "cancelled",
+                MissionEnd::Canceled => "cancelled",
             },
             steps: steps.collect(),
             skipped: self.skipped.iter().map(|(leaf, _)| name(leaf)).collect(),

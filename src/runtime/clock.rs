@@ -16,7 +16,10 @@ pub struct Clock {
 impl Clock {
     /// A clock that is at zero now; `speed` in robot seconds per wall second, finite and above zero.
     pub fn start(speed: f64) -> Self {
-        Self { origin: Instant::now(), speed }
+        Self {
+            origin: Instant::now(),
+            speed,
+        }
     }
 
     /// The present moment.

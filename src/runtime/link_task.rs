@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::os::fd::{AsFd, OwnedFd};
 
+use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval};
@@ -28,7 +29,7 @@ pub(super) struct LinkTask {
 /// What a link's task knows of its controller.
 struct Watch {
     waiting: VecDeque<ToController>,
-    life: Option<AsyncFd<Pidfd>>,
+    life: Option<AsyncFd<OwnedFd>>,
     is_attached: bool,
 }
 
@@ -38,10 +39,14 @@ impl LinkTask {
     /// # Errors
     /// When a descriptor cannot be watched.
     pub(super) async fn run(mut self) -> std::io::Result<()> {
-        let wakeups: AsyncFd<OwnedFd> = AsyncFd::new(self.link.as_fd().try_clone_to_owned()?)?;
+        let wakeups = watched(self.link.as_fd().try_clone_to_owned()?)?;
         let mut beat = interval(BEAT_EVERY);
         beat.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        let mut watch = Watch { waiting: VecDeque::new(), life: None, is_attached: false };
+        let mut watch = Watch {
+            waiting: VecDeque::new(),
+            life: None,
+            is_attached: false,
+        };
         loop {
             let mut has_died = false;
             tokio::select! {
@@ -76,7 +81,9 @@ impl LinkTask {
         match (watch.is_attached, self.link.is_attached()) {
             (false, Some(pid)) if !has_died => {
                 watch.is_attached = true;
-                watch.life = Pidfd::open(pid).ok().and_then(|life| AsyncFd::new(life).ok());
+                watch.life = Pidfd::open(pid)
+                    .ok()
+                    .and_then(|life| watched(life.into()).ok());
                 drop(self.dispatch.send(Input::Attached(self.id)));
             }
             (true, Some(_)) if !has_died => {}
@@ -97,9 +104,14 @@ impl LinkTask {
             match self.link.send(message) {
                 Ok(()) => {}
                 Err(LinkError::Absent | LinkError::Full) => return,
-                Err(LinkError::PathLength(_) | LinkError::Generation(_) | LinkError::Transport(_)) => {
+                Err(
+                    LinkError::PathLength(_) | LinkError::Generation(_) | LinkError::Transport(_),
+                ) => {
                     if let ToController::Goal { id, .. } = message {
-                        let rejected = FromController::Rejected { id: *id, why: Rejection::Malformed };
+                        let rejected = FromController::Rejected {
+                            id: *id,
+                            why: Rejection::Malformed,
+                        };
                         drop(self.dispatch.send(Input::Heard(self.id, rejected)));
                     }
                 }
@@ -109,8 +121,14 @@ impl LinkTask {
     }
 }
 
+fn watched(fd: OwnedFd) -> std::io::Result<AsyncFd<OwnedFd>> {
+    // SAFETY: an `OwnedFd` is the only owner of its descriptor, which stays open until the `AsyncFd` drops it.
+    let registered = unsafe { AsyncFd::register_with_interest(fd, Interest::READABLE) };
+    registered.map_err(std::io::Error::from)
+}
+
 /// Comes back when the process has ended; never without one.
-async fn died(life: Option<&AsyncFd<Pidfd>>) {
+async fn died(life: Option<&AsyncFd<OwnedFd>>) {
     match life {
         Some(life) => drop(life.readable().await),
         None => std::future::pending().await,

@@ -164,7 +164,7 @@ impl Root {
             }
         }
         if self.phase == Phase::Cancelling && self.running.is_empty() {
-            self.finish(now, MissionEnd::Cancelled, out);
+            self.finish(now, MissionEnd::Canceled, out);
         }
         if self.phase == Phase::Going && std::mem::take(&mut self.is_wanted) {
             self.open_round(now, out);

@@ -133,7 +133,7 @@ impl Progress {
             MissionEnd::Done => format!("done in {}", count(self.tally.steps.len(), "step")),
             MissionEnd::Failed(leaf) => format!("failed at {}", names.node(leaf)),
             MissionEnd::Stalled => "stalled".into(),
-            MissionEnd::Cancelled => "cancelled".into(),
+            MissionEnd::Canceled => "cancelled".into(),
             MissionEnd::ControllerLost(controller) => {
                 format!("failed: {} was lost", names.controller(controller))
             }
@@ -194,6 +194,7 @@ fn changed(change: &Change, names: &Names) -> Option<String> {
                 Whereabouts::Unknown => format!("nobody knows where {object} is"),
             })
         }
+        Change::Emptied(resource) => Some(format!("{} is empty now", names.resource(*resource))),
         Change::Fact(fact, true) => Some(format!("\"{}\" holds now", names.fact(*fact))),
         Change::Fact(fact, false) => Some(format!("\"{}\" holds no more", names.fact(*fact))),
     }

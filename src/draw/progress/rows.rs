@@ -53,7 +53,7 @@ impl Progress {
             None => "",
             Some(MissionEnd::Done) => " · done",
             Some(MissionEnd::Stalled) => " · stalled",
-            Some(MissionEnd::Cancelled) => " · cancelled",
+            Some(MissionEnd::Canceled) => " · cancelled",
             Some(
                 MissionEnd::Failed(_) | MissionEnd::ControllerLost(_) | MissionEnd::NodeLost(_),
             ) => " · failed",

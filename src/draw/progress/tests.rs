@@ -174,7 +174,7 @@ fn what_goes_wrong_has_its_line() {
         heard(2, FromController::Rejected { id: id(1), why }),
         Some("   9.00 s  left_arm rejected pick 1: the point is out of reach"),
     );
-    let end = End::Failed(Fault::Rejected(ControllerId(2)));
+    let end = End::Failed(Fault::Rejected(ControllerId(2), Rejection::Busy));
     check(
         sample::released(9.0, "pick 1", end),
         Some("   9.00 s  failed pick 1: left_arm would not take its goal"),

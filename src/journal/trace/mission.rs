@@ -67,10 +67,10 @@ pub(super) fn released(
     changes: &[Change],
     names: &Names,
 ) {
-    let (completes, fails) = match going {
-        Going::Completed(completion) => (Some(completion.node), None),
-        Going::Failed(fails) => (None, fails),
-    };
+    let (completes, fails) = (
+        going.completed.map(|completion| completion.node),
+        going.failed,
+    );
     macro_rules! released {
         ($level:ident) => {
             $level!(
@@ -105,7 +105,7 @@ pub(super) fn ended(at_s: f64, end: MissionEnd, names: &Names) {
     const SAYS: &str = "mission ended";
     match end {
         MissionEnd::Done => info!(target: MISSION, outcome = "done", at_s, "{SAYS}"),
-        MissionEnd::Cancelled => info!(target: MISSION, outcome = "cancelled", at_s, "{SAYS}"),
+        MissionEnd::Canceled => info!(target: MISSION, outcome = "cancelled", at_s, "{SAYS}"),
         MissionEnd::Stalled => warn!(target: MISSION, outcome = "stalled", at_s, "{SAYS}"),
         MissionEnd::Failed(leaf) => {
             let leaf = names.node(leaf);

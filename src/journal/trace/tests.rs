@@ -114,10 +114,13 @@ fn a_release_says_how_and_what_follows() {
         samples::sent(Message::Release {
             leaf: NodeId(2),
             end: End::Succeeded,
-            going: Going::Completed(Completion {
-                node: NodeId(2),
-                heir: Some(NodeId(1)),
-            }),
+            going: Going {
+                completed: Some(Completion {
+                    node: NodeId(2),
+                    heir: Some(NodeId(1)),
+                }),
+                failed: None,
+            },
         }),
         &[
             "TRACE ambidex::tree release round=[3] from=[root] to=[both] at_s=[1.5] \
@@ -129,7 +132,10 @@ fn a_release_says_how_and_what_follows() {
             at: Time(2_000_000),
             leaf: NodeId(2),
             end: End::Failed(Fault::Aborted(ControllerId(1))),
-            going: Going::Failed(Some(NodeId(1))),
+            going: Going {
+                completed: None,
+                failed: Some(NodeId(1)),
+            },
             changes: vec![Change::Object(ObjectId(0), Whereabouts::Unknown)],
         },
         &[

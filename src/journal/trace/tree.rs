@@ -88,10 +88,9 @@ fn answer(edge: &Edge, message: &Message, names: &Names) {
 }
 
 fn release(edge: &Edge, leaf: NodeId, end: End, going: Going, names: &Names) {
-    let (completes, heir, fails) = match going {
-        Going::Completed(completion) => (Some(completion.node), completion.heir, None),
-        Going::Failed(fails) => (None, None, fails),
-    };
+    let completes = going.completed.map(|completion| completion.node);
+    let heir = going.completed.and_then(|completion| completion.heir);
+    let fails = going.failed;
     tell!(
         trace,
         edge,

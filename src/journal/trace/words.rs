@@ -109,6 +109,7 @@ pub(super) fn changes(changes: &[Change], names: &Names) -> impl Display {
                     Whereabouts::Unknown => write!(f, "{object} nobody knows where"),
                 }
             }
+            Change::Emptied(resource) => write!(f, "{} is empty", names.resource(*resource)),
             Change::Fact(fact, true) => write!(f, "\"{}\" holds", names.fact(*fact)),
             Change::Fact(fact, false) => write!(f, "\"{}\" does not hold", names.fact(*fact)),
         })
@@ -139,7 +140,7 @@ pub(super) fn end(end: End) -> &'static str {
     match end {
         End::Succeeded => "succeeded",
         End::Canceled => "canceled",
-        End::Failed(Fault::Rejected(_)) => "failed: rejected",
+        End::Failed(Fault::Rejected(..)) => "failed: rejected",
         End::Failed(Fault::Unanswered(_)) => "failed: unanswered",
         End::Failed(Fault::Aborted(_)) => "failed: aborted",
         End::Failed(Fault::NotMaintained(_)) => "failed: not maintained",
@@ -153,7 +154,7 @@ pub(super) fn at_fault(end: End, names: &Names) -> Option<&str> {
     match end {
         End::Succeeded | End::Canceled | End::Failed(Fault::TimedOut) => None,
         End::Failed(
-            Fault::Rejected(controller)
+            Fault::Rejected(controller, _)
             | Fault::Unanswered(controller)
             | Fault::Aborted(controller)
             | Fault::NotMaintained(controller)
