@@ -2,6 +2,7 @@
 //! as processes over shared memory.
 
 pub mod behavior;
+pub mod config;
 pub mod controller;
 pub mod dispatch;
 pub mod draw;

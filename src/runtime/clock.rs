@@ -4,12 +4,14 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
+use crate::ipc::ClockOrigin;
 use crate::model::Time;
 
 /// Robot time of a run: it starts at zero and passes `speed` times as fast as the wall clock.
 #[derive(Debug, Clone, Copy)]
 pub struct Clock {
-    origin: Instant,
+    origin: ClockOrigin,
+    start: Instant,
     speed: f64,
 }
 
@@ -17,19 +19,30 @@ impl Clock {
     /// A clock that is at zero now; `speed` in robot seconds per wall second, finite and above zero.
     pub fn start(speed: f64) -> Self {
         Self {
-            origin: Instant::now(),
+            origin: ClockOrigin::now(),
+            start: Instant::now(),
             speed,
         }
     }
 
+    /// What makes the controllers' clocks agree with this one.
+    pub fn origin(&self) -> ClockOrigin {
+        self.origin
+    }
+
+    /// Robot seconds per wall second.
+    pub fn speed(&self) -> f64 {
+        self.speed
+    }
+
     /// The present moment.
     pub fn now(&self) -> Time {
-        Time::ZERO + self.origin.elapsed().mul_f64(self.speed)
+        self.origin.time(self.speed)
     }
 
     /// When a moment of robot time comes on the wall clock.
     pub fn instant(&self, at: Time) -> Instant {
         // One microsecond more, so that the moment has come even when the division rounds down.
-        self.origin + at.since(Time::ZERO).div_f64(self.speed) + Duration::from_micros(1)
+        self.start + at.since(Time::ZERO).div_f64(self.speed) + Duration::from_micros(1)
     }
 }

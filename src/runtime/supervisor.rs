@@ -25,8 +25,6 @@ pub struct Options {
     pub settings: Settings,
     /// The robot clock, as the controllers know it too.
     pub clock: Clock,
-    /// Robot seconds per wall second.
-    pub speed: f64,
     /// How long to wait for controllers, wall time; none waits for ever.
     pub attach_timeout: Option<Duration>,
     /// How long controllers may take to be safe in the end, wall time.
@@ -87,15 +85,8 @@ pub async fn run(
         clock: options.clock,
         grace: options.grace,
     };
-    let supervisor = Supervisor::start(
-        &mission,
-        links,
-        &options.settings,
-        options.speed,
-        timing,
-        journal,
-        control,
-    );
+    let supervisor =
+        Supervisor::start(&mission, links, &options.settings, timing, journal, control);
     let ended = supervisor.watch(options.attach_timeout).await;
     if let Some(writer) = writer {
         // All handles are gone with the supervisor, so the writer comes to its end.
@@ -132,7 +123,6 @@ impl Supervisor {
         mission: &MissionSpec,
         links: Vec<Box<dyn Port>>,
         settings: &Settings,
-        speed: f64,
         timing: Timing,
         journal: Option<Journal>,
         control: mpsc::UnboundedReceiver<Control>,
@@ -175,7 +165,7 @@ impl Supervisor {
             });
         }
         let dispatch = DispatchTask {
-            dispatch: Dispatch::new(mission, Limits::at_speed(speed)),
+            dispatch: Dispatch::new(mission, Limits::at_speed(timing.clock.speed())),
             inbox,
             links: orders,
             nodes: ways,

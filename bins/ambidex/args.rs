@@ -1,0 +1,200 @@
+//! What can be said on the command line.
+
+use std::path::PathBuf;
+use std::sync::{Arc, OnceLock};
+use std::time::Duration;
+
+use ambidex::ipc::{Instance, WIRE_VERSION};
+use ambidex::tree::{Allocator, Greedy, Serial};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
+
+const EXIT_CODES: &str = "\
+Exit codes:
+    0  the mission is done
+    1  the mission failed
+    2  wrong usage, or a faulty file
+    3  stalled: nothing runs and nothing can, with the reason of every leaf
+    4  a controller was lost, or did not attach in time
+  130  canceled by Ctrl-C or SIGTERM
+
+stdout carries data (--json), stderr talks. NO_COLOR and RUST_LOG are respected.";
+
+/// One robot, several tasks at once.
+#[derive(Debug, Parser)]
+#[command(name = "ambidex", version = version(), about, after_help = EXIT_CODES)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub verb: Verb,
+}
+
+/// The verbs.
+#[derive(Debug, Subcommand)]
+pub enum Verb {
+    /// Run a mission: starts the runtime and one process per controller.
+    Run(RunArgs),
+    /// Run a mission with controllers that others start.
+    Daemon(DaemonArgs),
+    /// Be one controller of the robot, simulated.
+    Controller(ControllerArgs),
+    /// Run a mission under a virtual clock, without processes.
+    Simulate(SimulateArgs),
+    /// Print a completion script for a shell.
+    Completions {
+        /// Which shell.
+        shell: Shell,
+    },
+}
+
+/// What every way to run a mission takes.
+#[derive(Debug, Args)]
+pub struct MissionArgs {
+    /// The mission file.
+    pub mission: PathBuf,
+    /// Use this robot file instead of the one that the mission names.
+    #[arg(long, value_name = "FILE")]
+    pub robot: Option<PathBuf>,
+    /// How requests are chosen.
+    #[arg(long, value_enum, default_value_t = AllocatorName::Greedy)]
+    pub allocator: AllocatorName,
+    /// Print one report object on stdout, and nothing else there.
+    #[arg(long)]
+    pub json: bool,
+    /// Say nothing but errors.
+    #[arg(long, short)]
+    pub quiet: bool,
+    /// Where the log goes [default: $XDG_STATE_HOME/ambidex/INSTANCE/journal.jsonl].
+    #[arg(long, value_name = "FILE")]
+    pub log: Option<PathBuf>,
+    /// Form of log lines on the terminal; RUST_LOG says which are shown. The log file is always JSON Lines.
+    #[arg(long, value_enum, default_value_t = LogFormat::Text)]
+    pub log_format: LogFormat,
+}
+
+/// What a mission with processes takes besides.
+#[derive(Debug, Args)]
+pub struct LiveArgs {
+    /// Robot seconds per wall second, for simulated controllers.
+    #[arg(long, default_value_t = 1.0, value_parser = speed)]
+    pub speed: f64,
+    /// What to do in a stall.
+    #[arg(long, value_enum, default_value_t = OnStall::End)]
+    pub on_stall: OnStall,
+}
+
+/// `ambidex run`.
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    #[command(flatten)]
+    pub mission: MissionArgs,
+    #[command(flatten)]
+    pub live: LiveArgs,
+    /// Name of this robot's runtime [default: a fresh one].
+    #[arg(long, value_parser = instance)]
+    pub instance: Option<Instance>,
+    /// How long to wait for the controllers, seconds.
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
+    pub attach_timeout: Duration,
+}
+
+/// `ambidex daemon`.
+#[derive(Debug, Args)]
+pub struct DaemonArgs {
+    #[command(flatten)]
+    pub mission: MissionArgs,
+    #[command(flatten)]
+    pub live: LiveArgs,
+    /// Name of this robot's runtime.
+    #[arg(long, default_value = "default", value_parser = instance)]
+    pub instance: Instance,
+    /// How long to wait for the controllers, seconds [default: for ever].
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub attach_timeout: Option<Duration>,
+}
+
+/// `ambidex controller`.
+#[derive(Debug, Args)]
+pub struct ControllerArgs {
+    /// Its name in the robot file.
+    pub name: String,
+    /// The robot file.
+    #[arg(long, value_name = "FILE", default_value = "config/robots/pr2.yaml")]
+    pub robot: PathBuf,
+    /// Name of the robot's runtime.
+    #[arg(long, default_value = "default", value_parser = instance)]
+    pub instance: Instance,
+    /// End with the first daemon instead of waiting for the next.
+    #[arg(long)]
+    pub once: bool,
+    /// End when this process does.
+    #[arg(long, hide = true, value_name = "PID")]
+    pub parent: Option<u32>,
+}
+
+/// `ambidex simulate`.
+#[derive(Debug, Args)]
+pub struct SimulateArgs {
+    #[command(flatten)]
+    pub mission: MissionArgs,
+}
+
+/// Names of allocators.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum AllocatorName {
+    /// The paper's: the best request and all that are compatible with it.
+    Greedy,
+    /// One behavior at a time has the whole robot.
+    Serial,
+}
+
+impl AllocatorName {
+    /// The allocator behind the name.
+    pub fn allocator(self) -> Arc<dyn Allocator> {
+        match self {
+            Self::Greedy => Arc::new(Greedy),
+            Self::Serial => Arc::new(Serial),
+        }
+    }
+}
+
+/// Forms of log lines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LogFormat {
+    /// For people.
+    Text,
+    /// For programs.
+    Json,
+}
+
+/// What to do in a stall.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum OnStall {
+    /// End the mission and say why.
+    End,
+    /// Wait for the world to change.
+    Wait,
+}
+
+fn version() -> &'static str {
+    static VERSION: OnceLock<String> = OnceLock::new();
+    VERSION.get_or_init(|| format!("{} (wire version {WIRE_VERSION})", env!("CARGO_PKG_VERSION")))
+}
+
+fn instance(name: &str) -> Result<Instance, String> {
+    Instance::new(name).map_err(|error| error.to_string())
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(speed) if (0.01..=1000.0).contains(&speed) => Ok(speed),
+        Ok(_) | Err(_) => Err("a number from 0.01 to 1000".into()),
+    }
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.0..=86_400.0).contains(&seconds) => Ok(Duration::from_secs_f64(seconds)),
+        Ok(_) | Err(_) => Err("seconds, a number from 0 to 86400".into()),
+    }
+}

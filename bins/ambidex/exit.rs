@@ -1,0 +1,50 @@
+//! Exit codes.
+
+use std::process::ExitCode;
+
+use ambidex::model::MissionEnd;
+use ambidex::runtime::Ended;
+
+/// How the process ends; the same list stands in `--help`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Exit {
+    /// The mission is done.
+    Done = 0,
+    /// It failed.
+    Failed = 1,
+    /// Wrong usage or a faulty file.
+    Usage = 2,
+    /// Nothing runs and nothing can.
+    Stalled = 3,
+    /// A controller was lost or not attached in time.
+    Controller = 4,
+    /// Ctrl-C or SIGTERM.
+    Canceled = 130,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(exit as u8)
+    }
+}
+
+impl From<&Ended> for Exit {
+    fn from(ended: &Ended) -> Self {
+        match ended {
+            Ended::Mission(end) => Self::from(*end),
+            Ended::NotAttached(_) => Self::Controller,
+        }
+    }
+}
+
+impl From<MissionEnd> for Exit {
+    fn from(end: MissionEnd) -> Self {
+        match end {
+            MissionEnd::Done => Self::Done,
+            MissionEnd::Failed(_) | MissionEnd::NodeLost(_) => Self::Failed,
+            MissionEnd::Stalled => Self::Stalled,
+            MissionEnd::Canceled => Self::Canceled,
+            MissionEnd::ControllerLost(_) => Self::Controller,
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! `ambidex run` and `ambidex daemon`: a mission over controller processes.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use ambidex::config::{self, Loaded};
+use ambidex::ipc::Instance;
+use ambidex::model::MissionEnd;
+use ambidex::runtime::{self, Clock, Control, Ended, Options};
+use ambidex::tree::Settings;
+use miette::{IntoDiagnostic, Result};
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::mpsc;
+
+use crate::args::{DaemonArgs, LiveArgs, MissionArgs, OnStall, RunArgs};
+use crate::children::Children;
+use crate::exit::Exit;
+use crate::observer::Observer;
+use crate::robot;
+use crate::terminal::Terminal;
+
+/// How long controllers may take to come to rest in the end, and how long children may take to end.
+const GRACE: Duration = Duration::from_secs(3);
+
+/// Runs a mission with child processes.
+pub fn run(args: &RunArgs) -> Result<Exit> {
+    let instance = args.instance.clone().unwrap_or_else(Instance::fresh);
+    let loaded = load(&args.mission)?;
+    let timeout = Some(args.attach_timeout);
+    go(&args.mission, &args.live, &instance, timeout, loaded, true)
+}
+
+/// Runs a mission with controllers that others started.
+pub fn daemon(args: &DaemonArgs) -> Result<Exit> {
+    let loaded = load(&args.mission)?;
+    go(
+        &args.mission,
+        &args.live,
+        &args.instance,
+        args.attach_timeout,
+        loaded,
+        false,
+    )
+}
+
+fn load(args: &MissionArgs) -> Result<Loaded> {
+    Ok(config::load_mission(&args.mission, args.robot.as_deref())?)
+}
+
+fn go(
+    args: &MissionArgs,
+    live: &LiveArgs,
+    instance: &Instance,
+    attach_timeout: Option<Duration>,
+    loaded: Loaded,
+    has_children: bool,
+) -> Result<Exit> {
+    let terminal = Terminal::start(args.log_format);
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .into_diagnostic()?;
+    let _entered = runtime.enter();
+    let clock = Clock::start(live.speed);
+    let links = robot::links(&loaded.mission, instance, &clock).into_diagnostic()?;
+    let observer =
+        Observer::new(&loaded.mission, args, instance.name(), &terminal).into_diagnostic()?;
+    let observer = Arc::new(Mutex::new(observer));
+    let children = if has_children {
+        Some(Children::start(
+            &loaded.mission.robot,
+            &loaded.robot_path,
+            instance,
+        )?)
+    } else {
+        None
+    };
+    let to_observer = Arc::clone(&observer);
+    let options = Options {
+        settings: Settings {
+            allocator: args.allocator.allocator(),
+            waits_when_stalled: live.on_stall == OnStall::Wait,
+            ..Settings::default()
+        },
+        clock,
+        attach_timeout,
+        grace: GRACE,
+        journal: Some(Box::new(move |record| {
+            to_observer
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .take(record);
+        })),
+    };
+    let mission = Arc::new(loaded.mission);
+    let (to_run, control) = mpsc::unbounded_channel();
+    let ended = runtime.block_on(async {
+        tokio::spawn(cancel_on_signals(to_run)?);
+        Ok::<_, std::io::Error>(runtime::run(Arc::clone(&mission), links, options, control).await)
+    });
+    let ended = ended.into_diagnostic()?;
+    if let Some(children) = children {
+        children.wait(GRACE);
+    }
+    let mut observer = observer.lock().unwrap_or_else(PoisonError::into_inner);
+    observer.finish().into_diagnostic()?;
+    if let Some(complaint) = complaint(&ended, &mission) {
+        terminal.say(&complaint);
+    }
+    Ok(Exit::from(&ended))
+}
+
+/// What went wrong outside the task.
+fn complaint(ended: &Ended, mission: &ambidex::model::MissionSpec) -> Option<String> {
+    let names = &mission.names;
+    match ended {
+        Ended::NotAttached(missing) => {
+            let missing: Vec<_> = missing.iter().map(|id| names.controller(*id)).collect();
+            Some(format!(
+                "error: not attached in time: {}",
+                missing.join(", ")
+            ))
+        }
+        Ended::Mission(MissionEnd::ControllerLost(id)) => Some(format!(
+            "error: the controller {} is gone",
+            names.controller(*id)
+        )),
+        Ended::Mission(MissionEnd::NodeLost(id)) => Some(format!(
+            "error: the task of node \"{}\" is gone; this is a defect",
+            names.node(*id)
+        )),
+        Ended::Mission(
+            MissionEnd::Done | MissionEnd::Failed(_) | MissionEnd::Stalled | MissionEnd::Canceled,
+        ) => None,
+    }
+}
+
+/// The first Ctrl-C or SIGTERM cancels the mission, the second ends the process at once.
+fn cancel_on_signals(
+    run: mpsc::UnboundedSender<Control>,
+) -> std::io::Result<impl Future<Output = ()>> {
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    let mut terminate = signal(SignalKind::terminate())?;
+    Ok(async move {
+        for control in [Some(Control::Cancel), None] {
+            tokio::select! {
+                _ = interrupt.recv() => {}
+                _ = terminate.recv() => {}
+            }
+            match control {
+                Some(control) => drop(run.send(control)),
+                // Children die with this process; shared memory is swept at the next start.
+                None => std::process::exit(Exit::Canceled as i32),
+            }
+        }
+    })
+}

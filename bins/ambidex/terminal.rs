@@ -1,0 +1,99 @@
+//! The terminal: colors, width, log lines, and a live display that log lines do not break.
+
+use std::io::{self, IsTerminal, Write};
+
+use ambidex::draw::Palette;
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use tracing_subscriber::EnvFilter;
+use tracing_subscriber::fmt::MakeWriter;
+
+use crate::args::LogFormat;
+
+/// Width where there is no terminal to ask.
+const WIDTH: usize = 100;
+
+/// stderr as a person sees it.
+#[derive(Debug, Clone)]
+pub struct Terminal {
+    bars: MultiProgress,
+    is_tty: bool,
+    has_color: bool,
+}
+
+impl Terminal {
+    /// Looks at stderr and sends log lines there, above the live display.
+    pub fn start(format: LogFormat) -> Self {
+        let has_color = anstream::AutoStream::choice(&io::stderr()) != anstream::ColorChoice::Never;
+        let bars = MultiProgress::with_draw_target(ProgressDrawTarget::stderr_with_hz(10));
+        let terminal = Self {
+            bars,
+            is_tty: io::stderr().is_terminal(),
+            has_color,
+        };
+        let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("error"));
+        let log = tracing_subscriber::fmt()
+            .with_env_filter(filter)
+            .with_writer(Above(terminal.bars.clone()))
+            .with_ansi(has_color);
+        match format {
+            LogFormat::Text => log.init(),
+            LogFormat::Json => log.json().init(),
+        }
+        terminal
+    }
+
+    /// Whether somebody looks at it.
+    pub fn is_tty(&self) -> bool {
+        self.is_tty
+    }
+
+    /// Columns.
+    pub fn width(&self) -> usize {
+        let size = rustix::termios::tcgetwinsize(io::stderr()).ok();
+        size.map(|size| usize::from(size.ws_col))
+            .filter(|&columns| columns > 0)
+            .unwrap_or(WIDTH)
+    }
+
+    /// Colors, if they are wanted.
+    pub fn palette(&self) -> Palette {
+        if self.has_color {
+            Palette::ansi()
+        } else {
+            Palette::plain()
+        }
+    }
+
+    /// Prints a text above the live display.
+    pub fn say(&self, text: &str) {
+        self.bars.suspend(|| eprintln!("{text}"));
+    }
+
+    /// Adds a line to the live display.
+    pub fn line(&self) -> ProgressBar {
+        let style = ProgressStyle::with_template("{msg}").expect("a fixed template is sound");
+        self.bars.add(ProgressBar::new_spinner().with_style(style))
+    }
+}
+
+/// Writes log lines above the live display.
+#[derive(Debug, Clone)]
+struct Above(MultiProgress);
+
+impl Write for Above {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.suspend(|| io::stderr().write(bytes))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stderr().flush()
+    }
+}
+
+impl MakeWriter<'_> for Above {
+    type Writer = Self;
+
+    fn make_writer(&self) -> Self {
+        self.clone()
+    }
+}
