@@ -1,0 +1,115 @@
+//! The paper's experiments and forty random rooms as data, and missions made from them.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use ambidex::config;
+use ambidex::model::{MissionReport, MissionSpec, Record, Tally};
+use ambidex::sim::{self, Event};
+use ambidex::tree::Settings;
+use serde::Deserialize;
+
+/// A file of the project.
+pub fn file(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// Experiments and rooms with the steps that must come out.
+#[derive(Debug, Deserialize)]
+pub struct Expected {
+    pub steps: Vec<Vec<String>>,
+    pub skipped: Vec<String>,
+}
+
+/// One of the forty rooms.
+#[derive(Debug, Deserialize)]
+pub struct Room {
+    robot: [f64; 2],
+    places: BTreeMap<String, [f64; 2]>,
+    objects: BTreeMap<u32, Way>,
+    #[serde(flatten)]
+    pub expected: Expected,
+}
+
+#[derive(Debug, Deserialize)]
+struct Way {
+    from: String,
+    to: String,
+}
+
+#[derive(Debug, Deserialize)]
+struct Rooms {
+    rooms: BTreeMap<u32, Room>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Experiments {
+    experiments: BTreeMap<u32, Expected>,
+}
+
+/// The forty rooms by number.
+pub fn rooms() -> BTreeMap<u32, Room> {
+    let text = std::fs::read_to_string(file("tests/data/layouts.yaml")).expect("the rooms are there");
+    serde_saphyr::from_str::<Rooms>(&text).expect("the rooms parse").rooms
+}
+
+/// What must come out of the four experiments, by number.
+pub fn experiments() -> BTreeMap<u32, Expected> {
+    let text = std::fs::read_to_string(file("tests/data/experiments.yaml")).expect("they are there");
+    serde_saphyr::from_str::<Experiments>(&text).expect("they parse").experiments
+}
+
+/// A shipped mission.
+pub fn experiment_file(number: u32) -> PathBuf {
+    file(&format!("config/missions/experiment-{number}.yaml"))
+}
+
+impl Room {
+    /// The room as a mission file.
+    pub fn mission(&self, number: u32) -> String {
+        let mut text = format!("mission: room-{number}\nrobot: {}\n", file("config/robots/pr2.yaml").display());
+        let [x, y] = self.robot;
+        let mut line = |line: String| writeln!(text, "{line}").expect("a string takes all");
+        line(format!("world:\n  tolerance: 0.25 m\n  robot: {{at: [{x}, {y}]}}\n  places:"));
+        for (place, [x, y]) in &self.places {
+            line(format!("    {place}: {{stand: [{x}, {y}]}}"));
+        }
+        line("  objects:".into());
+        for (object, way) in &self.objects {
+            line(format!("    {object}: {{at: {}}}", way.from));
+        }
+        line("task:\n  and:".into());
+        for (object, Way { from, to }) in &self.objects {
+            line("    - then:".into());
+            line(format!("        - {{move: {{to: {from}}}, name: move {object}-1}}"));
+            line(format!("        - pick: {{object: {object}}}"));
+            line(format!("        - {{move: {{to: {to}}}, name: move {object}-2}}"));
+            line(format!("        - place: {{object: {object}}}"));
+        }
+        text
+    }
+}
+
+/// Loads a mission and says what is wrong with it if it is.
+pub fn load(path: &Path) -> MissionSpec {
+    match config::load_mission(path, None) {
+        Ok(loaded) => loaded.mission,
+        Err(error) => panic!("{:?}", miette::Report::new(error)),
+    }
+}
+
+/// Simulates a mission; the records it wrote and the report.
+pub fn simulate(
+    mission: &MissionSpec,
+    settings: &Settings,
+    events: Vec<(ambidex::model::Time, Event)>,
+) -> (Vec<Record>, MissionReport) {
+    let mut records = Vec::new();
+    let mut tally = Tally::default();
+    sim::simulate(mission, settings, events, &mut |record| {
+        tally.add(record);
+        records.push(record.clone());
+    });
+    (records, tally.report().expect("a simulation ends"))
+}
