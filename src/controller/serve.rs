@@ -118,7 +118,11 @@ impl<C: Controller> Server<C> {
     }
 
     fn watch(&mut self, pid: u32) {
-        if self.daemon.as_ref().is_some_and(|daemon| daemon.pid() == pid) {
+        if self
+            .daemon
+            .as_ref()
+            .is_some_and(|daemon| daemon.pid() == pid)
+        {
             return;
         }
         match Pidfd::open(pid) {
@@ -163,7 +167,12 @@ impl<C: Controller> Server<C> {
     fn wait(&mut self) -> Result<(), ServeError> {
         let mut fds = vec![PollFd::new(&self.port, PollFlags::IN)];
         // Once told, the stop stays readable; it must not keep the loop spinning while motion brakes.
-        if let Some(stop) = self.options.stop.as_ref().filter(|_| self.stop_by.is_none()) {
+        if let Some(stop) = self
+            .options
+            .stop
+            .as_ref()
+            .filter(|_| self.stop_by.is_none())
+        {
             fds.push(PollFd::new(stop, PollFlags::IN));
         }
         if let Some(daemon) = &self.daemon {
@@ -216,3 +225,7 @@ fn is_readable(stop: &Stop) -> bool {
 #[cfg(test)]
 #[path = "serve_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "process_tests.rs"]
+mod process_tests;

@@ -182,9 +182,9 @@ impl<C: Controller> Session<C> {
     /// How long nothing need be done if nothing comes, wall time.
     pub(super) fn rest(&self) -> Duration {
         match (&self.attached, &self.active) {
-            (Some(attachment), Some(_)) => STEP
-                .div_f64(attachment.speed)
-                .clamp(WAKE_MIN, PULSE_EVERY),
+            (Some(attachment), Some(_)) => {
+                STEP.div_f64(attachment.speed).clamp(WAKE_MIN, PULSE_EVERY)
+            }
             (None | Some(_), None) | (None, Some(_)) => PULSE_EVERY,
         }
     }

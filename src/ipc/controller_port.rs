@@ -139,7 +139,11 @@ impl ControllerPort {
     pub fn reply(&mut self, epoch: u64, message: &FromController) {
         let wire = wire_out::response(message, epoch);
         let Some(stream) = self.streams.iter_mut().find(|stream| stream.id == wire.id) else {
-            tracing::warn!(controller = self.controller, ?message, "nobody waits for this");
+            tracing::warn!(
+                controller = self.controller,
+                ?message,
+                "nobody waits for this"
+            );
             return;
         };
         stream.push(wire);

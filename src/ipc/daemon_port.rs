@@ -135,7 +135,11 @@ impl DaemonPort {
         });
         let is_ours = wire.epoch == self.epoch;
         Some(Heard::State {
-            at: if is_ours { Time(wire.at_us) } else { Time::ZERO },
+            at: if is_ours {
+                Time(wire.at_us)
+            } else {
+                Time::ZERO
+            },
             state,
             pid: wire.pid,
             generation: if is_ours { wire.generation } else { 0 },

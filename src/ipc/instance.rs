@@ -7,7 +7,7 @@ use iceoryx2::prelude::{Config, FileName, Path as TransportPath, SemanticString}
 
 use super::clock::monotonic_ns;
 use super::error::IpcError;
-use super::lock::Lock;
+use super::lock::{Lock, segments};
 
 const NAME_MAX: usize = 32;
 /// Every file of every instance in shared memory begins with this.
@@ -66,6 +66,11 @@ impl Instance {
         Lock::controller(self, name)
     }
 
+    /// Whether a file of the instance is left anywhere, be it alive or not.
+    pub fn has_left_anything(&self) -> bool {
+        self.dir().exists() || !segments(&self.prefix()).is_empty()
+    }
+
     /// The folder of the instance. It is named by a tag, since paths of sockets are short.
     pub(super) fn dir(&self) -> PathBuf {
         base().join(self.tag())
@@ -89,8 +94,7 @@ impl Instance {
         let dir = self.dir();
         let unfit = || IpcError::Path(dir.clone());
         let mut config = Config::default();
-        config.global.prefix =
-            FileName::new(self.prefix().as_bytes()).map_err(|_| unfit())?;
+        config.global.prefix = FileName::new(self.prefix().as_bytes()).map_err(|_| unfit())?;
         let root = dir.to_str().ok_or_else(unfit)?;
         let root = TransportPath::new(root.as_bytes()).map_err(|_| unfit())?;
         config.global.set_root_path(&root);

@@ -158,7 +158,12 @@ pub(super) fn segments(prefix: &str) -> Vec<PathBuf> {
     };
     entries
         .flatten()
-        .filter(|entry| entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()))
+        .filter(|entry| {
+            entry
+                .file_name()
+                .as_encoded_bytes()
+                .starts_with(prefix.as_bytes())
+        })
         .map(|entry| entry.path())
         .collect()
 }
@@ -224,7 +229,10 @@ mod tests {
         let pid = std::process::id();
         assert_eq!(
             refused,
-            format!("a daemon of instance `{}` runs already (pid {pid})", instance.name())
+            format!(
+                "a daemon of instance `{}` runs already (pid {pid})",
+                instance.name()
+            )
         );
         let arm = instance.lock_controller("left_arm").unwrap();
         assert!(instance.lock_controller("left_arm").is_err());

@@ -36,11 +36,7 @@ pub(super) fn request(
             wire.speed = *speed;
             wire.start = state(start);
         }
-        ToController::Goal {
-            id,
-            mode,
-            command,
-        } => {
+        ToController::Goal { id, mode, command } => {
             wire.kind = request_kind::GOAL;
             wire.id = wire_id(epoch, *id);
             wire.mode = mode_code(*mode);

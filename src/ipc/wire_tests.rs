@@ -2,7 +2,7 @@
 
 use std::f64::{INFINITY, NAN};
 
-use super::super::{wire_out, ClockOrigin};
+use super::super::{ClockOrigin, wire_out};
 use super::*;
 
 const EPOCH: u64 = 7_000_000_000;
@@ -38,7 +38,11 @@ fn states() -> Vec<ControllerState> {
 
 fn commands() -> Vec<Command> {
     let (object, at) = (ObjectId(9), Point3::new(0.5, 0.1, 0.8));
-    let path = |length: usize| (0..length).map(|i| Pose::new(i as f64, 1.0, -0.5)).collect();
+    let path = |length: usize| {
+        (0..length)
+            .map(|i| Pose::new(i as f64, 1.0, -0.5))
+            .collect()
+    };
     vec![
         Command::Drive { path: path(1) },
         Command::Drive {
@@ -108,10 +112,14 @@ fn every_response_comes_back_as_it_was() {
             state,
         },
     ];
-    messages.extend(states().into_iter().map(|state| FromController::Configured {
-        generation: ID.generation,
-        state,
-    }));
+    messages.extend(
+        states()
+            .into_iter()
+            .map(|state| FromController::Configured {
+                generation: ID.generation,
+                state,
+            }),
+    );
     let ends = [PartEnd::Succeeded, PartEnd::Aborted, PartEnd::Canceled];
     messages.extend(ends.map(|end| FromController::Result {
         id: ID,
@@ -167,17 +175,53 @@ fn wrong_requests_are_refused() {
         (configure(), |w| w.speed = -1.0, Rejection::Malformed),
         (configure(), |w| w.speed = 1e9, Rejection::Malformed),
         (configure(), |w| w.start.kind = 9, Rejection::Malformed),
-        (configure(), |w| w.start.position[2] = INFINITY, Rejection::NotFinite),
-        (configure(), |w| w.start.velocity[0] = NAN, Rejection::NotFinite),
+        (
+            configure(),
+            |w| w.start.position[2] = INFINITY,
+            Rejection::NotFinite,
+        ),
+        (
+            configure(),
+            |w| w.start.velocity[0] = NAN,
+            Rejection::NotFinite,
+        ),
         (goal(Command::Stand), |w| w.mode = 0, Rejection::Malformed),
         (goal(Command::Stand), |w| w.mode = 3, Rejection::Malformed),
-        (goal(Command::Stand), |w| w.command = 6, Rejection::Malformed),
-        (goal(commands()[0].clone()), |w| w.path_len = 0, Rejection::Malformed),
-        (goal(commands()[0].clone()), |w| w.path_len = 65, Rejection::Malformed),
-        (goal(commands()[1].clone()), |w| w.path[63].x = NAN, Rejection::NotFinite),
-        (goal(commands()[3].clone()), |w| w.object = NO_OBJECT, Rejection::Malformed),
-        (goal(commands()[4].clone()), |w| w.at[1] = NAN, Rejection::NotFinite),
-        (goal(commands()[5].clone()), |w| w.at[0] = INFINITY, Rejection::NotFinite),
+        (
+            goal(Command::Stand),
+            |w| w.command = 6,
+            Rejection::Malformed,
+        ),
+        (
+            goal(commands()[0].clone()),
+            |w| w.path_len = 0,
+            Rejection::Malformed,
+        ),
+        (
+            goal(commands()[0].clone()),
+            |w| w.path_len = 65,
+            Rejection::Malformed,
+        ),
+        (
+            goal(commands()[1].clone()),
+            |w| w.path[63].x = NAN,
+            Rejection::NotFinite,
+        ),
+        (
+            goal(commands()[3].clone()),
+            |w| w.object = NO_OBJECT,
+            Rejection::Malformed,
+        ),
+        (
+            goal(commands()[4].clone()),
+            |w| w.at[1] = NAN,
+            Rejection::NotFinite,
+        ),
+        (
+            goal(commands()[5].clone()),
+            |w| w.at[0] = INFINITY,
+            Rejection::NotFinite,
+        ),
     ];
     for (row, (message, spoil, why)) in rows.into_iter().enumerate() {
         let mut wire = to_wire(&message);
@@ -239,9 +283,18 @@ fn wrong_signs_of_life_are_refused() {
         sent_ns: 0,
     };
     assert_eq!(beat(&good), Ok(()));
-    assert_eq!(beat(&WireBeat { version: 0, ..good }), Err(Rejection::Version));
-    assert_eq!(beat(&WireBeat { pid: 0, ..good }), Err(Rejection::Malformed));
-    assert_eq!(beat(&WireBeat { epoch: 0, ..good }), Err(Rejection::Malformed));
+    assert_eq!(
+        beat(&WireBeat { version: 0, ..good }),
+        Err(Rejection::Version)
+    );
+    assert_eq!(
+        beat(&WireBeat { pid: 0, ..good }),
+        Err(Rejection::Malformed)
+    );
+    assert_eq!(
+        beat(&WireBeat { epoch: 0, ..good }),
+        Err(Rejection::Malformed)
+    );
 
     let good = WirePulse {
         version: WIRE_VERSION,
@@ -250,8 +303,17 @@ fn wrong_signs_of_life_are_refused() {
         ..WirePulse::default()
     };
     assert_eq!(pulse(&good), Ok(states()[3]));
-    assert_eq!(pulse(&WirePulse { version: 0, ..good }), Err(Rejection::Version));
-    assert_eq!(pulse(&WirePulse { pid: 0, ..good }), Err(Rejection::Malformed));
+    assert_eq!(
+        pulse(&WirePulse { version: 0, ..good }),
+        Err(Rejection::Version)
+    );
+    assert_eq!(
+        pulse(&WirePulse { pid: 0, ..good }),
+        Err(Rejection::Malformed)
+    );
     let state = WireState::default();
-    assert_eq!(pulse(&WirePulse { state, ..good }), Err(Rejection::Malformed));
+    assert_eq!(
+        pulse(&WirePulse { state, ..good }),
+        Err(Rejection::Malformed)
+    );
 }
