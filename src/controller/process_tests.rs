@@ -12,6 +12,7 @@ use crate::model::{Command, Mode, PartEnd};
 
 const ROLE: &str = "AMBIDEX_TEST_ROLE";
 const INSTANCE: &str = "AMBIDEX_TEST_INSTANCE";
+const PARENT: &str = "AMBIDEX_TEST_PARENT";
 
 /// Kills its process when dropped, as a failing test must not leave it.
 struct Role(Child);
@@ -24,6 +25,7 @@ impl Role {
             .args(["--ignored", "--nocapture", "--quiet"])
             .env(ROLE, role)
             .env(INSTANCE, instance.name())
+            .env(PARENT, std::process::id().to_string())
             .stdout(Stdio::piped())
             .spawn()
             .unwrap();
@@ -76,11 +78,14 @@ fn child() {
             );
         }
         "tied" => {
+            // The parent may be dead already, which is the harder half of the matter.
+            let parent = std::env::var(PARENT).unwrap().parse().unwrap();
             let options = ServeOptions {
-                parent: Some(std::os::unix::process::parent_id()),
+                parent: Some(parent),
                 ..ServeOptions::default()
             };
-            serve(&instance, "cart", Cart::new(), options).unwrap();
+            let ended = serve(&instance, "cart", Cart::new(), options);
+            assert!(matches!(ended, Err(ServeError::Orphan(_))));
         }
         "parent" => {
             let tied = Role::start("tied", &instance);
@@ -133,6 +138,7 @@ fn a_stopped_controller_is_seen_and_gives_up_its_command_when_it_goes_on() {
     let controller = Role::start("controller", &instance);
     daemon.attach();
     let id = daemon.goal(1, Mode::Maintain, Command::Stand);
+    daemon.until("accepted", |heard| matches!(heard, Heard::Message(_)));
     kill_process(controller.pid(), Signal::STOP).unwrap();
     let begun = Instant::now();
     while daemon.port.is_attached().is_some() {
