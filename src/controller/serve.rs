@@ -225,3 +225,7 @@ fn is_readable(stop: &Stop) -> bool {
 #[cfg(test)]
 #[path = "serve_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "process_tests.rs"]
+mod process_tests;

@@ -10,6 +10,12 @@ pub fn monotonic_ns() -> u64 {
     now.tv_sec.cast_unsigned() * 1_000_000_000 + now.tv_nsec.cast_unsigned()
 }
 
+/// A number for this life of a daemon that none before it had: the time of day in nanoseconds.
+pub fn fresh_epoch() -> u64 {
+    let now = clock_gettime(ClockId::Realtime);
+    (now.tv_sec.cast_unsigned() * 1_000_000_000 + now.tv_nsec.cast_unsigned()).max(1)
+}
+
 /// The moment of a run that is zero in robot time, in nanoseconds of [`monotonic_ns`].
 ///
 /// The daemon takes it once and hands it to every controller, so that all stamp in one time base.

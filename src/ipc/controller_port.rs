@@ -183,6 +183,11 @@ impl ControllerPort {
 
     fn take(&mut self, request: Request) -> Option<Received> {
         let wire = *request.payload();
+        // A cancel's stream may be given up at once; a goal that the daemon gave up must not begin late.
+        if wire.kind != request_kind::CANCEL && !request.is_connected() {
+            tracing::warn!(controller = self.controller, id = ?wire.id, "its daemon gave it up before it was read");
+            return None;
+        }
         let mut stream = Stream {
             request,
             id: wire.id,

@@ -16,10 +16,9 @@ use super::services::{BeatPublisher, Bell, Ear, Goals, Pulses, Services, ring};
 use super::station::{Station, Transport};
 use super::wire::{
     WIRE_VERSION, WireBeat, WireId, WirePulse, WireRequest, WireResponse, request_kind,
-    response_kind,
 };
 use super::{DEAD_MAN, wire_in, wire_out};
-use crate::model::{Rejection, Time, ToController};
+use crate::model::{FromController, Rejection, Time, ToController};
 
 type Stream = PendingResponse<Transport, WireRequest, (), WireResponse, ()>;
 
@@ -56,16 +55,20 @@ struct Seen {
 impl DaemonPort {
     /// Opens the link to the controller of that name, whether it is there yet or not.
     ///
-    /// `epoch` is this life of the daemon: never 0, and never one that was before.
+    /// `epoch` is this life of the daemon, one for all its ports: [`fresh_epoch`](super::fresh_epoch).
     ///
     /// # Errors
     /// [`IpcError`] when the name is none or the services cannot be had.
+    ///
+    /// # Panics
+    /// When the epoch is 0, which stands for no daemon.
     pub fn open(
         station: &Station,
         controller: &str,
         epoch: u64,
         origin: ClockOrigin,
     ) -> Result<Self, IpcError> {
+        assert_ne!(epoch, 0, "an epoch of 0 stands for no daemon");
         check_controller_name(controller)?;
         let services = Services::new(station, controller);
         let mut port = Self {
@@ -178,36 +181,43 @@ impl DaemonPort {
             Err(why) => return self.refuse(why, "a response"),
         };
         if wire.id != asked.id {
-            let is_stale = (wire.id.epoch, wire.id.generation) != (self.epoch, self.generation);
-            let why = if is_stale {
-                Rejection::Stale
-            } else {
-                Rejection::Unknown
-            };
-            return self.refuse(why, "a response");
+            return self.refuse(self.misdirection(wire.id), "a response");
         }
-        let is_last = matches!(
-            wire.kind,
-            response_kind::CONFIGURED | response_kind::REJECTED | response_kind::RESULT
-        );
-        asked.is_answered |= is_last;
-        let is_about_goal = asked.kind == request_kind::GOAL;
-        match wire.kind {
-            response_kind::CONFIGURED if asked.kind == request_kind::CONFIGURE => {
+        match asked.kind {
+            request_kind::GOAL => self.hear_of_goal(asked, message),
+            _ => self.hear_of_other(message),
+        }
+    }
+
+    fn hear_of_goal(&self, asked: &mut Asked, message: FromController) -> Heard {
+        match message {
+            FromController::Rejected { .. } | FromController::Result { .. } => {
+                asked.is_answered = true;
                 Heard::Message(message)
             }
-            response_kind::REJECTED if !is_about_goal => match wire_in::rejection(wire.why) {
-                Ok(why) | Err(why) => Heard::Refused(why),
-            },
-            response_kind::ACCEPTED
-            | response_kind::REJECTED
-            | response_kind::FEEDBACK
-            | response_kind::RESULT
-                if is_about_goal =>
-            {
+            FromController::Accepted { .. } | FromController::Feedback { .. } => {
                 Heard::Message(message)
             }
-            _ => self.refuse(Rejection::Unknown, "a response"),
+            FromController::Configured { .. } => self.refuse(Rejection::Unknown, "a response"),
+        }
+    }
+
+    fn hear_of_other(&self, message: FromController) -> Heard {
+        match message {
+            FromController::Configured { .. } => Heard::Message(message),
+            FromController::Rejected { why, .. } => Heard::Refused(why),
+            FromController::Accepted { .. }
+            | FromController::Feedback { .. }
+            | FromController::Result { .. } => self.refuse(Rejection::Unknown, "a response"),
+        }
+    }
+
+    /// Why a response whose id is not its request's is wrong.
+    fn misdirection(&self, id: WireId) -> Rejection {
+        if (id.epoch, id.generation) == (self.epoch, self.generation) {
+            Rejection::Unknown
+        } else {
+            Rejection::Stale
         }
     }
 

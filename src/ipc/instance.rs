@@ -7,7 +7,7 @@ use iceoryx2::prelude::{Config, FileName, Path as TransportPath, SemanticString}
 
 use super::clock::monotonic_ns;
 use super::error::IpcError;
-use super::lock::Lock;
+use super::lock::{Lock, segments};
 
 const NAME_MAX: usize = 32;
 /// Every file of every instance in shared memory begins with this.
@@ -64,6 +64,11 @@ impl Instance {
     pub fn lock_controller(&self, name: &str) -> Result<Lock, IpcError> {
         check_controller_name(name)?;
         Lock::controller(self, name)
+    }
+
+    /// Whether a file of the instance is left anywhere, be it alive or not.
+    pub fn has_left_anything(&self) -> bool {
+        self.dir().exists() || !segments(&self.prefix()).is_empty()
     }
 
     /// The folder of the instance. It is named by a tag, since paths of sockets are short.

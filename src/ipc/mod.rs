@@ -4,13 +4,13 @@
 //!
 //! # The daemon's side
 //! ```no_run
-//! use ambidex::ipc::{ClockOrigin, DaemonPort, Instance, Link, Station, sweep};
+//! use ambidex::ipc::{ClockOrigin, DaemonPort, Instance, Link, Station, fresh_epoch, sweep};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! sweep()?;
 //! let instance = Instance::fresh();
 //! let station = Station::open(instance.lock_daemon()?)?;
-//! let mut arm = DaemonPort::open(&station, "left_arm", 1, ClockOrigin::now())?;
+//! let mut arm = DaemonPort::open(&station, "left_arm", fresh_epoch(), ClockOrigin::now())?;
 //! loop {
 //!     arm.beat(); // every 200 ms
 //!     for heard in arm.drain() {
@@ -42,7 +42,7 @@ use std::time::Duration;
 
 use iceoryx2::prelude::FileDescriptorBased;
 
-pub use clock::{ClockOrigin, monotonic_ns};
+pub use clock::{ClockOrigin, fresh_epoch, monotonic_ns};
 pub use controller_port::{Beat, ControllerPort, Pulse};
 pub use daemon_port::DaemonPort;
 pub use error::IpcError;

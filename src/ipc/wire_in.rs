@@ -26,6 +26,9 @@ pub struct Received {
 
 pub(super) fn request(wire: &WireRequest) -> Result<Received, Rejection> {
     check_version(wire.version)?;
+    if wire.id.epoch == 0 || wire.id.generation == 0 {
+        return Err(Rejection::Malformed);
+    }
     let message = match wire.kind {
         request_kind::CONFIGURE => ToController::Configure {
             generation: wire.id.generation,
@@ -215,7 +218,7 @@ fn end_of(code: u32) -> Result<PartEnd, Rejection> {
     }
 }
 
-pub(super) fn rejection(code: u32) -> Result<Rejection, Rejection> {
+fn rejection(code: u32) -> Result<Rejection, Rejection> {
     match code {
         rejection::VERSION => Ok(Rejection::Version),
         rejection::STALE => Ok(Rejection::Stale),

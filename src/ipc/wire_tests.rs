@@ -1,7 +1,5 @@
 //! Every message there and back, and every way to be wrong.
 
-use std::f64::{INFINITY, NAN};
-
 use super::super::{ClockOrigin, wire_out};
 use super::*;
 
@@ -165,24 +163,26 @@ fn what_does_not_fit_is_not_sent() {
 #[test]
 fn wrong_requests_are_refused() {
     type Spoil = fn(&mut WireRequest);
-    let rows: [(ToController, Spoil, Rejection); 20] = [
+    let rows: [(ToController, Spoil, Rejection); 22] = [
         (configure(), |w| w.version = 0, Rejection::Version),
         (configure(), |w| w.version = 2, Rejection::Version),
         (configure(), |w| w.kind = 0, Rejection::Malformed),
         (configure(), |w| w.kind = 4, Rejection::Malformed),
-        (configure(), |w| w.speed = NAN, Rejection::NotFinite),
+        (configure(), |w| w.id.epoch = 0, Rejection::Malformed),
+        (configure(), |w| w.id.generation = 0, Rejection::Malformed),
+        (configure(), |w| w.speed = f64::NAN, Rejection::NotFinite),
         (configure(), |w| w.speed = 0.0, Rejection::Malformed),
         (configure(), |w| w.speed = -1.0, Rejection::Malformed),
         (configure(), |w| w.speed = 1e9, Rejection::Malformed),
         (configure(), |w| w.start.kind = 9, Rejection::Malformed),
         (
             configure(),
-            |w| w.start.position[2] = INFINITY,
+            |w| w.start.position[2] = f64::INFINITY,
             Rejection::NotFinite,
         ),
         (
             configure(),
-            |w| w.start.velocity[0] = NAN,
+            |w| w.start.velocity[0] = f64::NAN,
             Rejection::NotFinite,
         ),
         (goal(Command::Stand), |w| w.mode = 0, Rejection::Malformed),
@@ -204,7 +204,7 @@ fn wrong_requests_are_refused() {
         ),
         (
             goal(commands()[1].clone()),
-            |w| w.path[63].x = NAN,
+            |w| w.path[63].x = f64::NAN,
             Rejection::NotFinite,
         ),
         (
@@ -214,12 +214,12 @@ fn wrong_requests_are_refused() {
         ),
         (
             goal(commands()[4].clone()),
-            |w| w.at[1] = NAN,
+            |w| w.at[1] = f64::NAN,
             Rejection::NotFinite,
         ),
         (
             goal(commands()[5].clone()),
-            |w| w.at[0] = INFINITY,
+            |w| w.at[0] = f64::INFINITY,
             Rejection::NotFinite,
         ),
     ];
@@ -230,7 +230,7 @@ fn wrong_requests_are_refused() {
     }
     // What is not used is not looked at.
     let mut wire = to_wire(&goal(commands()[0].clone()));
-    wire.path[1].x = NAN;
+    wire.path[1].x = f64::NAN;
     assert!(request(&wire).is_ok());
 }
 
@@ -260,8 +260,12 @@ fn wrong_responses_are_refused() {
         (&result, |w| w.kind = 6, Rejection::Malformed),
         (&result, |w| w.end = 0, Rejection::Malformed),
         (&result, |w| w.ended_us = 4, Rejection::Malformed),
-        (&result, |w| w.state.position[0] = NAN, Rejection::NotFinite),
-        (&feedback, |w| w.progress = NAN, Rejection::NotFinite),
+        (
+            &result,
+            |w| w.state.position[0] = f64::NAN,
+            Rejection::NotFinite,
+        ),
+        (&feedback, |w| w.progress = f64::NAN, Rejection::NotFinite),
         (&feedback, |w| w.progress = 1.5, Rejection::Malformed),
         (&feedback, |w| w.state.kind = 0, Rejection::Malformed),
         (&rejected, |w| w.why = 0, Rejection::Malformed),
