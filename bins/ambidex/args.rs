@@ -13,10 +13,13 @@ const EXIT_CODES: &str = "\
 Exit codes:
     0  the mission is done
     1  the mission failed
-    2  wrong usage, or a faulty file
+    2  wrong usage, a faulty file, or a place that is taken already
     3  stalled: nothing runs and nothing can, with the reason of every leaf
     4  a controller was lost, or did not attach in time
   130  canceled by Ctrl-C or SIGTERM
+
+Ctrl-C once cancels the mission: controllers come to rest within 3 s, then the process ends.
+Twice ends it at once.
 
 stdout carries data (--json), stderr talks. NO_COLOR and RUST_LOG are respected.";
 
@@ -178,7 +181,12 @@ pub enum OnStall {
 
 fn version() -> &'static str {
     static VERSION: OnceLock<String> = OnceLock::new();
-    VERSION.get_or_init(|| format!("{} (wire version {WIRE_VERSION})", env!("CARGO_PKG_VERSION")))
+    VERSION.get_or_init(|| {
+        format!(
+            "{} (wire version {WIRE_VERSION})",
+            env!("CARGO_PKG_VERSION")
+        )
+    })
 }
 
 fn instance(name: &str) -> Result<Instance, String> {

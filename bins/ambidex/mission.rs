@@ -19,8 +19,10 @@ use crate::observer::Observer;
 use crate::robot;
 use crate::terminal::Terminal;
 
-/// How long controllers may take to come to rest in the end, and how long children may take to end.
+/// How long controllers may take to come to rest in the end.
 const GRACE: Duration = Duration::from_secs(3);
+/// How long children may take to end after that; what hangs is killed.
+const CHILD_GRACE: Duration = Duration::from_secs(1);
 
 /// Runs a mission with child processes.
 pub fn run(args: &RunArgs) -> Result<Exit> {
@@ -65,6 +67,7 @@ fn go(
     let links = robot::links(&loaded.mission, instance, &clock).into_diagnostic()?;
     let observer =
         Observer::new(&loaded.mission, args, instance.name(), &terminal).into_diagnostic()?;
+    observer.say_what_it_waits_for(&loaded.mission);
     let observer = Arc::new(Mutex::new(observer));
     let children = if has_children {
         Some(Children::start(
@@ -100,7 +103,8 @@ fn go(
     });
     let ended = ended.into_diagnostic()?;
     if let Some(children) = children {
-        children.wait(GRACE);
+        children.wait(CHILD_GRACE);
+        ambidex::ipc::sweep().into_diagnostic()?;
     }
     let mut observer = observer.lock().unwrap_or_else(PoisonError::into_inner);
     observer.finish().into_diagnostic()?;

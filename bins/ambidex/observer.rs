@@ -75,6 +75,16 @@ impl Observer {
         }
     }
 
+    /// Names the controllers without which the mission does not begin.
+    pub fn say_what_it_waits_for(&self, mission: &MissionSpec) {
+        if !self.is_quiet {
+            self.terminal.say(&format!(
+                "waiting for {}",
+                mission.names.controllers.join(", ")
+            ));
+        }
+    }
+
     /// What is known so far.
     pub fn tally(&self) -> &Tally {
         self.progress.tally()

@@ -1,8 +1,6 @@
 //! The daemon's way to the controllers of a robot.
 
-use std::time::{SystemTime, UNIX_EPOCH};
-
-use ambidex::ipc::{DaemonPort, Instance, IpcError, Station, sweep};
+use ambidex::ipc::{DaemonPort, Instance, IpcError, Station, fresh_epoch, sweep};
 use ambidex::model::MissionSpec;
 use ambidex::runtime::{Clock, Port};
 
@@ -18,16 +16,9 @@ pub fn links(
     sweep()?;
     let station = Station::open(instance.lock_daemon()?)?;
     let controllers = mission.robot.controllers.iter();
-    let open = |name: &str| DaemonPort::open(&station, name, epoch(), clock.origin());
+    let epoch = fresh_epoch();
+    let open = |name: &str| DaemonPort::open(&station, name, epoch, clock.origin());
     controllers
         .map(|spec| open(&spec.name).map(|port| Box::new(port) as Box<dyn Port>))
         .collect()
-}
-
-/// Tells two lives of a daemon apart.
-fn epoch() -> u64 {
-    let since = SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .unwrap_or_default();
-    u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
 }

@@ -48,6 +48,16 @@ impl Dispatch {
             ))
         };
         let works: Vec<_> = goal.parts.into_iter().filter_map(work).collect();
+        if let Some(end) = self.obstacle(&works) {
+            self.effects.push(Effect::Ended(
+                leaf,
+                Outcome {
+                    end,
+                    reports: Vec::new(),
+                },
+            ));
+            return;
+        }
         let parts = works
             .iter()
             .map(|(controller, work)| (*controller, work.resource, work.mode))
@@ -66,6 +76,17 @@ impl Dispatch {
             self.begin(now, controller, leaf, work);
         }
         self.settle(now, leaf);
+    }
+
+    /// Why a goal ends before it begins: everything ends, or a controller that it needs is gone.
+    fn obstacle(&self, works: &[(ControllerId, Work)]) -> Option<End> {
+        let is_gone = |id: &ControllerId| !self.attachments[id.index()].is_ready();
+        let gone = works
+            .iter()
+            .map(|(controller, _)| *controller)
+            .find(is_gone);
+        let canceled = self.is_ending.then_some(End::Canceled);
+        canceled.or(gone.map(|controller| End::Failed(Fault::Lost(controller))))
     }
 
     /// Ends a goal before its time.

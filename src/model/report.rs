@@ -85,8 +85,8 @@ impl Tally {
             Record::World { at, .. } | Record::Controller { at, .. } => self.now = *at,
             Record::Ended { at, end } => {
                 self.now = *at;
-                self.end = Some(*end);
-                if *end == MissionEnd::Done {
+                // Only the first word counts: what is made safe afterwards ends as canceled.
+                if *self.end.get_or_insert(*end) == MissionEnd::Done {
                     self.skip_satisfied(*at);
                 }
             }

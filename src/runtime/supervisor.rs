@@ -268,6 +268,7 @@ impl Supervisor {
     fn finish(&mut self, end: MissionEnd) {
         if self.end.is_none() {
             self.end = Some(end);
+            self.root.cancel();
             if let Some(journal) = &self.journal {
                 journal.write(Record::Ended {
                     at: self.timing.clock.now(),
