@@ -8,7 +8,7 @@ use crate::ipc::{Beat, ClockOrigin, DEAD_MAN, PULSE_EVERY, Pulse, Received};
 use crate::model::{
     CommandId, ControllerState, FromController, Mode, PartEnd, Rejection, Time, ToController,
 };
-use crate::motion::{Controller, Progress, STEP};
+use crate::motion::{Controller, Executor, STEP};
 
 /// The shortest wait between two wakes in motion, wall time.
 const WAKE_MIN: Duration = Duration::from_millis(1);
@@ -18,13 +18,14 @@ const FEEDBACK_EVERY: Duration = Duration::from_millis(100);
 /// A controller and whatever daemon it serves.
 #[derive(Debug)]
 pub(super) struct Session<C> {
-    body: C,
+    executor: Executor<C>,
     daemon: Option<Daemon>,
     attached: Option<Attachment>,
-    active: Option<Active>,
     /// A configuration that waits for the motion of the attachment before it to end.
     next: Option<Attachment>,
     is_stopping: bool,
+    /// When the last feedback was given.
+    told_ns: u64,
     replies: Vec<Reply>,
 }
 
@@ -54,22 +55,13 @@ struct Attachment {
     last_number: Option<u32>,
 }
 
-#[derive(Debug)]
-struct Active {
-    id: CommandId,
-    began: Time,
-    progress: f64,
-    told_ns: u64,
-    is_canceled: bool,
-}
-
 impl<C: Controller> Session<C> {
     pub(super) fn new(body: C) -> Self {
         Self {
-            body,
+            executor: Executor::new(body),
             daemon: None,
             attached: None,
-            active: None,
+            told_ns: 0,
             next: None,
             is_stopping: false,
             replies: Vec::new(),
@@ -99,7 +91,7 @@ impl<C: Controller> Session<C> {
     /// The controller is to end: it brakes, and is [`at_rest`](Self::is_at_rest) by and by.
     pub(super) fn stop(&mut self) {
         self.is_stopping = true;
-        self.cancel();
+        self.executor.cancel();
     }
 
     pub(super) fn take(&mut self, received: Received, now_ns: u64) {
@@ -139,11 +131,11 @@ impl<C: Controller> Session<C> {
     pub(super) fn tick(&mut self, now_ns: u64) -> bool {
         let is_orphan = self.attached.is_some() && self.is_deserted(now_ns);
         if is_orphan || self.next.is_some() {
-            self.cancel();
+            self.executor.cancel();
         }
         let has_moved = self.run_steps(now_ns);
         self.feed_back(now_ns);
-        if self.active.is_none() {
+        if !self.executor.is_busy() {
             if is_orphan {
                 tracing::info!("the daemon is gone");
                 self.attached = None;
@@ -165,7 +157,7 @@ impl<C: Controller> Session<C> {
 
     /// Whether nothing moves.
     pub(super) fn is_at_rest(&self) -> bool {
-        self.active.is_none()
+        !self.executor.is_busy()
     }
 
     /// State and its moment, as they are published.
@@ -175,17 +167,17 @@ impl<C: Controller> Session<C> {
             epoch: attached.map_or(0, |attachment| attachment.epoch),
             generation: attached.map_or(0, |attachment| attachment.generation),
             at: attached.map_or(Time::ZERO, Attachment::time),
-            state: self.body.state(),
+            state: self.executor.state(),
         }
     }
 
     /// How long nothing need be done if nothing comes, wall time.
     pub(super) fn rest(&self) -> Duration {
-        match (&self.attached, &self.active) {
-            (Some(attachment), Some(_)) => {
+        match &self.attached {
+            Some(attachment) if self.executor.is_busy() => {
                 STEP.div_f64(attachment.speed).clamp(WAKE_MIN, PULSE_EVERY)
             }
-            (None | Some(_), None) | (None, Some(_)) => PULSE_EVERY,
+            Some(_) | None => PULSE_EVERY,
         }
     }
 
@@ -217,7 +209,7 @@ impl<C: Controller> Session<C> {
     }
 
     fn attach(&mut self, mut next: Attachment, now_ns: u64) {
-        let state = self.body.configure(next.start);
+        let state = self.executor.configure(next.start);
         next.step = step_at(next.origin, next.speed, now_ns);
         let (epoch, generation) = (next.epoch, next.generation);
         tracing::info!(epoch, generation, speed = next.speed, "attached");
@@ -240,40 +232,26 @@ impl<C: Controller> Session<C> {
             return Err(Rejection::Stale);
         }
         attachment.last_number = Some(id.number);
-        if self.active.is_some() || self.next.is_some() || self.is_stopping {
+        if self.next.is_some() || self.is_stopping {
             return Err(Rejection::Busy);
         }
-        self.body.start(command, mode)?;
-        attachment.step = attachment.step_at(now_ns);
+        if !self.executor.is_busy() {
+            attachment.step = attachment.step_at(now_ns);
+        }
         let began = attachment.time();
-        self.active = Some(Active {
-            id,
-            began,
-            progress: 0.0,
-            told_ns: now_ns,
-            is_canceled: false,
-        });
+        self.executor.begin(id, mode, command, began)?;
+        self.told_ns = now_ns;
         Ok(began)
     }
 
     fn take_cancel(&mut self, epoch: u64, id: CommandId) {
         let is_epoch = |attachment: &Attachment| attachment.epoch == epoch;
         let is_ours = self.attached.as_ref().is_some_and(is_epoch);
-        let is_active = self.active.as_ref().is_some_and(|active| active.id == id);
-        if is_ours && is_active {
-            self.cancel();
+        if is_ours && self.executor.is_doing(id) {
+            self.executor.cancel();
         } else {
             // It may have crossed the result on its way.
             tracing::debug!(epoch, ?id, "a cancel for what is not under way");
-        }
-    }
-
-    fn cancel(&mut self) {
-        if let Some(active) = &mut self.active
-            && !active.is_canceled
-        {
-            active.is_canceled = true;
-            self.body.cancel();
         }
     }
 
@@ -290,80 +268,38 @@ impl<C: Controller> Session<C> {
 
     /// Runs the steps that robot time demands; true if there were any.
     fn run_steps(&mut self, now_ns: u64) -> bool {
-        let (Some(attachment), Some(active)) = (&mut self.attached, &mut self.active) else {
+        let Some(attachment) = self.attached.as_mut().filter(|_| self.executor.is_busy()) else {
             return false;
         };
         let target = attachment.step_at(now_ns);
         if attachment.is_late(target) {
-            tracing::warn!("slept for longer than the dead-man allows; the command is cancelled");
+            tracing::warn!("slept for longer than the dead-man allows; the command is canceled");
             attachment.step = target;
-            self.cancel();
+            self.executor.cancel();
             return false;
         }
         let before = attachment.step;
         while attachment.step < target {
             attachment.step += 1;
-            match self.body.step() {
-                Progress::Running(progress) => active.progress = progress.clamp(0.0, 1.0),
-                Progress::Ended(end) => {
-                    self.end(end);
-                    return true;
-                }
-                Progress::Idle => {
-                    tracing::warn!("the controller forgot its command");
-                    self.end(PartEnd::Aborted);
-                    return true;
-                }
+            if let Some(result) = self.executor.step(attachment.time()) {
+                let epoch = attachment.epoch;
+                self.reply(epoch, result);
+                return true;
             }
         }
         attachment.step > before
     }
 
-    fn end(&mut self, end: PartEnd) {
-        let (Some(attachment), Some(active)) = (&self.attached, self.active.take()) else {
-            return;
-        };
-        let (epoch, ended, state) = (attachment.epoch, attachment.time(), self.body.state());
-        let progress = match end {
-            PartEnd::Succeeded => 1.0,
-            PartEnd::Aborted | PartEnd::Canceled => active.progress,
-        };
-        let (id, began) = (active.id, active.began);
-        self.reply(
-            epoch,
-            FromController::Feedback {
-                id,
-                progress,
-                state,
-            },
-        );
-        self.reply(
-            epoch,
-            FromController::Result {
-                id,
-                end,
-                began,
-                ended,
-                state,
-            },
-        );
-    }
-
     fn feed_back(&mut self, now_ns: u64) {
-        let (Some(attachment), Some(active)) = (&self.attached, &mut self.active) else {
-            return;
-        };
-        if u128::from(now_ns.saturating_sub(active.told_ns)) < FEEDBACK_EVERY.as_nanos() {
+        let silent_ns = now_ns.saturating_sub(self.told_ns);
+        if u128::from(silent_ns) < FEEDBACK_EVERY.as_nanos() {
             return;
         }
-        active.told_ns = now_ns;
-        let message = FromController::Feedback {
-            id: active.id,
-            progress: active.progress,
-            state: self.body.state(),
-        };
-        let epoch = attachment.epoch;
-        self.reply(epoch, message);
+        if let (Some(attachment), Some(feedback)) = (&self.attached, self.executor.feedback()) {
+            self.told_ns = now_ns;
+            let epoch = attachment.epoch;
+            self.reply(epoch, feedback);
+        }
     }
 
     fn reply(&mut self, epoch: u64, message: FromController) {

@@ -3,13 +3,13 @@
 mod arm;
 mod base;
 mod course;
+mod executor;
 mod head;
 mod profile;
-mod session;
 #[cfg(test)]
 mod tests;
 
-pub use session::Session;
+pub use executor::Executor;
 
 use std::time::Duration;
 

@@ -7,11 +7,11 @@ use crate::model::{
     Change, ControllerId, FromController, Header, MissionEnd, MissionSpec, NodeId, Record, Time,
     ToController,
 };
-use crate::motion::{self, Controller, STEP, Session};
+use crate::motion::{self, Controller, Executor, STEP};
 use crate::tree::{self, Begin, Effect, Input, Node, Outbox, Settings};
 
 /// A controller of the fake plant.
-type Plant = Session<Box<dyn Controller + Send>>;
+type Plant = Executor<Box<dyn Controller + Send>>;
 
 /// Steps between two feedbacks of a command.
 const FEEDBACK_STEPS: u64 = 10;
@@ -80,7 +80,7 @@ impl<'a> Simulation<'a> {
             dispatch: Dispatch::new(mission, Limits::at_speed(1.0)),
             plants: controllers
                 .iter()
-                .map(|spec| Session::new(motion::simulated(&spec.kind)))
+                .map(|spec| Executor::new(motion::simulated(&spec.kind)))
                 .collect(),
             inbox: VecDeque::new(),
             events: events.into(),
@@ -187,9 +187,34 @@ impl<'a> Simulation<'a> {
     }
 
     fn tell(&mut self, id: ControllerId, message: &ToController) {
-        if let Some(reply) = self.plants[id.index()].told(self.now, message) {
-            self.hear(id, reply);
-        }
+        let plant = &mut self.plants[id.index()];
+        let reply = match message {
+            ToController::Configure {
+                generation, start, ..
+            } => {
+                let state = plant.configure(*start);
+                FromController::Configured {
+                    generation: *generation,
+                    state,
+                }
+            }
+            ToController::Goal { id, mode, command } => {
+                match plant.begin(*id, *mode, command, self.now) {
+                    Ok(()) => FromController::Accepted {
+                        id: *id,
+                        at: self.now,
+                    },
+                    Err(why) => FromController::Rejected { id: *id, why },
+                }
+            }
+            ToController::Cancel { id } => {
+                if plant.is_doing(*id) {
+                    plant.cancel();
+                }
+                return;
+            }
+        };
+        self.hear(id, reply);
     }
 
     fn hear(&mut self, id: ControllerId, message: FromController) {
@@ -198,7 +223,7 @@ impl<'a> Simulation<'a> {
 
     /// Moves the clock to the next moment at which something can happen; false if there is none.
     fn advance(&mut self) -> bool {
-        let is_moving = self.plants.iter().any(Session::is_busy);
+        let is_moving = self.plants.iter().any(Executor::is_busy);
         let step = is_moving.then(|| self.now + STEP);
         let event = self.events.front().map(|(at, _)| *at);
         let Some(next) = [step, self.dispatch.deadline(), event]
