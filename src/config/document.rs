@@ -1,0 +1,284 @@
+//! YAML text as a tree in which every key and value knows its line and column; what the keys mean is not known here.
+
+use std::fmt;
+
+use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
+use serde_saphyr::budget::BudgetBreach;
+use serde_saphyr::{Error, Location, NonFiniteFloatPolicy, Options, Spanned};
+
+/// Largest file that is read, bytes.
+pub(super) const MAX_BYTES: u64 = 1 << 20;
+/// Most keys and values in one file: ten to each node of the greatest tree that fits the bytes.
+const MAX_NODES: usize = 250_000;
+/// Deepest nesting of lists and maps: 64 levels of a task, each a map and a list, and what is in and around them.
+const MAX_DEPTH: usize = 132;
+/// Stack of the parser: it takes up to 40 KiB for one level in a debug build, more than a thread may have to spare.
+const STACK_BYTES: usize = 32 << 20;
+
+/// Where something stands in a file.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Spot {
+    /// Counted from 1.
+    pub(super) line: usize,
+    /// Counted from 1.
+    pub(super) column: usize,
+    /// Bytes before it.
+    pub(super) offset: usize,
+    /// Its length in bytes.
+    pub(super) length: usize,
+}
+
+/// A value and where it stands.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Located<T> {
+    /// The value.
+    pub(super) value: T,
+    /// Its place in the file.
+    pub(super) spot: Spot,
+}
+
+/// A YAML value.
+pub(super) type Node = Located<Value>;
+
+/// What a YAML value is.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Value {
+    /// Nothing.
+    Null,
+    /// A word, number or text as written; numbers also as YAML understands them, `!degrees 90` included.
+    Scalar {
+        /// As written, without quotes.
+        text: String,
+        /// Its number.
+        number: Option<f64>,
+    },
+    /// A list.
+    List(Vec<Node>),
+    /// A map in the order of the file.
+    Map(Vec<(Located<String>, Node)>),
+}
+
+/// What is wrong with the YAML itself.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct SyntaxFault {
+    /// Where.
+    pub(super) spot: Spot,
+    /// What.
+    pub(super) message: String,
+}
+
+/// Reads a file's text, on a stack of its own.
+pub(super) fn parse(text: &str) -> Result<Node, SyntaxFault> {
+    let gave_up = |message: String| SyntaxFault {
+        spot: Spot::default(),
+        message,
+    };
+    std::thread::scope(|scope| {
+        std::thread::Builder::new()
+            .name("yaml".to_owned())
+            .stack_size(STACK_BYTES)
+            .spawn_scoped(scope, || parse_here(text))
+            .map_err(|error| gave_up(format!("cannot start to read it: {error}")))?
+            .join()
+            .unwrap_or_else(|_| Err(gave_up("the YAML parser gave up on it".to_owned())))
+    })
+}
+
+fn parse_here(text: &str) -> Result<Node, SyntaxFault> {
+    match serde_saphyr::from_str_with_options::<Spanned<Parsed>>(text, options()) {
+        Ok(parsed) => Ok(located(parsed, text)),
+        Err(error) => Err(SyntaxFault {
+            spot: error
+                .location()
+                .map_or_else(Spot::default, |at| spot(at, text)),
+            message: sentence(&error),
+        }),
+    }
+}
+
+/// What is wrong, without the place, which is told beside it, and without advice to programmers.
+fn sentence(error: &Error) -> String {
+    let error = error.without_snippet();
+    match error {
+        Error::Budget {
+            breach: BudgetBreach::Depth { .. },
+            ..
+        } => format!("nested more than {MAX_DEPTH} lists and maps deep"),
+        Error::Budget {
+            breach: BudgetBreach::Nodes { .. },
+            ..
+        } => format!("more than {MAX_NODES} keys and values"),
+        _ => {
+            let whole = error.to_string();
+            let end = whole.rfind(" at line ").unwrap_or(whole.len());
+            whole[..end].replace(", set DuplicateKeyPolicy in Options if acceptable", "")
+        }
+    }
+}
+
+fn options() -> Options {
+    serde_saphyr::options! {
+        budget: serde_saphyr::budget! {
+            max_depth: MAX_DEPTH,
+            max_nodes: MAX_NODES,
+            max_documents: 1,
+        },
+        alias_limits: serde_saphyr::alias_limits! {
+            max_total_replayed_events: MAX_NODES,
+        },
+        angle_conversions: true,
+        non_finite_float_policy: NonFiniteFloatPolicy::PassThrough,
+        with_snippet: false,
+    }
+}
+
+fn located(parsed: Spanned<Parsed>, text: &str) -> Node {
+    let value = match parsed.value {
+        Parsed::Null => Value::Null,
+        Parsed::Text(text) => Value::Scalar { text, number: None },
+        Parsed::Flag(flag) => Value::Scalar {
+            text: written(parsed.defined, text).unwrap_or_else(|| flag.to_string()),
+            number: None,
+        },
+        Parsed::Number(number) => Value::Scalar {
+            text: written(parsed.defined, text).unwrap_or_else(|| number.to_string()),
+            number: Some(number),
+        },
+        Parsed::List(list) => {
+            Value::List(list.into_iter().map(|item| located(item, text)).collect())
+        }
+        Parsed::Map(entries) => Value::Map(
+            entries
+                .into_iter()
+                .map(|(key, value)| {
+                    let key = Located {
+                        spot: spot(key.referenced, text),
+                        value: key.value,
+                    };
+                    (key, located(value, text))
+                })
+                .collect(),
+        ),
+    };
+    Located {
+        value,
+        spot: spot(parsed.referenced, text),
+    }
+}
+
+fn written(at: Location, text: &str) -> Option<String> {
+    let from = usize::try_from(at.span().byte_offset()?).ok()?;
+    let length = usize::try_from(at.span().byte_len()?).ok()?;
+    text.get(from..from.checked_add(length)?).map(String::from)
+}
+
+fn spot(at: Location, text: &str) -> Spot {
+    let number = |value: u64| usize::try_from(value).unwrap_or(0);
+    let (line, column) = (number(at.line()), number(at.column()));
+    let known = at.span().byte_offset().map(number);
+    let offset = known.unwrap_or_else(|| offset_of(line, column, text));
+    let length = at.span().byte_len().map_or(0, number);
+    Spot {
+        line,
+        column,
+        offset: offset.min(text.len()),
+        length: length.min(text.len().saturating_sub(offset)),
+    }
+}
+
+/// Bytes before a line and column, for the places that the parser counts in characters alone.
+fn offset_of(line: usize, column: usize, text: &str) -> usize {
+    let mut lines = text.split_inclusive('\n');
+    let before: usize = lines
+        .by_ref()
+        .take(line.saturating_sub(1))
+        .map(str::len)
+        .sum();
+    let characters = lines.next().unwrap_or("").chars();
+    let within: usize = characters
+        .take(column.saturating_sub(1))
+        .map(char::len_utf8)
+        .sum();
+    before + within
+}
+
+enum Parsed {
+    Null,
+    Flag(bool),
+    Number(f64),
+    Text(String),
+    List(Vec<Spanned<Parsed>>),
+    Map(Vec<(Spanned<String>, Spanned<Parsed>)>),
+}
+
+impl<'de> Deserialize<'de> for Parsed {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(ParsedVisitor)
+    }
+}
+
+struct ParsedVisitor;
+
+impl<'de> Visitor<'de> for ParsedVisitor {
+    type Value = Parsed;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a YAML value")
+    }
+
+    fn visit_unit<E: de::Error>(self) -> Result<Parsed, E> {
+        Ok(Parsed::Null)
+    }
+
+    fn visit_none<E: de::Error>(self) -> Result<Parsed, E> {
+        Ok(Parsed::Null)
+    }
+
+    fn visit_some<D: Deserializer<'de>>(self, deserializer: D) -> Result<Parsed, D::Error> {
+        Parsed::deserialize(deserializer)
+    }
+
+    fn visit_bool<E: de::Error>(self, flag: bool) -> Result<Parsed, E> {
+        Ok(Parsed::Flag(flag))
+    }
+
+    fn visit_i64<E: de::Error>(self, number: i64) -> Result<Parsed, E> {
+        Ok(Parsed::Number(number as f64))
+    }
+
+    fn visit_u64<E: de::Error>(self, number: u64) -> Result<Parsed, E> {
+        Ok(Parsed::Number(number as f64))
+    }
+
+    fn visit_i128<E: de::Error>(self, number: i128) -> Result<Parsed, E> {
+        Ok(Parsed::Number(number as f64))
+    }
+
+    fn visit_u128<E: de::Error>(self, number: u128) -> Result<Parsed, E> {
+        Ok(Parsed::Number(number as f64))
+    }
+
+    fn visit_f64<E: de::Error>(self, number: f64) -> Result<Parsed, E> {
+        Ok(Parsed::Number(number))
+    }
+
+    fn visit_str<E: de::Error>(self, text: &str) -> Result<Parsed, E> {
+        Ok(Parsed::Text(text.to_owned()))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Parsed, A::Error> {
+        let mut list = Vec::new();
+        while let Some(item) = items.next_element()? {
+            list.push(item);
+        }
+        Ok(Parsed::List(list))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<Parsed, A::Error> {
+        let mut map = Vec::new();
+        while let Some(entry) = entries.next_entry()? {
+            map.push(entry);
+        }
+        Ok(Parsed::Map(map))
+    }
+}
