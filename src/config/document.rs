@@ -3,14 +3,17 @@
 use std::fmt;
 
 use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
-use serde_saphyr::{Location, NonFiniteFloatPolicy, Options, Spanned};
+use serde_saphyr::budget::BudgetBreach;
+use serde_saphyr::{Error, Location, NonFiniteFloatPolicy, Options, Spanned};
 
 /// Largest file that is read, bytes.
 pub(super) const MAX_BYTES: u64 = 1 << 20;
 /// Most keys and values in one file: ten to each node of the greatest tree that fits the bytes.
 const MAX_NODES: usize = 250_000;
-/// Deepest nesting of lists and maps; a task level needs three.
-const MAX_DEPTH: usize = 200;
+/// Deepest nesting of lists and maps: 64 levels of a task, each a map and a list, and what is in and around them.
+const MAX_DEPTH: usize = 132;
+/// Stack of the parser: it takes up to 40 KiB for one level in a debug build, more than a thread may have to spare.
+const STACK_BYTES: usize = 32 << 20;
 
 /// Where something stands in a file.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -64,20 +67,52 @@ pub(super) struct SyntaxFault {
     pub(super) message: String,
 }
 
-/// Reads a file's text.
+/// Reads a file's text, on a stack of its own.
 pub(super) fn parse(text: &str) -> Result<Node, SyntaxFault> {
-    let parsed = serde_saphyr::from_str_with_options::<Spanned<Parsed>>(text, options());
-    match parsed {
+    let gave_up = |message: String| SyntaxFault {
+        spot: Spot::default(),
+        message,
+    };
+    std::thread::scope(|scope| {
+        std::thread::Builder::new()
+            .name("yaml".to_owned())
+            .stack_size(STACK_BYTES)
+            .spawn_scoped(scope, || parse_here(text))
+            .map_err(|error| gave_up(format!("cannot start to read it: {error}")))?
+            .join()
+            .unwrap_or_else(|_| Err(gave_up("the YAML parser gave up on it".to_owned())))
+    })
+}
+
+fn parse_here(text: &str) -> Result<Node, SyntaxFault> {
+    match serde_saphyr::from_str_with_options::<Spanned<Parsed>>(text, options()) {
         Ok(parsed) => Ok(located(parsed, text)),
         Err(error) => Err(SyntaxFault {
             spot: error
                 .location()
                 .map_or_else(Spot::default, |at| spot(at, text)),
-            message: error
-                .without_snippet()
-                .to_string()
-                .replace(", set DuplicateKeyPolicy in Options if acceptable", ""),
+            message: sentence(&error),
         }),
+    }
+}
+
+/// What is wrong, without the place, which is told beside it, and without advice to programmers.
+fn sentence(error: &Error) -> String {
+    let error = error.without_snippet();
+    match error {
+        Error::Budget {
+            breach: BudgetBreach::Depth { .. },
+            ..
+        } => format!("nested more than {MAX_DEPTH} lists and maps deep"),
+        Error::Budget {
+            breach: BudgetBreach::Nodes { .. },
+            ..
+        } => format!("more than {MAX_NODES} keys and values"),
+        _ => {
+            let whole = error.to_string();
+            let end = whole.rfind(" at line ").unwrap_or(whole.len());
+            whole[..end].replace(", set DuplicateKeyPolicy in Options if acceptable", "")
+        }
     }
 }
 

@@ -29,7 +29,7 @@ pub struct Fault {
 }
 
 impl ConfigError {
-    /// The mistakes, in the order in which they were found.
+    /// The mistakes, file by file in the order of the lines.
     pub fn faults(&self) -> &[Fault] {
         &self.faults
     }
@@ -173,7 +173,9 @@ impl Faults {
             faults: Vec::new(),
             uncounted: 0,
         };
-        for file in files {
+        for mut file in files {
+            file.list
+                .sort_by_key(|fault| fault.spot.map_or(0, |spot| spot.offset));
             error.faults.extend(file.list);
             error.uncounted += file.uncounted;
         }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::fault::{Faults, suggestion};
-use super::raw::Name;
+use super::reader::Name;
 
 /// The names of one kind of thing, by id.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -48,13 +48,13 @@ impl Register {
     }
 
     /// The id of a name as written in a file; a fault if nothing has it.
-    pub(super) fn find(&self, name: &Name, key: &str, faults: &mut Faults) -> Option<usize> {
+    pub(super) fn find(&self, name: &Name, faults: &mut Faults) -> Option<usize> {
         let found = self.id(&name.value);
         if found.is_none() {
             let message = format!("there is no {} `{}`", self.what, name.value);
             let allowed = self.names.iter().map(String::as_str);
             let help = suggestion(&name.value, self.what, allowed);
-            faults.push(name.spot, key, message, Some(help));
+            faults.push(name.spot, &name.key, message, Some(help));
         }
         found
     }

@@ -20,6 +20,14 @@ pub(super) struct Item<'a> {
     value: &'a Value,
 }
 
+/// A name as written, and the key that it stands under; a key that is a name stands under itself.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Name {
+    pub(super) value: String,
+    pub(super) key: String,
+    pub(super) spot: Spot,
+}
+
 /// A map of which every key is known.
 #[derive(Debug, Clone)]
 pub(super) struct Fields<'a> {
@@ -67,16 +75,17 @@ impl<'a> Item<'a> {
     }
 
     /// A name: a word, a number or quoted text.
-    pub(super) fn name(&self, what: &str, faults: &mut Faults) -> Option<Located<String>> {
+    pub(super) fn name(&self, what: &str, faults: &mut Faults) -> Option<Name> {
         let Value::Scalar { text, .. } = self.value else {
             self.wrong(what, faults);
             return None;
         };
-        let name = Located {
+        let name = Name {
             value: text.clone(),
+            key: self.key.to_owned(),
             spot: self.spot,
         };
-        is_name(&name, self.key, faults).then_some(name)
+        is_name(&name, faults).then_some(name)
     }
 
     /// A number in SI units.
@@ -191,11 +200,7 @@ impl<'a> Item<'a> {
     }
 
     /// A map from names that the writer chooses.
-    pub(super) fn named(
-        &self,
-        what: &str,
-        faults: &mut Faults,
-    ) -> Option<Vec<(Located<String>, Item<'a>)>> {
+    pub(super) fn named(&self, what: &str, faults: &mut Faults) -> Option<Vec<(Name, Item<'a>)>> {
         let Value::Map(entries) = self.value else {
             self.wrong(what, faults);
             return None;
@@ -204,8 +209,13 @@ impl<'a> Item<'a> {
         let mut named = Vec::new();
         for (key, node) in entries {
             // YAML itself refuses a key that comes twice, except when spelled in two ways.
-            if is_name(key, self.key, faults) && seen.insert(&key.value) {
-                named.push((key.clone(), Self::under(key, node)));
+            let name = Name {
+                value: key.value.clone(),
+                key: key.value.clone(),
+                spot: key.spot,
+            };
+            if is_name(&name, faults) && seen.insert(&key.value) {
+                named.push((name, Self::under(key, node)));
             }
         }
         Some(named)
@@ -270,7 +280,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-fn is_name(name: &Located<String>, key: &str, faults: &mut Faults) -> bool {
+fn is_name(name: &Name, faults: &mut Faults) -> bool {
     let text = &name.value;
     let message = if text.trim().is_empty() {
         "a name cannot be empty".to_owned()
@@ -281,7 +291,7 @@ fn is_name(name: &Located<String>, key: &str, faults: &mut Faults) -> bool {
     } else {
         return true;
     };
-    faults.push(name.spot, key, message, None);
+    faults.push(name.spot, &name.key, message, None);
     false
 }
 

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use super::fault::Faults;
 use super::kinds::{BASE, GRIPPER, HEAD};
 use super::names::Register;
-use super::raw::{Name, Resource, Robot};
+use super::raw::{Resource, Robot};
+use super::reader::Name;
 use crate::model::{
     ControllerId, ControllerKind, ControllerSpec, Names, ResourceSpec, RobotSpec, TypeId,
 };
@@ -81,7 +82,7 @@ fn controller_of(
     faults: &mut Faults,
 ) -> Option<ControllerId> {
     let wanted = resource.controller.as_ref()?;
-    let found = ControllerId::from(controllers.find(wanted, "controller", faults)?);
+    let found = ControllerId::from(controllers.find(wanted, faults)?);
     if let Some(other) = users.insert(found, name.value.clone()) {
         let message = format!("controller `{}` moves `{other}` already", wanted.value);
         faults.push(wanted.spot, "controller", message, None);

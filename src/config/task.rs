@@ -9,7 +9,8 @@ use super::fault::Faults;
 use super::kinds::{Context, GRIPPER, Kind, Lack, Stop, Types};
 use super::labels::label;
 use super::names::Register;
-use super::raw::{self, Name};
+use super::raw;
+use super::reader::Name;
 use super::robot::RobotFile;
 use super::siblings::{Afters, moves_before};
 use super::world::{Built, WorldNames};
@@ -134,14 +135,14 @@ impl Flat<'_> {
                 offset,
                 scale_by,
             } => {
-                let place = self.place(&to, "to", faults);
+                let place = self.place(&to, faults);
                 let scale_by = self.scale_by(scale_by.as_ref(), faults);
                 let stop = self.stop(place?, offset)?;
                 Some(Kind::Move { to: stop, scale_by })
             }
             raw::Behavior::Pick { object, at } => {
                 let object = self.object(&object, faults);
-                let at = at.map(|at| self.place(&at, "at", faults));
+                let at = at.map(|at| self.place(&at, faults));
                 Some(Kind::Pick {
                     object: object?,
                     at: all_or_none(at)?,
@@ -149,7 +150,7 @@ impl Flat<'_> {
             }
             raw::Behavior::Place { object, at } => {
                 let object = self.object(&object, faults);
-                let at = at.map(|at| self.place(&at, "at", faults));
+                let at = at.map(|at| self.place(&at, faults));
                 Some(Kind::Place {
                     object: object?,
                     at: all_or_none(at)?,
@@ -158,13 +159,13 @@ impl Flat<'_> {
         }
     }
 
-    fn place(&self, name: &Name, key: &str, faults: &mut Faults) -> Option<PlaceId> {
-        let found = self.around.names.places.find(name, key, faults);
+    fn place(&self, name: &Name, faults: &mut Faults) -> Option<PlaceId> {
+        let found = self.around.names.places.find(name, faults);
         found.map(PlaceId::from)
     }
 
     fn object(&self, name: &Name, faults: &mut Faults) -> Option<ObjectId> {
-        let found = self.around.names.objects.find(name, "object", faults);
+        let found = self.around.names.objects.find(name, faults);
         found.map(ObjectId::from)
     }
 
@@ -172,7 +173,7 @@ impl Flat<'_> {
     fn scale_by(&self, name: Option<&Name>, faults: &mut Faults) -> Option<TypeId> {
         let types = self.types.as_ref()?;
         let found = match name {
-            Some(name) => types.find(name, "scale_by", faults),
+            Some(name) => types.find(name, faults),
             None => types.id(GRIPPER),
         };
         found.map(TypeId::from)

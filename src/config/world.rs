@@ -31,7 +31,7 @@ pub(super) struct Built {
 impl WorldNames {
     /// The names in the order of the file.
     pub(super) fn of(raw: &World) -> Self {
-        let names = |list: Vec<&'_ super::raw::Name>, what| {
+        let names = |list: Vec<&'_ super::reader::Name>, what| {
             Register::of(what, list.into_iter().map(|name| name.value.as_str()))
         };
         Self {
@@ -49,7 +49,7 @@ pub(super) fn build(raw: World, names: &WorldNames, faults: &mut Faults) -> Opti
     let mut object_offsets = Vec::new();
     for (index, (_, object)) in raw.objects.into_iter().enumerate() {
         let Some(object) = object else { continue };
-        let at = names.places.find(&object.at, "at", faults);
+        let at = names.places.find(&object.at, faults);
         starts.extend(at.map(PlaceId::from));
         object_offsets.push(object.offset.unwrap_or_else(|| spread(index, count)));
     }

@@ -138,95 +138,61 @@ fn all() -> [Box<dyn Controller + Send>; 3] {
     .map(|kind| simulated(&kind))
 }
 
+/// A command and what arm, base and head say to it.
+type Row = (Command, Mode, [Result<(), Rejection>; 3]);
+
+fn arm_rows() -> Vec<Row> {
+    use Mode::{Achieve, Maintain};
+    use Rejection::{NotFinite, OutOfReach, Unsupported};
+    let row = |command, mode, arm| (command, mode, [arm, Err(Unsupported), Err(Unsupported)]);
+    let near = grasp(1, 0.5, 0.2, 0.75);
+    vec![
+        row(near.clone(), Achieve, Ok(())),
+        row(near, Maintain, Err(Unsupported)),
+        row(grasp(1, 1.5, 0.2, 0.75), Achieve, Err(OutOfReach)),
+        row(grasp(1, 1e300, 0.2, 0.75), Achieve, Err(OutOfReach)),
+        row(grasp(1, f64::NAN, 0.2, 0.75), Achieve, Err(NotFinite)),
+        row(put(1, 0.5, 0.2, 0.75), Achieve, Err(Unsupported)),
+    ]
+}
+
+fn base_rows() -> Vec<Row> {
+    use Mode::{Achieve, Maintain};
+    use Rejection::{Malformed, NotFinite, Unsupported};
+    let row = |command, mode, base| (command, mode, [Err(Unsupported), base, Err(Unsupported)]);
+    let ahead = drive(&[(1.0, 0.0, 0.0)]);
+    let nowhere = drive(&[(0.0, f64::INFINITY, 0.0)]);
+    vec![
+        row(ahead.clone(), Achieve, Ok(())),
+        row(ahead, Maintain, Err(Unsupported)),
+        row(drive(&[]), Achieve, Err(Malformed)),
+        row(nowhere, Achieve, Err(NotFinite)),
+        row(drive(&[(0.0, 1e300, 0.0)]), Achieve, Err(Malformed)),
+        row(Command::Stand, Achieve, Ok(())),
+        row(Command::Stand, Maintain, Ok(())),
+    ]
+}
+
+fn head_rows() -> Vec<Row> {
+    use Mode::{Achieve, Maintain};
+    use Rejection::{NotFinite, Unsupported};
+    let row = |command, mode, head| (command, mode, [Err(Unsupported), Err(Unsupported), head]);
+    vec![
+        row(look(1.0, 1.0, 0.7), Achieve, Ok(())),
+        row(look(1.0, 1.0, 0.7), Maintain, Ok(())),
+        row(look(1.0, f64::NAN, 0.7), Maintain, Err(NotFinite)),
+    ]
+}
+
 #[test]
 fn each_takes_what_it_can_do_and_nothing_else() {
-    use Mode::{Achieve, Maintain};
-    use Rejection::{Malformed, NotFinite, OutOfReach, Unsupported};
-    let near = grasp(1, 0.5, 0.2, 0.75);
-    let table: [(Command, Mode, [Result<(), Rejection>; 3]); 16] = [
-        (
-            near.clone(),
-            Achieve,
-            [Ok(()), Err(Unsupported), Err(Unsupported)],
-        ),
-        (near, Maintain, [Err(Unsupported); 3]),
-        (
-            grasp(1, 1.5, 0.2, 0.75),
-            Achieve,
-            [Err(OutOfReach), Err(Unsupported), Err(Unsupported)],
-        ),
-        (
-            grasp(1, 1e300, 0.2, 0.75),
-            Achieve,
-            [Err(OutOfReach), Err(Unsupported), Err(Unsupported)],
-        ),
-        (
-            grasp(1, f64::NAN, 0.2, 0.75),
-            Achieve,
-            [Err(NotFinite), Err(Unsupported), Err(Unsupported)],
-        ),
-        (put(1, 0.5, 0.2, 0.75), Achieve, [Err(Unsupported); 3]),
-        (
-            drive(&[(1.0, 0.0, 0.0)]),
-            Achieve,
-            [Err(Unsupported), Ok(()), Err(Unsupported)],
-        ),
-        (drive(&[(1.0, 0.0, 0.0)]), Maintain, [Err(Unsupported); 3]),
-        (
-            drive(&[]),
-            Achieve,
-            [Err(Unsupported), Err(Malformed), Err(Unsupported)],
-        ),
-        (
-            drive(&[(0.0, f64::INFINITY, 0.0)]),
-            Achieve,
-            [Err(Unsupported), Err(NotFinite), Err(Unsupported)],
-        ),
-        (
-            drive(&[(0.0, 1e300, 0.0)]),
-            Achieve,
-            [Err(Unsupported), Err(Malformed), Err(Unsupported)],
-        ),
-        (
-            Command::Stand,
-            Achieve,
-            [Err(Unsupported), Ok(()), Err(Unsupported)],
-        ),
-        (
-            Command::Stand,
-            Maintain,
-            [Err(Unsupported), Ok(()), Err(Unsupported)],
-        ),
-        (
-            look(1.0, 1.0, 0.7),
-            Achieve,
-            [Err(Unsupported), Err(Unsupported), Ok(())],
-        ),
-        (
-            look(1.0, 1.0, 0.7),
-            Maintain,
-            [Err(Unsupported), Err(Unsupported), Ok(())],
-        ),
-        (
-            look(1.0, f64::NAN, 0.7),
-            Maintain,
-            [Err(Unsupported), Err(Unsupported), Err(NotFinite)],
-        ),
-    ];
-    for (command, mode, expected) in table {
+    let rows = [arm_rows(), base_rows(), head_rows()].concat();
+    for (command, mode, expected) in rows {
         for (mut controller, expected) in all().into_iter().zip(expected) {
-            let state = controller.state();
-            assert_eq!(
-                controller.start(&command, mode),
-                expected,
-                "{command:?} {mode:?} {state:?}"
-            );
+            let about = format!("{command:?} {mode:?} {:?}", controller.state());
+            assert_eq!(controller.start(&command, mode), expected, "{about}");
             let again = controller.start(&command, mode);
-            assert_eq!(
-                again,
-                expected.and(Err(Rejection::Busy)),
-                "{command:?} {state:?}"
-            );
+            assert_eq!(again, expected.and(Err(Rejection::Busy)), "{about}");
         }
     }
 }
@@ -373,7 +339,7 @@ proptest! {
     }
 
     #[test]
-    fn an_arm_keeps_its_limits(x in 0.2..0.7f64, y in -0.3..0.5f64, z in 0.5..1.1f64, cancel in 0..800usize) {
+    fn an_arm_keeps_its_limits(x in 0.2..0.6f64, y in -0.2..0.5f64, z in 0.5..1.1f64, cancel in 0..800usize) {
         let mut arm = Arm::new(ARM);
         arm.start(&grasp(1, x, y, z), Mode::Achieve).unwrap();
         let (end, _) = run(&mut arm, Some(cancel));

@@ -6,13 +6,10 @@ mod world;
 
 use nalgebra::{Point3, Vector3};
 
-use super::document::{Located, Spot};
+use super::document::Spot;
 use super::fault::Faults;
-use super::reader::Item;
+use super::reader::{Item, Name};
 use crate::model::{ControllerKind, Obstacle, Pose};
-
-/// A name as written.
-pub(super) type Name = Located<String>;
 
 /// A mission file.
 #[derive(Debug, Clone)]
@@ -115,7 +112,7 @@ impl Mission {
             mission,
             robot,
             world: world.and_then(|item| World::read(item, faults)),
-            task: task.and_then(|item| Task::read(item, 1, faults)),
+            task: task.and_then(|item| Task::read(item, faults)),
         })
     }
 }

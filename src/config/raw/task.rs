@@ -2,11 +2,9 @@
 
 use super::super::fault::Faults;
 use super::super::quantity::{NEAR, TIMEOUT};
-use super::super::reader::Item;
-use super::{Behavior, Kind, Name, Task};
+use super::super::reader::{Item, Name};
+use super::{Behavior, Kind, Task};
 
-/// Deepest nesting of task nodes.
-const MAX_TASK_DEPTH: usize = 64;
 const MAX_RETRIES: u32 = 1000;
 const COMPOSITES: [&str; 3] = ["and", "or", "then"];
 const NODES: [&str; 6] = ["and", "or", "then", "move", "pick", "place"];
@@ -15,16 +13,11 @@ const NODE_KEYS: [&str; 9] = [
 ];
 
 impl Task {
-    pub(super) fn read(item: Item<'_>, depth: usize, faults: &mut Faults) -> Option<Self> {
-        if depth > MAX_TASK_DEPTH {
-            let message = format!("nested more than {MAX_TASK_DEPTH} levels deep");
-            faults.push(item.spot, item.key, message, None);
-            return None;
-        }
+    pub(super) fn read(item: Item<'_>, faults: &mut Faults) -> Option<Self> {
         let fields = item.fields("a node of the task", &NODE_KEYS, faults)?;
         let is = fields.among(&NODES);
         let kind = match is.as_slice() {
-            [kind] => Kind::read(*kind, depth, faults),
+            [kind] => Kind::read(*kind, faults),
             several => {
                 let message = format!("a node with {} kinds instead of one", several.len());
                 let help = format!("write exactly one of: {}", NODES.join(", "));
@@ -52,20 +45,20 @@ impl Task {
 }
 
 impl Kind {
-    fn read(item: Item<'_>, depth: usize, faults: &mut Faults) -> Option<Self> {
+    fn read(item: Item<'_>, faults: &mut Faults) -> Option<Self> {
         match item.key {
-            "and" => Self::children(item, depth, faults).map(Self::And),
-            "or" => Self::children(item, depth, faults).map(Self::Or),
-            "then" => Self::children(item, depth, faults).map(Self::Then),
+            "and" => Self::children(item, faults).map(Self::And),
+            "or" => Self::children(item, faults).map(Self::Or),
+            "then" => Self::children(item, faults).map(Self::Then),
             _ => Behavior::read(item, faults).map(Self::Behavior),
         }
     }
 
-    fn children(item: Item<'_>, depth: usize, faults: &mut Faults) -> Option<Vec<Task>> {
+    fn children(item: Item<'_>, faults: &mut Faults) -> Option<Vec<Task>> {
         let list = item.list("a list of nodes, each with a dash", faults)?;
         let children: Vec<_> = list
             .into_iter()
-            .map(|item| Task::read(item, depth + 1, faults))
+            .map(|item| Task::read(item, faults))
             .collect();
         Some(children.into_iter().flatten().collect())
     }

@@ -1,0 +1,52 @@
+//! What the tests of files share: a mission and a robot without mistakes.
+
+mod hostile;
+mod mistakes;
+mod shipped;
+
+use std::fs;
+
+use tempfile::TempDir;
+
+use super::{ConfigError, load_mission};
+use crate::model::MissionSpec;
+
+const GOOD: &str = "\
+mission: good
+robot: robot.yaml
+world:
+  robot: {at: [0, 0], heading: 90 deg}
+  places:
+    shelf: {stand: [1 m, 200 cm]}
+    table: {stand: [3, 2]}
+  objects:
+    cup: {at: shelf, offset: [0, 0.1]}
+    pot: {at: shelf}
+  facts: {door_open: true}
+task:
+  then:
+    - move: shelf
+    - pick: cup
+    - move: {to: table, scale_by: gripper}
+      timeout: 2 min
+    - place: {object: cup}
+      retries: 0
+";
+const ROBOT: &str = "\
+robot: small
+radius: 0.3 m
+resources:
+  hand: {type: gripper, controller: arm}
+  base: {type: base}
+controllers:
+  arm:
+    arm: {shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9], reach: 0.9, speed: 0.5, acceleration: 1, grip: 1 s, lift: 10 cm}
+";
+
+fn load(mission: &str, robot: &str) -> Result<MissionSpec, ConfigError> {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("mission.yaml");
+    fs::write(&path, mission).unwrap();
+    fs::write(folder.path().join("robot.yaml"), robot).unwrap();
+    load_mission(&path, None)
+}
