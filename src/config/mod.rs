@@ -28,14 +28,20 @@ use fault::Faults;
 use reader::Item;
 use world::WorldNames;
 
+/// A mission with the file of its robot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loaded {
+    /// The mission.
+    pub mission: MissionSpec,
+    /// Where its robot stands, for the controllers to read it too.
+    pub robot_path: PathBuf,
+}
+
 /// Loads a mission and the robot that it names, or `robot_override` instead.
 ///
 /// # Errors
 /// Every mistake in both files.
-pub fn load_mission(
-    path: &Path,
-    robot_override: Option<&Path>,
-) -> Result<MissionSpec, ConfigError> {
+pub fn load_mission(path: &Path, robot_override: Option<&Path>) -> Result<Loaded, ConfigError> {
     let (mut faults, node) = read(path);
     let raw = node.and_then(|node| raw::Mission::read(Item::root(&node), &mut faults));
     let robot_path = robot_override.map(Path::to_owned).or_else(|| {
@@ -46,8 +52,12 @@ pub fn load_mission(
         Some(path) => read_robot(path),
         None => (Faults::new(path, String::new()), None),
     };
-    let spec = raw.and_then(|raw| build(raw, robot, &mut faults));
-    finish(spec, [faults, robot_faults])
+    let mission = raw.and_then(|raw| build(raw, robot, &mut faults));
+    let loaded = mission.zip(robot_path).map(|(mission, robot_path)| Loaded {
+        mission,
+        robot_path,
+    });
+    finish(loaded, [faults, robot_faults])
 }
 
 /// Loads a robot alone, as a controller process does.

@@ -199,9 +199,6 @@ fn a_goal_is_accepted_followed_and_ends() {
         .collect();
     assert!(matches!(messages[0], FromController::Accepted { .. }));
     assert!(
-        matches!(messages[messages.len() - 2], FromController::Feedback { progress, .. } if *progress == 1.0)
-    );
-    assert!(
         matches!(messages[messages.len() - 1], FromController::Result { state: ControllerState::Base { pose, .. }, .. } if (pose.at.x - 6.0).abs() < 1e-9)
     );
 

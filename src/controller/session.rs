@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use crate::ipc::{Beat, ClockOrigin, DEAD_MAN, PULSE_EVERY, Pulse, Received};
 use crate::model::{
-    CommandId, ControllerState, FromController, Mode, PartEnd, Rejection, Time, ToController,
+    CommandId, ControllerState, FromController, Mode, Rejection, Time, ToController,
 };
 use crate::motion::{Controller, Executor, STEP};
 

@@ -3,7 +3,8 @@
 use nalgebra::Point3;
 
 use super::*;
-use crate::model::Command;
+use crate::model::{Command, PartEnd};
+use crate::motion::Progress;
 
 const MS: u64 = 1_000_000;
 const EPOCH: u64 = 5;

@@ -9,12 +9,11 @@ mod profile;
 #[cfg(test)]
 mod tests;
 
-pub use executor::Executor;
-
 use std::time::Duration;
 
 pub use arm::Arm;
 pub use base::Base;
+pub use executor::Executor;
 pub use head::Head;
 
 use crate::model::{Command, ControllerKind, ControllerState, Mode, PartEnd, Rejection};

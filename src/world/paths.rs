@@ -172,7 +172,7 @@ mod tests {
     fn paths_lead_around_boxes() {
         check(&[], Some(1));
         check(&[[1.0, 1.0, 2.0, 2.0]], Some(1));
-        check(&[[1.0, -0.5, 2.0, 0.5]], Some(3));
+        check(&[[1.0, -0.5, 2.0, 0.5]], Some(4));
         check(&[[3.5, -0.5, 4.5, 0.5]], None);
         check(
             &[

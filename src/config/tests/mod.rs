@@ -48,5 +48,5 @@ fn load(mission: &str, robot: &str) -> Result<MissionSpec, ConfigError> {
     let path = folder.path().join("mission.yaml");
     fs::write(&path, mission).unwrap();
     fs::write(folder.path().join("robot.yaml"), robot).unwrap();
-    load_mission(&path, None)
+    load_mission(&path, None).map(|loaded| loaded.mission)
 }

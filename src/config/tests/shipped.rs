@@ -18,7 +18,9 @@ fn shipped(name: &str) -> PathBuf {
 }
 
 fn experiment_1() -> MissionSpec {
-    load_mission(&shipped("missions/experiment-1.yaml"), None).unwrap()
+    load_mission(&shipped("missions/experiment-1.yaml"), None)
+        .unwrap()
+        .mission
 }
 
 fn stop(place: u32, x: f64, y: f64) -> Condition {
@@ -50,7 +52,7 @@ fn commands(spec: &MissionSpec, node: u32) -> Vec<(usize, Mode, Task)> {
 fn every_shipped_mission_loads() {
     for number in 1..=4 {
         let path = shipped(&format!("missions/experiment-{number}.yaml"));
-        let spec = load_mission(&path, None).unwrap();
+        let spec = load_mission(&path, None).unwrap().mission;
         assert_eq!(spec.name, format!("experiment-{number}"));
         assert_eq!(spec.tree.leaves().count(), 16);
         let expected: Vec<String> = (1..=4)
