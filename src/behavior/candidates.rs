@@ -116,9 +116,11 @@ fn any_empty(
             })
         })
         .collect();
-    match reaches {
-        _ if !reached.is_empty() => Ok(reached),
-        Some(object) if !empty.is_empty() => {
+    if !reached.is_empty() {
+        return Ok(reached);
+    }
+    match reaches.filter(|_| !empty.is_empty()) {
+        Some(object) => {
             let mut would = view
                 .geometry
                 .robot
@@ -127,7 +129,7 @@ fn any_empty(
             let reason = would.find_map(|id| held(id, access, view, line));
             Err(reason.unwrap_or(Reason::OutOfReach { object }))
         }
-        Some(_) | None => Err(Reason::NoneFree { of }),
+        None => Err(Reason::NoneFree { of }),
     }
 }
 

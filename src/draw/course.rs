@@ -88,7 +88,7 @@ impl<'a> Course<'a> {
     pub(super) fn leaves(&self) -> Vec<NodeId> {
         match &self.tally.header {
             Some(header) => (0..header.nodes.len())
-                .filter(|&node| !is_composite(&header.nodes[node].kind))
+                .filter(|&node| header.nodes[node].kind.is_behavior())
                 .map(NodeId::from)
                 .collect(),
             None => {
@@ -175,9 +175,4 @@ impl<'a> Course<'a> {
         }
         times
     }
-}
-
-/// Whether a kind from a header is that of a node with children.
-pub(super) fn is_composite(kind: &str) -> bool {
-    matches!(kind, "root" | "and" | "or" | "then")
 }

@@ -56,7 +56,7 @@ pub(super) fn header() -> Header {
     let list = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
     let entry = |parent: u32, kind: &str| NodeEntry {
         parent: NodeId(parent),
-        kind: kind.into(),
+        kind: EntryKind::from(kind.to_owned()),
     };
     let mut nodes = vec![entry(0, "root"), entry(0, "and")];
     let mut names: Vec<String> = list(&["root", "all objects"]);

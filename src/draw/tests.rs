@@ -215,7 +215,7 @@ fn a_big_tree_shows_what_ran() {
     for extra in 0..100 {
         header.nodes.push(NodeEntry {
             parent: NodeId(1),
-            kind: "move".into(),
+            kind: EntryKind::Behavior("move".into()),
         });
         header.names.nodes.push(format!("move {extra}"));
     }

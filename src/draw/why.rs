@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use crate::model::{Fault, Header, Names, NodeId, Reason, Tally};
+use crate::model::{EntryKind, Fault, Header, Names, NodeId, Reason, Tally};
 
 use super::LeafState;
-use super::course::{Course, is_composite};
+use super::course::Course;
 
 /// The last reason of every leaf that is not done and does not run, in tree order.
 ///
@@ -87,7 +87,7 @@ impl<'a> NotAsked<'a> {
     /// Whether a node is done, and whether anything below it has begun; its children are known.
     fn standing(&self, node: NodeId, course: &Course) -> (bool, bool) {
         let kind = self.kind(node);
-        if !is_composite(kind) {
+        if kind.is_behavior() {
             let state = course.state(node);
             let done = matches!(state, LeafState::Done | LeafState::Skipped);
             return (done, done || course.has_run(node));
@@ -95,8 +95,10 @@ impl<'a> NotAsked<'a> {
         let children = &self.children[node.index()];
         let is_done = |child: &NodeId| self.done.contains(child);
         let done = match kind {
-            "or" => children.iter().any(is_done),
-            _ => children.iter().all(is_done),
+            EntryKind::Or => children.iter().any(is_done),
+            EntryKind::Root | EntryKind::And | EntryKind::Then | EntryKind::Behavior(_) => {
+                children.iter().all(is_done)
+            }
         };
         (
             done,
@@ -104,7 +106,7 @@ impl<'a> NotAsked<'a> {
         )
     }
 
-    fn kind(&self, node: NodeId) -> &str {
+    fn kind(&self, node: NodeId) -> &EntryKind {
         &self.header.nodes[node.index()].kind
     }
 
@@ -119,19 +121,19 @@ impl<'a> NotAsked<'a> {
             let siblings = self.children[parent.index()].iter().copied();
             let mut siblings = siblings.filter(|&sibling| sibling != node);
             match self.kind(parent) {
-                "then" => {
+                EntryKind::Then => {
                     let before =
                         siblings.find(|&before| before < node && !self.done.contains(&before));
                     if let Some(after) = before {
                         return Some(Reason::NotItsTurn { after });
                     }
                 }
-                "or" => {
+                EntryKind::Or => {
                     if let Some(chosen) = siblings.find(|sibling| self.begun.contains(sibling)) {
                         return Some(Reason::Alternative { chosen });
                     }
                 }
-                _ => {}
+                EntryKind::Root | EntryKind::And | EntryKind::Behavior(_) => {}
             }
             node = parent;
         }

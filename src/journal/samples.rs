@@ -72,7 +72,7 @@ pub(super) fn told(message: ControllerMessage) -> Record {
 fn header() -> Record {
     let entry = |parent, kind: &str| NodeEntry {
         parent: NodeId(parent),
-        kind: kind.into(),
+        kind: EntryKind::from(kind.to_owned()),
     };
     Record::Header(Box::new(Header {
         version: JOURNAL_VERSION,

@@ -25,8 +25,8 @@ pub use names::Names;
 pub use pose::Pose;
 pub use reason::Reason;
 pub use record::{
-    Blocked, Completion, ControllerMessage, Going, Header, JOURNAL_VERSION, Message, MissionEnd,
-    NodeEntry, Record, Reopened,
+    Blocked, Completion, ControllerMessage, EntryKind, Going, Header, JOURNAL_VERSION, Message,
+    MissionEnd, NodeEntry, Record, Reopened,
 };
 pub use report::{Interval, MissionReport, Tally};
 pub use request::{Binding, Candidate, Grant, Need, Request};

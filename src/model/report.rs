@@ -185,7 +185,7 @@ impl Tally {
             .header
             .as_ref()
             .and_then(|header| header.nodes.get(node.index()));
-        entry.is_none_or(|entry| !matches!(entry.kind.as_str(), "root" | "and" | "or" | "then"))
+        entry.is_none_or(|entry| entry.kind.is_behavior())
     }
 }
 

@@ -140,20 +140,16 @@ impl Ordering {
 
     /// What is complete when a child is, and who inherits.
     pub(super) fn complete(self, id: NodeId, children: &[Child], child: Completion) -> Completion {
-        let is_complete = match self {
-            Self::And | Self::Then => children.iter().all(|child| child.is_done),
-            Self::Or => true,
-        };
         match self {
-            _ if is_complete => Completion {
-                node: id,
-                heir: None,
-            },
-            Self::Then => Completion {
+            Self::And if !children.iter().all(|child| child.is_done) => child,
+            Self::Then if !children.iter().all(|child| child.is_done) => Completion {
                 heir: Some(id),
                 ..child
             },
-            Self::And | Self::Or => child,
+            Self::And | Self::Or | Self::Then => Completion {
+                node: id,
+                heir: None,
+            },
         }
     }
 }

@@ -9,10 +9,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::model::{
     Binding, Change, Command, CommandId, ControllerId, ControllerMessage, End, FromController,
-    Grant, Mode, NodeId, ObjectId, Record, ResourceId, RobotSpec, Tally, ToController, Whereabouts,
+    Grant, Mode, NodeEntry, NodeId, ObjectId, Record, ResourceId, RobotSpec, Tally, ToController,
+    Whereabouts,
 };
-
-use super::course::is_composite;
 
 /// A running fold of records for the live display.
 #[derive(Debug, Clone, Default)]
@@ -59,8 +58,8 @@ impl Progress {
         self.tally.add(record);
         match record {
             Record::Header(header) => {
-                let kinds = header.nodes.iter().map(|node| node.kind.as_str());
-                self.behaviors = kinds.filter(|kind| !is_composite(kind)).count();
+                let is_behavior = |node: &&NodeEntry| node.kind.is_behavior();
+                self.behaviors = header.nodes.iter().filter(is_behavior).count();
             }
             Record::Sent { .. } | Record::Ended { .. } => {}
             Record::Decided {
@@ -103,7 +102,7 @@ impl Progress {
         let skipped = grant.skips.iter().flat_map(|skip| skip.from.0..skip.to.0);
         let behaviors = skipped.map(NodeId).filter(|node| {
             let entry = header.nodes.get(node.index());
-            entry.is_some_and(|entry| !is_composite(&entry.kind))
+            entry.is_some_and(|entry| entry.kind.is_behavior())
         });
         self.done.extend(behaviors);
     }

@@ -177,7 +177,9 @@ fn what_goes_wrong_has_its_line() {
     let end = End::Failed(Fault::Rejected(ControllerId(2), Rejection::Busy));
     check(
         sample::released(9.0, "pick 1", end),
-        Some("   9.00 s  failed pick 1: left_arm would not take its goal: it is doing something else"),
+        Some(
+            "   9.00 s  failed pick 1: left_arm would not take its goal: it is doing something else",
+        ),
     );
     check(
         controller(3, ControllerMessage::Lost),
