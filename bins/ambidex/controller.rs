@@ -28,7 +28,6 @@ pub fn controller(args: &ControllerArgs) -> Result<Exit> {
         once: args.once,
         parent: args.parent,
         stop: Some(stop),
-        ..Default::default()
     };
     serve(
         &args.instance,

@@ -13,8 +13,8 @@ use crate::tree::{self, Begin, Effect, Input, Node, Outbox, Settings};
 /// A controller of the fake plant.
 type Plant = Executor<Box<dyn Controller + Send>>;
 
-/// Steps between two feedbacks of a command.
-const FEEDBACK_STEPS: u64 = 10;
+/// Robot time between two feedbacks of a command, microseconds.
+const FEEDBACK_EVERY_US: u64 = 100_000;
 
 /// What happens besides the mission, at a moment of robot time.
 #[derive(Debug, Clone, PartialEq)]
@@ -244,8 +244,7 @@ impl<'a> Simulation<'a> {
     }
 
     fn step(&mut self) {
-        let is_feedback_due =
-            self.now.0 / u64::try_from(STEP.as_micros()).unwrap_or(1) % FEEDBACK_STEPS == 0;
+        let is_feedback_due = self.now.0.is_multiple_of(FEEDBACK_EVERY_US);
         for index in 0..self.plants.len() {
             let id = ControllerId::from(index);
             if !self.plants[index].is_busy() {

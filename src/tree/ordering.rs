@@ -68,16 +68,19 @@ impl Ordering {
         view: &View,
         mut answers: Vec<(usize, Answer)>,
     ) -> Answer {
-        let mut own = Answer::default();
-        own.is_satisfied = match self {
-            Self::And => answers.iter().all(|(_, answer)| answer.is_satisfied),
+        let all = answers.iter().all(|(_, answer)| answer.is_satisfied);
+        let is_satisfied = match self {
+            Self::And => all,
             Self::Or => answers.iter().any(|(_, answer)| answer.is_satisfied),
             Self::Then => {
-                let all = answers.iter().all(|(_, answer)| answer.is_satisfied);
-                all && answers.last().is_some_and(|(last, _)| {
-                    node.children[last + 1..].iter().all(|child| child.is_done)
-                })
+                all && answers
+                    .last()
+                    .is_some_and(|(last, _)| is_last_to_do(node, *last))
             }
+        };
+        let mut own = Answer {
+            is_satisfied,
+            ..Answer::default()
         };
         for (_, answer) in &mut answers {
             own.absorb(answer);
@@ -152,6 +155,13 @@ impl Ordering {
             },
         }
     }
+}
+
+/// Whether every child behind this one is done.
+fn is_last_to_do(node: &Composite, child: usize) -> bool {
+    node.children[child + 1..]
+        .iter()
+        .all(|behind| behind.is_done)
 }
 
 /// The child an OR is committed to; after a lapse that leaves it with nothing done and nothing held, none.
