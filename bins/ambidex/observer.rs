@@ -59,8 +59,7 @@ impl Observer {
         if self.failure.is_none()
             && let Err(error) = self.file.write(record)
         {
-            self.terminal
-                .say(&format!("error: the log is incomplete: {error}"));
+            self.terminal.say(&format!("error: the log is incomplete: {error}"));
             self.failure = Some(error);
         }
         journal::emit(record, &self.names);
@@ -78,10 +77,7 @@ impl Observer {
     /// Names the controllers without which the mission does not begin.
     pub fn say_what_it_waits_for(&self, mission: &MissionSpec) {
         if !self.is_quiet {
-            self.terminal.say(&format!(
-                "waiting for {}",
-                mission.names.controllers.join(", ")
-            ));
+            self.terminal.say(&format!("waiting for {}", mission.names.controllers.join(", ")));
         }
     }
 
@@ -100,10 +96,7 @@ impl Observer {
             self.tell();
         }
         if let Some(report) = self.tally().report().filter(|_| self.is_json) {
-            println!(
-                "{}",
-                serde_json::to_string(&report).map_err(io::Error::other)?
-            );
+            println!("{}", serde_json::to_string(&report).map_err(io::Error::other)?);
         }
         flushed.map_err(io::Error::other)
     }
@@ -120,9 +113,7 @@ impl Observer {
             return;
         }
         self.drawn = Some(Instant::now());
-        let lines = self
-            .progress
-            .lines(self.terminal.width(), &self.terminal.palette());
+        let lines = self.progress.lines(self.terminal.width(), &self.terminal.palette());
         while self.lines.len() < lines.len() {
             self.lines.push(self.terminal.line());
         }

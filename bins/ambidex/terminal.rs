@@ -25,11 +25,7 @@ impl Terminal {
     pub fn start(format: LogFormat) -> Self {
         let has_color = anstream::AutoStream::choice(&io::stderr()) != anstream::ColorChoice::Never;
         let bars = MultiProgress::with_draw_target(ProgressDrawTarget::stderr_with_hz(10));
-        let terminal = Self {
-            bars,
-            is_tty: io::stderr().is_terminal(),
-            has_color,
-        };
+        let terminal = Self { bars, is_tty: io::stderr().is_terminal(), has_color };
         let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("error"));
         let log = tracing_subscriber::fmt()
             .with_env_filter(filter)
@@ -50,18 +46,12 @@ impl Terminal {
     /// Columns.
     pub fn width(&self) -> usize {
         let size = rustix::termios::tcgetwinsize(io::stderr()).ok();
-        size.map(|size| usize::from(size.ws_col))
-            .filter(|&columns| columns > 0)
-            .unwrap_or(WIDTH)
+        size.map(|size| usize::from(size.ws_col)).filter(|&columns| columns > 0).unwrap_or(WIDTH)
     }
 
     /// Colors, if they are wanted.
     pub fn palette(&self) -> Palette {
-        if self.has_color {
-            Palette::ansi()
-        } else {
-            Palette::plain()
-        }
+        if self.has_color { Palette::ansi() } else { Palette::plain() }
     }
 
     /// Prints a text above the live display.

@@ -68,11 +68,7 @@ fn request(spec: &BehaviorSpec, view: &View, line: &Line<'_>) -> Result<Request,
 fn potential(potential: &Potential, view: &View, line: &Line<'_>) -> Result<f64, Reason> {
     match *potential {
         Potential::Constant(value) => Ok(value),
-        Potential::Nearness {
-            to,
-            floor_m,
-            scale_by,
-        } => {
+        Potential::Nearness { to, floor_m, scale_by } => {
             let available = match scale_by {
                 None => 1,
                 Some(of) => match available(of, view, line) {
@@ -89,15 +85,7 @@ fn potential(potential: &Potential, view: &View, line: &Line<'_>) -> Result<f64,
 fn available(of: TypeId, view: &View, line: &Line<'_>) -> usize {
     let is_available = |id| {
         let resource = view.table.resource(id);
-        !resource.is_locked()
-            || resource
-                .leases()
-                .iter()
-                .any(|lease| line.contains(lease.holder))
+        !resource.is_locked() || resource.leases().iter().any(|lease| line.contains(lease.holder))
     };
-    view.geometry
-        .robot
-        .of_type(of)
-        .filter(|&id| is_available(id))
-        .count()
+    view.geometry.robot.of_type(of).filter(|&id| is_available(id)).count()
 }

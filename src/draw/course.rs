@@ -23,14 +23,8 @@ pub enum LeafState {
 
 impl LeafState {
     /// All of them, in the order of a legend.
-    pub(super) const ALL: [Self; 6] = [
-        Self::Waiting,
-        Self::Active,
-        Self::Done,
-        Self::Skipped,
-        Self::Failed,
-        Self::Canceled,
-    ];
+    pub(super) const ALL: [Self; 6] =
+        [Self::Waiting, Self::Active, Self::Done, Self::Skipped, Self::Failed, Self::Canceled];
 
     /// What a person calls it.
     pub fn word(self) -> &'static str {
@@ -92,8 +86,7 @@ impl<'a> Course<'a> {
                 .map(NodeId::from)
                 .collect(),
             None => {
-                let mut known: Vec<NodeId> =
-                    self.runs.keys().chain(self.skips.keys()).copied().collect();
+                let mut known: Vec<NodeId> = self.runs.keys().chain(self.skips.keys()).copied().collect();
                 known.sort();
                 known.dedup();
                 known

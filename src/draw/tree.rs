@@ -18,13 +18,9 @@ pub fn tree(header: &Header, tally: Option<&Tally>, width: usize, palette: &Pale
         let branches = clip(&branches(header, &last, node), width / 2);
         let kind = header.nodes[node.index()].kind.word();
         let name = header.names.node(node);
-        let state = course
-            .as_ref()
-            .filter(|_| header.nodes[node.index()].kind.is_behavior());
+        let state = course.as_ref().filter(|_| header.nodes[node.index()].kind.is_behavior());
         let state = state.map(|course| course.state(node));
-        let mark = state.map_or(String::new(), |state| {
-            Palette::paint(palette.of(state), state.mark()) + " "
-        });
+        let mark = state.map_or(String::new(), |state| Palette::paint(palette.of(state), state.mark()) + " ");
         let room = width - columns(&branches) - if state.is_some() { 2 } else { 0 };
         let kind = if name.starts_with(kind) { "" } else { kind };
         let name = clip(name, room);

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Change, CommandId, ControllerId, End, FromController, Grant, MissionSpec, Names, NodeId,
-    NodeKind, Reason, Rejection, Request, ResourceId, Time, ToController, TypeId,
+    Change, CommandId, ControllerId, End, FromController, Grant, MissionSpec, Names, NodeId, NodeKind, Reason,
+    Rejection, Request, ResourceId, Time, ToController, TypeId,
 };
 
 /// Version of the journal's form; a reader refuses any other.
@@ -102,27 +102,17 @@ pub struct Header {
 impl Header {
     /// The header of a mission.
     pub fn new(mission: &MissionSpec, allocator: &str) -> Self {
-        let nodes = mission
-            .tree
-            .nodes
-            .iter()
-            .enumerate()
-            .map(|(index, node)| NodeEntry {
-                parent: mission.tree.topology.parent(NodeId::from(index)),
-                kind: EntryKind::from(node),
-            });
+        let nodes = mission.tree.nodes.iter().enumerate().map(|(index, node)| NodeEntry {
+            parent: mission.tree.topology.parent(NodeId::from(index)),
+            kind: EntryKind::from(node),
+        });
         Self {
             version: JOURNAL_VERSION,
             mission: mission.name.clone(),
             robot: mission.robot.name.clone(),
             allocator: allocator.to_owned(),
             nodes: nodes.collect(),
-            resource_types: mission
-                .robot
-                .resources
-                .iter()
-                .map(|resource| resource.ty)
-                .collect(),
+            resource_types: mission.robot.resources.iter().map(|resource| resource.ty).collect(),
             names: mission.names.clone(),
         }
     }
@@ -187,9 +177,7 @@ impl From<EntryKind> for String {
     fn from(kind: EntryKind) -> Self {
         match kind {
             EntryKind::Behavior(word) => word,
-            EntryKind::Root | EntryKind::And | EntryKind::Or | EntryKind::Then => {
-                kind.word().to_owned()
-            }
+            EntryKind::Root | EntryKind::And | EntryKind::Or | EntryKind::Then => kind.word().to_owned(),
         }
     }
 }
