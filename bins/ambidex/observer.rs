@@ -89,9 +89,8 @@ impl Observer {
     /// Closes the log, clears the live display, and tells the end.
     pub fn finish(&mut self) -> io::Result<()> {
         let flushed = self.file.flush();
-        for line in self.lines.drain(..) {
-            line.finish_and_clear();
-        }
+        self.lines.clear();
+        self.terminal.clear();
         if !self.is_quiet {
             self.tell();
         }

@@ -59,6 +59,12 @@ impl Terminal {
         self.bars.suspend(|| eprintln!("{text}"));
     }
 
+    /// Takes the live display away.
+    pub fn clear(&self) {
+        // A terminal that cannot be cleared keeps its lines; nothing is lost by that.
+        drop(self.bars.clear());
+    }
+
     /// Adds a line to the live display.
     pub fn line(&self) -> ProgressBar {
         let style = ProgressStyle::with_template("{msg}").expect("a fixed template is sound");
