@@ -7,7 +7,6 @@ use std::time::{Duration, Instant};
 use ambidex::draw::{self, Progress};
 use ambidex::journal::{self, JournalError, JournalFile};
 use ambidex::model::{MissionSpec, Record, Tally};
-use indicatif::ProgressBar;
 
 use crate::args::MissionArgs;
 use crate::terminal::Terminal;
@@ -24,7 +23,6 @@ pub struct Observer {
     terminal: Terminal,
     is_quiet: bool,
     is_json: bool,
-    lines: Vec<ProgressBar>,
     drawn: Option<Instant>,
 }
 
@@ -49,7 +47,6 @@ impl Observer {
             terminal: terminal.clone(),
             is_quiet: args.quiet,
             is_json: args.json,
-            lines: Vec::new(),
             drawn: None,
         })
     }
@@ -89,7 +86,6 @@ impl Observer {
     /// Closes the log, clears the live display, and tells the end.
     pub fn finish(&mut self) -> io::Result<()> {
         let flushed = self.file.flush();
-        self.lines.clear();
         self.terminal.clear();
         if !self.is_quiet {
             self.tell();
@@ -112,12 +108,8 @@ impl Observer {
             return;
         }
         self.drawn = Some(Instant::now());
-        let lines = self.progress.lines(self.terminal.width(), &self.terminal.palette());
-        while self.lines.len() < lines.len() {
-            self.lines.push(self.terminal.line());
-        }
-        for (bar, line) in std::iter::zip(&self.lines, lines) {
-            bar.set_message(line);
-        }
+        // Room for the ^C that a terminal echoes: a wrapped line could not be cleared.
+        let lines = self.progress.lines(self.terminal.width().saturating_sub(3), &self.terminal.palette());
+        self.terminal.show(&lines);
     }
 }

@@ -33,7 +33,7 @@ const ALONE: &[(&str, &str)] = &[
     ("pathfinding", "src/world/paths.rs"),
     ("ZeroCopySend", "src/ipc/"),
     ("serde_saphyr", "src/config/document.rs"),
-    ("indicatif", "bins/ambidex/"),
+    ("indicatif", "bins/ambidex/terminal.rs"),
 ];
 
 const FILE_WALL: usize = 500;
