@@ -108,8 +108,7 @@ impl Observer {
             return;
         }
         self.drawn = Some(Instant::now());
-        // Room for the ^C that a terminal echoes: a wrapped line could not be cleared.
-        let lines = self.progress.lines(self.terminal.width().saturating_sub(3), &self.terminal.palette());
+        let lines = self.progress.lines(self.terminal.width(), &self.terminal.palette());
         self.terminal.show(&lines);
     }
 }
