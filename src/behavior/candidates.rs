@@ -9,10 +9,11 @@ use crate::world::View;
 /// Why one of the claims, or all of them together, cannot be served.
 pub(super) fn needs(claims: &[Claim], view: &View, line: &Line<'_>) -> Result<Vec<Need>, Reason> {
     let needs = claims.iter().map(|claim| need(claim, view, line)).collect::<Result<Vec<_>, _>>()?;
-    if serves_all(&needs, &mut Vec::new()) {
+    let is_short = |upto: &usize| !serves_all(&needs[..*upto], &mut Vec::new());
+    let Some(short) = (1..=needs.len()).find(is_short) else {
         return Ok(needs);
-    }
-    let contested = needs.last().expect("no claims are always served").candidates[0].resource;
+    };
+    let contested = needs[short - 1].candidates[0].resource;
     Err(Reason::NoneFree { of: view.geometry.robot.resources[contested.index()].ty })
 }
 

@@ -21,14 +21,14 @@ pub struct Composite {
     held: Vec<(NodeId, Release)>,
     /// Leaves below that run.
     pub(super) running: BTreeSet<NodeId>,
-    /// Nodes below that count as done, as an OR sees them: behaviors that completed, first nodes of skips.
+    /// Nodes below that count as done, as an OR sees them: behaviors that completed, nodes that were skipped.
     pub(super) done_below: BTreeSet<NodeId>,
     /// OR: the child it is committed to.
     pub(super) committed: Option<usize>,
     /// OR: a lease lapsed below the committed child since the last activation.
     pub(super) has_lapsed: bool,
-    /// The child whose failure this node is waiting to pass on.
-    ending: Option<NodeId>,
+    /// The child whose failure this node is waiting to pass on, and the leaf that it began with.
+    ending: Option<(NodeId, NodeId)>,
 }
 
 /// A child as its parent sees it.
@@ -137,7 +137,7 @@ impl Composite {
             .collect();
         let view = Arc::clone(&open.activation.view);
         let mut answer = match self.ending {
-            Some(failed) => self.ending_answer(failed),
+            Some((failed, _)) => self.ending_answer(failed),
             // All children are done, and the word of it has not reached root yet.
             None if answers.is_empty() => Answer { is_running: true, ..Answer::default() },
             None => self.ordering.answer(self, &view, answers),
@@ -162,7 +162,11 @@ impl Composite {
         let below = self.below();
         for (&leaf, grant) in verdict.granted.range(below.from..below.to) {
             self.running.insert(leaf);
-            let skipped = grant.skips.iter().map(|skip| skip.from);
+            let topology = &self.tree.topology;
+            let skipped = grant.skips.iter().flat_map(|skip| {
+                let children = topology.children(topology.parent(skip.from));
+                children.filter(|child| skip.contains(*child))
+            });
             self.done_below.extend(skipped.filter(|&node| below.contains(node)));
             let child = self.children.iter().position(|child| child.below.contains(leaf));
             let child = child.expect("what was granted below lies below a child");
@@ -194,7 +198,11 @@ impl Composite {
         if let Some(reopened) = &verdict.reopened
             && self.below().contains(reopened.leaf)
         {
-            self.done_below.remove(&reopened.leaf);
+            let mut node = reopened.leaf;
+            while node != reopened.holder {
+                self.done_below.remove(&node);
+                node = self.tree.topology.parent(node);
+            }
             self.has_lapsed |= reopened.lapsed.is_some();
         }
     }
@@ -210,7 +218,7 @@ impl Composite {
             self.children[index].has_failed = true;
             let fails = self.ordering.fails(&mut self.committed, &self.children);
             if fails && self.ending.is_none() {
-                self.ending = Some(child);
+                self.ending = Some((child, release.cause));
                 self.cancel_running(Some(child), out);
             }
         }
@@ -222,8 +230,11 @@ impl Composite {
                 *completed = self.ordering.complete(self.id, &self.children, *completed);
             }
         }
-        if self.ending.is_some() && self.running.is_empty() {
+        if let Some((_, cause)) = self.ending
+            && self.running.is_empty()
+        {
             going.failed = Some(self.id);
+            release.cause = cause;
         }
         out.push(Effect::Up(Up::Release(Box::new(release))));
     }

@@ -50,7 +50,9 @@ impl Situated<'_> {
     fn can_wait(&self, reason: &Reason) -> bool {
         let runs_on = |resource| self.table.resource(resource).is_running();
         match reason {
-            Reason::Held { resource, .. } | Reason::Outbid { resource, .. } => runs_on(*resource),
+            Reason::Held { resource, .. } => runs_on(*resource),
+            // Root may bind the other request to another resource than the AND that compared the two.
+            Reason::Outbid { resource, by, .. } => runs_on(*resource) || self.running.contains(by),
             Reason::NoneFree { of } | Reason::NothingAvailable { of } => {
                 self.view.geometry.robot.of_type(*of).any(runs_on)
             }
@@ -75,7 +77,8 @@ impl Situated<'_> {
         }
     }
 
-    /// The first THEN in tree order with an earlier child that kept an intention and no longer meets its goal.
+    /// The first THEN in tree order with an earlier child that kept an intention and no longer meets its goal, and the
+    /// last such behavior.
     pub(super) fn go_back(&self, keepers: &BTreeSet<(NodeId, NodeId)>) -> Option<Reopened> {
         let no_longer_met = |leaf: NodeId| {
             let spec = self.tree.behavior(leaf).expect("behaviors keep leases");
@@ -86,8 +89,11 @@ impl Situated<'_> {
             let mut activated = self.refused.range(holder..self.tree.topology.end(holder));
             activated.next().is_some_and(|(&first, _)| leaf < first)
         };
-        let mut candidates = keepers.iter().copied();
-        let (holder, leaf) = candidates.find(|&(holder, leaf)| is_earlier(holder, leaf) && no_longer_met(leaf))?;
+        let is_lost = |&(holder, leaf): &(NodeId, NodeId)| is_earlier(holder, leaf) && no_longer_met(leaf);
+        let (first, _) = keepers.iter().copied().find(is_lost)?;
+        // Of several the last: what the earlier ones were done for has been done since.
+        let mut of_first = keepers.range((first, NodeId(0))..=(first, NodeId(u32::MAX)));
+        let (holder, leaf) = of_first.rfind(|&keeper| is_lost(keeper)).copied()?;
         Some(Reopened { holder, leaf, lapsed: None, lacks: None })
     }
 }

@@ -60,7 +60,7 @@ impl Leaf {
             End::Canceled => Going::default(),
         };
         let changes = behavior::changes(self.spec(), &grant, &outcome);
-        let release = Release { round: self.round, leaf: self.id, outcome, changes, going };
+        let release = Release { round: self.round, leaf: self.id, outcome, changes, going, cause: self.id };
         out.push(Effect::Up(Up::Release(Box::new(release))));
     }
 

@@ -67,6 +67,8 @@ pub struct Release {
     pub changes: Vec<Change>,
     /// What it means for the nodes above so far.
     pub going: Going,
+    /// Where something fails: the leaf that it began with, which may have ended before this one.
+    pub cause: NodeId,
 }
 
 /// What root decided in a round.

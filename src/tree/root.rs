@@ -6,8 +6,8 @@ use std::sync::Arc;
 use super::lapse::Situated;
 use super::{Activation, Allocator, Answer, Down, Effect, Greedy, Outbox, Release, Verdict};
 use crate::model::{
-    Blocked, Change, Claim, Grant, Heir, Hold, Keep, MissionEnd, MissionSpec, NodeId, Record, Reopened, ResourceTable,
-    Situation, Time, TreeSpec,
+    Blocked, Change, Claim, Grant, Heir, Hold, Keep, MissionEnd, MissionSpec, NodeId, Reason, Record, Reopened,
+    ResourceTable, Situation, Time, TreeSpec,
 };
 use crate::world::{Compatible, Geometry, Unconstrained, View};
 
@@ -187,7 +187,9 @@ impl Root {
         let is_complete = answer.is_satisfied;
         let verdict = self.decide(&view, answer);
         let is_quiet = verdict.granted.is_empty() && verdict.reopened.is_none() && self.running.is_empty();
-        self.is_wanted |= !verdict.granted.is_empty() || verdict.reopened.is_some();
+        // What arrived meanwhile may change nothing: then another round says whether this is a stall.
+        let is_unsure = is_quiet && !self.held.is_empty();
+        self.is_wanted |= !verdict.granted.is_empty() || verdict.reopened.is_some() || is_unsure;
         out.push(Effect::Record(Box::new(Record::Decided {
             at: now,
             round: self.round,
@@ -220,7 +222,7 @@ impl Root {
         }
         for grant in chosen.granted {
             self.table.take(&self.tree.topology, &grant);
-            self.remember_skipped(&grant);
+            self.remember_skipped(view, &grant, &verdict.refused);
             self.running.insert(grant.leaf, grant.clone());
             verdict.granted.insert(grant.leaf, grant);
         }
@@ -268,7 +270,8 @@ impl Root {
             self.table.take_back(topology, release.leaf, going.failed, is_full);
         }
         if let Some(failed) = going.failed {
-            self.keepers.retain(|(holder, _)| !topology.is_within(*holder, failed));
+            self.keepers
+                .retain(|&(holder, leaf)| !topology.is_within(holder, failed) && !topology.is_within(leaf, failed));
         }
         self.empty(&held_before, &release.changes);
         self.is_wanted = true;
@@ -282,7 +285,7 @@ impl Root {
         if self.phase != Phase::Over && going.completed.is_some_and(|completed| completed.node == TOP) {
             self.finish(now, MissionEnd::Done, out);
         } else if self.phase == Phase::Going && going.failed == Some(TOP) {
-            self.finish(now, MissionEnd::Failed(release.leaf), out);
+            self.finish(now, MissionEnd::Failed(release.cause), out);
         }
     }
 
@@ -312,15 +315,21 @@ impl Root {
         self.keepers.extend(kept.map(|(_, lease)| (lease.holder, lease.behavior)));
     }
 
-    /// A skipped behavior counts as one that kept its intention: what it stood for may be undone as well.
-    fn remember_skipped(&mut self, grant: &Grant) {
+    /// Skipped behaviors count as ones that kept an intention, and what was kept for a skipped node is kept for the
+    /// THEN that skipped it: what they stand for may be undone as well. Ways that an OR did not take stand for nothing.
+    fn remember_skipped(&mut self, view: &View, grant: &Grant, refused: &BTreeMap<NodeId, Reason>) {
         for skip in &grant.skips {
             let holder = self.tree.topology.parent(skip.from);
-            for leaf in (skip.from.0..skip.to.0).map(NodeId) {
-                let spec = self.tree.behavior(leaf);
+            for (&leaf, reason) in refused.range(skip.from..skip.to) {
+                let spec = self.tree.behavior(leaf).expect("only leaves are refused");
                 let keeps = |claim: &Claim| matches!(claim.keep, Keep::Intention(_));
-                if spec.is_some_and(|spec| spec.claims.iter().any(keeps)) {
+                if *reason == Reason::Satisfied && spec.claims.iter().any(keeps) {
                     self.keepers.insert((holder, leaf));
+                }
+            }
+            for (_, lease) in view.table.leases() {
+                if lease.hold == Hold::Intention && skip.contains(lease.holder) {
+                    self.keepers.insert((holder, lease.behavior));
                 }
             }
         }

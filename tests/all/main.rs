@@ -1,5 +1,9 @@
 //! All integration tests in one binary.
 
+mod driver;
 mod fixtures;
+mod property;
 mod rooms;
+mod rules;
+mod support;
 mod tidy;
