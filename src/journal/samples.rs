@@ -197,7 +197,6 @@ fn blocked() -> Vec<Blocked> {
         Reason::WholeRobot { by: node },
         Reason::NotItsTurn { after: node },
         Reason::Ending { failed: node },
-        Reason::GaveUp { attempts: 3 },
     ];
     let leaf = NodeId(2);
     reasons.map(|reason| Blocked { leaf, reason }).into()

@@ -1,4 +1,4 @@
-//! One row for each reason that the core gives; `NotItsTurn` and `GaveUp` are said of leaves that are not asked.
+//! One row for each reason that the core gives; `NotItsTurn` is said of leaves that are not asked.
 
 use std::sync::Arc;
 
