@@ -181,12 +181,7 @@ pub enum OnStall {
 
 fn version() -> &'static str {
     static VERSION: OnceLock<String> = OnceLock::new();
-    VERSION.get_or_init(|| {
-        format!(
-            "{} (wire version {WIRE_VERSION})",
-            env!("CARGO_PKG_VERSION")
-        )
-    })
+    VERSION.get_or_init(|| format!("{} (wire version {WIRE_VERSION})", env!("CARGO_PKG_VERSION")))
 }
 
 fn instance(name: &str) -> Result<Instance, String> {

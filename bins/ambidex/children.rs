@@ -22,18 +22,10 @@ impl Children {
     /// Starts every controller of a robot as a process of this very program.
     pub fn start(robot: &RobotSpec, file: &Path, instance: &Instance) -> Result<Self> {
         let program = std::env::current_exe().into_diagnostic()?;
-        let mut children = Self {
-            children: Vec::new(),
-        };
+        let mut children = Self { children: Vec::new() };
         for controller in &robot.controllers {
             let child = Command::new(&program)
-                .args([
-                    "controller",
-                    &controller.name,
-                    "--once",
-                    "--instance",
-                    instance.name(),
-                ])
+                .args(["controller", &controller.name, "--once", "--instance", instance.name()])
                 .arg("--robot")
                 .arg(file)
                 .args(["--parent", &std::process::id().to_string()])
@@ -52,8 +44,7 @@ impl Children {
     pub fn wait(mut self, timeout: Duration) {
         let by = Instant::now() + timeout;
         while Instant::now() < by {
-            self.children
-                .retain_mut(|child| matches!(child.try_wait(), Ok(None)));
+            self.children.retain_mut(|child| matches!(child.try_wait(), Ok(None)));
             if self.children.is_empty() {
                 return;
             }

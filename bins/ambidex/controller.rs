@@ -24,18 +24,7 @@ pub fn controller(args: &ControllerArgs) -> Result<Exit> {
     };
     Terminal::start(LogFormat::Text);
     let stop = Stop::on_signals().into_diagnostic()?;
-    let options = ServeOptions {
-        once: args.once,
-        parent: args.parent,
-        stop: Some(stop),
-        ..Default::default()
-    };
-    serve(
-        &args.instance,
-        &args.name,
-        motion::simulated(&spec.kind),
-        options,
-    )
-    .into_diagnostic()?;
+    let options = ServeOptions { once: args.once, parent: args.parent, stop: Some(stop) };
+    serve(&args.instance, &args.name, motion::simulated(&spec.kind), options).into_diagnostic()?;
     Ok(Exit::Done)
 }

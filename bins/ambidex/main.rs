@@ -25,12 +25,7 @@ fn main() -> ExitCode {
         Verb::Controller(args) => controller::controller(&args),
         Verb::Simulate(args) => simulate::simulate(&args),
         Verb::Completions { shell } => {
-            clap_complete::generate(
-                shell,
-                &mut Cli::command(),
-                "ambidex",
-                &mut std::io::stdout(),
-            );
+            clap_complete::generate(shell, &mut Cli::command(), "ambidex", &mut std::io::stdout());
             Ok(Exit::Done)
         }
     };

@@ -35,14 +35,7 @@ pub fn run(args: &RunArgs) -> Result<Exit> {
 /// Runs a mission with controllers that others started.
 pub fn daemon(args: &DaemonArgs) -> Result<Exit> {
     let loaded = load(&args.mission)?;
-    go(
-        &args.mission,
-        &args.live,
-        &args.instance,
-        args.attach_timeout,
-        loaded,
-        false,
-    )
+    go(&args.mission, &args.live, &args.instance, args.attach_timeout, loaded, false)
 }
 
 fn load(args: &MissionArgs) -> Result<Loaded> {
@@ -58,26 +51,15 @@ fn go(
     has_children: bool,
 ) -> Result<Exit> {
     let terminal = Terminal::start(args.log_format);
-    let runtime = tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()
-        .into_diagnostic()?;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().into_diagnostic()?;
     let _entered = runtime.enter();
     let clock = Clock::start(live.speed);
     let links = robot::links(&loaded.mission, instance, &clock).into_diagnostic()?;
-    let observer =
-        Observer::new(&loaded.mission, args, instance.name(), &terminal).into_diagnostic()?;
+    let observer = Observer::new(&loaded.mission, args, instance.name(), &terminal).into_diagnostic()?;
     observer.say_what_it_waits_for(&loaded.mission);
     let observer = Arc::new(Mutex::new(observer));
-    let children = if has_children {
-        Some(Children::start(
-            &loaded.mission.robot,
-            &loaded.robot_path,
-            instance,
-        )?)
-    } else {
-        None
-    };
+    let children =
+        if has_children { Some(Children::start(&loaded.mission.robot, &loaded.robot_path, instance)?) } else { None };
     let to_observer = Arc::clone(&observer);
     let options = Options {
         settings: Settings {
@@ -89,10 +71,7 @@ fn go(
         attach_timeout,
         grace: GRACE,
         journal: Some(Box::new(move |record| {
-            to_observer
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .take(record);
+            to_observer.lock().unwrap_or_else(PoisonError::into_inner).take(record);
         })),
     };
     let mission = Arc::new(loaded.mission);
@@ -120,29 +99,20 @@ fn complaint(ended: &Ended, mission: &ambidex::model::MissionSpec) -> Option<Str
     match ended {
         Ended::NotAttached(missing) => {
             let missing: Vec<_> = missing.iter().map(|id| names.controller(*id)).collect();
-            Some(format!(
-                "error: not attached in time: {}",
-                missing.join(", ")
-            ))
+            Some(format!("error: not attached in time: {}", missing.join(", ")))
         }
-        Ended::Mission(MissionEnd::ControllerLost(id)) => Some(format!(
-            "error: the controller {} is gone",
-            names.controller(*id)
-        )),
-        Ended::Mission(MissionEnd::NodeLost(id)) => Some(format!(
-            "error: the task of node \"{}\" is gone; this is a defect",
-            names.node(*id)
-        )),
-        Ended::Mission(
-            MissionEnd::Done | MissionEnd::Failed(_) | MissionEnd::Stalled | MissionEnd::Canceled,
-        ) => None,
+        Ended::Mission(MissionEnd::ControllerLost(id)) => {
+            Some(format!("error: the controller {} is gone", names.controller(*id)))
+        }
+        Ended::Mission(MissionEnd::NodeLost(id)) => {
+            Some(format!("error: the task of node \"{}\" is gone; this is a defect", names.node(*id)))
+        }
+        Ended::Mission(MissionEnd::Done | MissionEnd::Failed(_) | MissionEnd::Stalled | MissionEnd::Canceled) => None,
     }
 }
 
 /// The first Ctrl-C or SIGTERM cancels the mission, the second ends the process at once.
-fn cancel_on_signals(
-    run: mpsc::UnboundedSender<Control>,
-) -> std::io::Result<impl Future<Output = ()>> {
+fn cancel_on_signals(run: mpsc::UnboundedSender<Control>) -> std::io::Result<impl Future<Output = ()>> {
     let mut interrupt = signal(SignalKind::interrupt())?;
     let mut terminate = signal(SignalKind::terminate())?;
     Ok(async move {

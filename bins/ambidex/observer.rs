@@ -7,7 +7,6 @@ use std::time::{Duration, Instant};
 use ambidex::draw::{self, Progress};
 use ambidex::journal::{self, JournalError, JournalFile};
 use ambidex::model::{MissionSpec, Record, Tally};
-use indicatif::ProgressBar;
 
 use crate::args::MissionArgs;
 use crate::terminal::Terminal;
@@ -24,7 +23,6 @@ pub struct Observer {
     terminal: Terminal,
     is_quiet: bool,
     is_json: bool,
-    lines: Vec<ProgressBar>,
     drawn: Option<Instant>,
 }
 
@@ -49,7 +47,6 @@ impl Observer {
             terminal: terminal.clone(),
             is_quiet: args.quiet,
             is_json: args.json,
-            lines: Vec::new(),
             drawn: None,
         })
     }
@@ -59,8 +56,7 @@ impl Observer {
         if self.failure.is_none()
             && let Err(error) = self.file.write(record)
         {
-            self.terminal
-                .say(&format!("error: the log is incomplete: {error}"));
+            self.terminal.say(&format!("error: the log is incomplete: {error}"));
             self.failure = Some(error);
         }
         journal::emit(record, &self.names);
@@ -78,10 +74,7 @@ impl Observer {
     /// Names the controllers without which the mission does not begin.
     pub fn say_what_it_waits_for(&self, mission: &MissionSpec) {
         if !self.is_quiet {
-            self.terminal.say(&format!(
-                "waiting for {}",
-                mission.names.controllers.join(", ")
-            ));
+            self.terminal.say(&format!("waiting for {}", mission.names.controllers.join(", ")));
         }
     }
 
@@ -93,17 +86,12 @@ impl Observer {
     /// Closes the log, clears the live display, and tells the end.
     pub fn finish(&mut self) -> io::Result<()> {
         let flushed = self.file.flush();
-        for line in self.lines.drain(..) {
-            line.finish_and_clear();
-        }
+        self.terminal.clear();
         if !self.is_quiet {
             self.tell();
         }
         if let Some(report) = self.tally().report().filter(|_| self.is_json) {
-            println!(
-                "{}",
-                serde_json::to_string(&report).map_err(io::Error::other)?
-            );
+            println!("{}", serde_json::to_string(&report).map_err(io::Error::other)?);
         }
         flushed.map_err(io::Error::other)
     }
@@ -120,14 +108,7 @@ impl Observer {
             return;
         }
         self.drawn = Some(Instant::now());
-        let lines = self
-            .progress
-            .lines(self.terminal.width(), &self.terminal.palette());
-        while self.lines.len() < lines.len() {
-            self.lines.push(self.terminal.line());
-        }
-        for (bar, line) in std::iter::zip(&self.lines, lines) {
-            bar.set_message(line);
-        }
+        let lines = self.progress.lines(self.terminal.width(), &self.terminal.palette());
+        self.terminal.show(&lines);
     }
 }

@@ -8,17 +8,11 @@ use ambidex::runtime::{Clock, Port};
 ///
 /// # Errors
 /// When another daemon has the instance, or shared memory cannot be used.
-pub fn links(
-    mission: &MissionSpec,
-    instance: &Instance,
-    clock: &Clock,
-) -> Result<Vec<Box<dyn Port>>, IpcError> {
+pub fn links(mission: &MissionSpec, instance: &Instance, clock: &Clock) -> Result<Vec<Box<dyn Port>>, IpcError> {
     sweep()?;
     let station = Station::open(instance.lock_daemon()?)?;
     let controllers = mission.robot.controllers.iter();
     let epoch = fresh_epoch();
     let open = |name: &str| DaemonPort::open(&station, name, epoch, clock.origin());
-    controllers
-        .map(|spec| open(&spec.name).map(|port| Box::new(port) as Box<dyn Port>))
-        .collect()
+    controllers.map(|spec| open(&spec.name).map(|port| Box::new(port) as Box<dyn Port>)).collect()
 }

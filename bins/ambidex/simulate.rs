@@ -15,15 +15,9 @@ pub fn simulate(args: &SimulateArgs) -> Result<Exit> {
     let args = &args.mission;
     let loaded = config::load_mission(&args.mission, args.robot.as_deref())?;
     let terminal = Terminal::start(args.log_format);
-    let mut observer =
-        Observer::new(&loaded.mission, args, "simulate", &terminal).into_diagnostic()?;
-    let settings = Settings {
-        allocator: args.allocator.allocator(),
-        ..Settings::default()
-    };
-    let end = sim::simulate(&loaded.mission, &settings, Vec::new(), &mut |record| {
-        observer.take(record)
-    });
+    let mut observer = Observer::new(&loaded.mission, args, "simulate", &terminal).into_diagnostic()?;
+    let settings = Settings { allocator: args.allocator.allocator(), ..Settings::default() };
+    let end = sim::simulate(&loaded.mission, &settings, Vec::new(), &mut |record| observer.take(record));
     observer.finish().into_diagnostic()?;
     Ok(end.into())
 }

@@ -3,7 +3,7 @@
 use std::io::{self, IsTerminal, Write};
 
 use ambidex::draw::Palette;
-use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::fmt::MakeWriter;
 
@@ -15,7 +15,7 @@ const WIDTH: usize = 100;
 /// stderr as a person sees it.
 #[derive(Debug, Clone)]
 pub struct Terminal {
-    bars: MultiProgress,
+    display: ProgressBar,
     is_tty: bool,
     has_color: bool,
 }
@@ -24,16 +24,14 @@ impl Terminal {
     /// Looks at stderr and sends log lines there, above the live display.
     pub fn start(format: LogFormat) -> Self {
         let has_color = anstream::AutoStream::choice(&io::stderr()) != anstream::ColorChoice::Never;
-        let bars = MultiProgress::with_draw_target(ProgressDrawTarget::stderr_with_hz(10));
-        let terminal = Self {
-            bars,
-            is_tty: io::stderr().is_terminal(),
-            has_color,
-        };
+        let style = ProgressStyle::with_template("{msg}").expect("a fixed template is sound");
+        let display = ProgressBar::no_length().with_style(style);
+        display.set_draw_target(ProgressDrawTarget::stderr_with_hz(10));
+        let terminal = Self { display, is_tty: io::stderr().is_terminal(), has_color };
         let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("error"));
         let log = tracing_subscriber::fmt()
             .with_env_filter(filter)
-            .with_writer(Above(terminal.bars.clone()))
+            .with_writer(Above(terminal.display.clone()))
             .with_ansi(has_color);
         match format {
             LogFormat::Text => log.init(),
@@ -50,35 +48,33 @@ impl Terminal {
     /// Columns.
     pub fn width(&self) -> usize {
         let size = rustix::termios::tcgetwinsize(io::stderr()).ok();
-        size.map(|size| usize::from(size.ws_col))
-            .filter(|&columns| columns > 0)
-            .unwrap_or(WIDTH)
+        size.map(|size| usize::from(size.ws_col)).filter(|&columns| columns > 0).unwrap_or(WIDTH)
     }
 
     /// Colors, if they are wanted.
     pub fn palette(&self) -> Palette {
-        if self.has_color {
-            Palette::ansi()
-        } else {
-            Palette::plain()
-        }
+        if self.has_color { Palette::ansi() } else { Palette::plain() }
     }
 
     /// Prints a text above the live display.
     pub fn say(&self, text: &str) {
-        self.bars.suspend(|| eprintln!("{text}"));
+        self.display.suspend(|| eprintln!("{text}"));
     }
 
-    /// Adds a line to the live display.
-    pub fn line(&self) -> ProgressBar {
-        let style = ProgressStyle::with_template("{msg}").expect("a fixed template is sound");
-        self.bars.add(ProgressBar::new_spinner().with_style(style))
+    /// Shows these lines in the live display.
+    pub fn show(&self, lines: &[String]) {
+        self.display.set_message(lines.join("\n"));
+    }
+
+    /// Takes the live display away.
+    pub fn clear(&self) {
+        self.display.finish_and_clear();
     }
 }
 
 /// Writes log lines above the live display.
 #[derive(Debug, Clone)]
-struct Above(MultiProgress);
+struct Above(ProgressBar);
 
 impl Write for Above {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {

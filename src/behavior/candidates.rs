@@ -1,8 +1,6 @@
 //! Which resources would serve which claim now.
 
-use crate::model::{
-    Access, Candidate, Claim, Line, Need, ObjectId, Reason, ResourceId, TypeId, Wanted, Whereabouts,
-};
+use crate::model::{Access, Candidate, Claim, Line, Need, ObjectId, Reason, ResourceId, TypeId, Wanted, Whereabouts};
 use crate::world::View;
 
 /// Each claim with every resource that would serve it in the table as it is.
@@ -10,21 +8,13 @@ use crate::world::View;
 /// # Errors
 /// Why one of the claims, or all of them together, cannot be served.
 pub(super) fn needs(claims: &[Claim], view: &View, line: &Line<'_>) -> Result<Vec<Need>, Reason> {
-    let needs = claims
-        .iter()
-        .map(|claim| need(claim, view, line))
-        .collect::<Result<Vec<_>, _>>()?;
-    if serves_all(&needs, &mut Vec::new()) {
+    let needs = claims.iter().map(|claim| need(claim, view, line)).collect::<Result<Vec<_>, _>>()?;
+    let is_short = |upto: &usize| !serves_all(&needs[..*upto], &mut Vec::new());
+    let Some(short) = (1..=needs.len()).find(is_short) else {
         return Ok(needs);
-    }
-    let contested = needs
-        .last()
-        .expect("no claims are always served")
-        .candidates[0]
-        .resource;
-    Err(Reason::NoneFree {
-        of: view.geometry.robot.resources[contested.index()].ty,
-    })
+    };
+    let contested = needs[short - 1].candidates[0].resource;
+    Err(Reason::NoneFree { of: view.geometry.robot.resources[contested.index()].ty })
 }
 
 fn need(claim: &Claim, view: &View, line: &Line<'_>) -> Result<Need, Reason> {
@@ -37,36 +27,20 @@ fn need(claim: &Claim, view: &View, line: &Line<'_>) -> Result<Need, Reason> {
         Wanted::Any(of) => any(of, claim.access, view, line)?,
         Wanted::AnyEmpty { of, reaches } => any_empty(of, reaches, claim.access, view, line)?,
     };
-    Ok(Need {
-        access: claim.access,
-        keep: claim.keep,
-        candidates,
-    })
+    Ok(Need { access: claim.access, keep: claim.keep, candidates })
 }
 
-fn one(
-    id: ResourceId,
-    access: Access,
-    view: &View,
-    line: &Line<'_>,
-) -> Result<Vec<Candidate>, Reason> {
+fn one(id: ResourceId, access: Access, view: &View, line: &Line<'_>) -> Result<Vec<Candidate>, Reason> {
     match held(id, access, view, line) {
         Some(reason) => Err(reason),
-        None => Ok(vec![Candidate {
-            resource: id,
-            cost_m: 0.0,
-        }]),
+        None => Ok(vec![Candidate { resource: id, cost_m: 0.0 }]),
     }
 }
 
 fn held(id: ResourceId, access: Access, view: &View, line: &Line<'_>) -> Option<Reason> {
     let resource = view.table.resource(id);
     let by = resource.obstacle(line, access)?;
-    Some(Reason::Held {
-        resource: id,
-        by,
-        channel: resource.channel(),
-    })
+    Some(Reason::Held { resource: id, by, channel: resource.channel() })
 }
 
 fn any(of: TypeId, access: Access, view: &View, line: &Line<'_>) -> Result<Vec<Candidate>, Reason> {
@@ -74,20 +48,9 @@ fn any(of: TypeId, access: Access, view: &View, line: &Line<'_>) -> Result<Vec<C
     if robot.of_type(of).next().is_none() {
         return Err(Reason::Missing { of });
     }
-    let fitting = robot
-        .of_type(of)
-        .filter(|&id| held(id, access, view, line).is_none());
-    let candidates: Vec<_> = fitting
-        .map(|resource| Candidate {
-            resource,
-            cost_m: 0.0,
-        })
-        .collect();
-    if candidates.is_empty() {
-        Err(Reason::NoneFree { of })
-    } else {
-        Ok(candidates)
-    }
+    let fitting = robot.of_type(of).filter(|&id| held(id, access, view, line).is_none());
+    let candidates: Vec<_> = fitting.map(|resource| Candidate { resource, cost_m: 0.0 }).collect();
+    if candidates.is_empty() { Err(Reason::NoneFree { of }) } else { Ok(candidates) }
 }
 
 fn any_empty(
@@ -103,31 +66,21 @@ fn any_empty(
         None => Some(0.0),
     };
     let is_empty = |resource| view.situation.held_by(resource).is_none();
-    let empty: Vec<_> = fitting
-        .into_iter()
-        .filter(|candidate| is_empty(candidate.resource))
-        .collect();
+    let empty: Vec<_> = fitting.into_iter().filter(|candidate| is_empty(candidate.resource)).collect();
     let reached: Vec<_> = empty
         .iter()
-        .filter_map(|candidate| {
-            reach(candidate.resource).map(|cost_m| Candidate {
-                cost_m,
-                ..*candidate
-            })
-        })
+        .filter_map(|candidate| reach(candidate.resource).map(|cost_m| Candidate { cost_m, ..*candidate }))
         .collect();
-    match reaches {
-        _ if !reached.is_empty() => Ok(reached),
-        Some(object) if !empty.is_empty() => {
-            let mut would = view
-                .geometry
-                .robot
-                .of_type(of)
-                .filter(|&id| reach(id).is_some());
+    if !reached.is_empty() {
+        return Ok(reached);
+    }
+    match reaches.filter(|_| !empty.is_empty()) {
+        Some(object) => {
+            let mut would = view.geometry.robot.of_type(of).filter(|&id| reach(id).is_some());
             let reason = would.find_map(|id| held(id, access, view, line));
             Err(reason.unwrap_or(Reason::OutOfReach { object }))
         }
-        Some(_) | None => Err(Reason::NoneFree { of }),
+        None => Err(Reason::NoneFree { of }),
     }
 }
 
@@ -136,16 +89,13 @@ fn serves_all(needs: &[Need], taken: &mut Vec<ResourceId>) -> bool {
     let Some((need, others)) = needs.split_first() else {
         return true;
     };
-    need.candidates
-        .iter()
-        .map(|candidate| candidate.resource)
-        .any(|resource| {
-            if taken.contains(&resource) {
-                return false;
-            }
-            taken.push(resource);
-            let serves = serves_all(others, taken);
-            taken.pop();
-            serves
-        })
+    need.candidates.iter().map(|candidate| candidate.resource).any(|resource| {
+        if taken.contains(&resource) {
+            return false;
+        }
+        taken.push(resource);
+        let serves = serves_all(others, taken);
+        taken.pop();
+        serves
+    })
 }

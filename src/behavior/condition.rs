@@ -12,15 +12,9 @@ pub fn check(condition: &Condition, view: &View, line: &Line<'_>) -> Result<(), 
     match condition {
         Condition::All(parts) => parts.iter().try_for_each(|part| check(part, view, line)),
         Condition::Never => Err(Reason::NotItsTurn { after: line.node }),
-        Condition::At {
-            place,
-            stand,
-            tolerance_m,
-        } => match view.driver() {
+        Condition::At { place, stand, tolerance_m } => match view.driver() {
             Some(by) => Err(Reason::Driving { by }),
-            None => met(is_at(situation.base, *stand, *tolerance_m), || {
-                Reason::NotAt { place: *place }
-            }),
+            None => met(is_at(situation.base, *stand, *tolerance_m), || Reason::NotAt { place: *place }),
         },
         Condition::Path { place, stand } => {
             let path = view.geometry.path(situation.base, *stand);
@@ -37,24 +31,15 @@ pub fn check(condition: &Condition, view: &View, line: &Line<'_>) -> Result<(), 
             met(is_held, || Reason::NotHeld { object: *object })
         }
         Condition::Free(object) => match situation.objects[object.index()] {
-            Whereabouts::In(by) => Err(Reason::Taken {
-                object: *object,
-                by,
-            }),
+            Whereabouts::In(by) => Err(Reason::Taken { object: *object, by }),
             Whereabouts::At(_) | Whereabouts::Unknown => Ok(()),
         },
         Condition::Lies(object, place) => {
             let is_there = situation.objects[object.index()] == Whereabouts::At(*place);
-            met(is_there, || Reason::Elsewhere {
-                object: *object,
-                place: *place,
-            })
+            met(is_there, || Reason::Elsewhere { object: *object, place: *place })
         }
         Condition::Fact(fact, holds) => {
-            met(situation.facts[fact.index()] == *holds, || Reason::Fact {
-                fact: *fact,
-                holds: *holds,
-            })
+            met(situation.facts[fact.index()] == *holds, || Reason::Fact { fact: *fact, holds: *holds })
         }
     }
 }

@@ -1,8 +1,7 @@
 //! From a grant to a goal, and from an outcome to what is different in the world.
 
 use crate::model::{
-    BehaviorSpec, Change, Command, EffectTerm, End, Goal, Grant, Outcome, Part, Report, Task,
-    Whereabouts,
+    BehaviorSpec, Change, Command, EffectTerm, End, Goal, Grant, Outcome, Part, Report, Task, Whereabouts,
 };
 use crate::world::View;
 
@@ -10,45 +9,24 @@ use crate::world::View;
 pub fn goal(spec: &BehaviorSpec, grant: &Grant, view: &View) -> Goal {
     let parts = spec.commands.iter().map(|term| {
         let binding = grant.bindings[term.claim];
-        Part {
-            resource: binding.resource,
-            access: binding.access,
-            mode: term.mode,
-            command: command(term.task, view),
-        }
+        Part { resource: binding.resource, access: binding.access, mode: term.mode, command: command(term.task, view) }
     });
-    Goal {
-        leaf: grant.leaf,
-        parts: parts.collect(),
-        timeout: spec.timeout,
-    }
+    Goal { leaf: grant.leaf, parts: parts.collect(), timeout: spec.timeout }
 }
 
 fn command(task: Task, view: &View) -> Command {
     let (geometry, situation) = (&view.geometry, &view.situation);
     match task {
-        Task::DriveTo(stand) => Command::Drive {
-            path: geometry
-                .path(situation.base, stand)
-                .unwrap_or_else(|| vec![stand]),
-        },
+        Task::DriveTo(stand) => {
+            Command::Drive { path: geometry.path(situation.base, stand).unwrap_or_else(|| vec![stand]) }
+        }
         Task::Stand => Command::Stand,
         Task::Grasp(object) => {
-            let at = geometry
-                .object(situation, object)
-                .expect("a granted grasp knows where its object is");
-            Command::Grasp {
-                object,
-                at: situation.base.to_local(at),
-            }
+            let at = geometry.object(situation, object).expect("a granted grasp knows where its object is");
+            Command::Grasp { object, at: situation.base.to_local(at) }
         }
-        Task::Put(object, place) => Command::Put {
-            object,
-            at: situation.base.to_local(geometry.spot(object, place)),
-        },
-        Task::LookAt(place) => Command::Look {
-            at: situation.base.to_local(geometry.surface(place)),
-        },
+        Task::Put(object, place) => Command::Put { object, at: situation.base.to_local(geometry.spot(object, place)) },
+        Task::LookAt(place) => Command::Look { at: situation.base.to_local(geometry.surface(place)) },
     }
 }
 
@@ -60,9 +38,7 @@ pub fn changes(spec: &BehaviorSpec, grant: &Grant, outcome: &Outcome) -> Vec<Cha
     };
     let effects = effects.iter().map(|effect| match *effect {
         EffectTerm::Lies(object, place) => Change::Object(object, Whereabouts::At(place)),
-        EffectTerm::Taken(object, claim) => {
-            Change::Object(object, Whereabouts::In(grant.bindings[claim].resource))
-        }
+        EffectTerm::Taken(object, claim) => Change::Object(object, Whereabouts::In(grant.bindings[claim].resource)),
         EffectTerm::Stands(pose) => Change::Base(pose),
         EffectTerm::Fact(fact, holds) => Change::Fact(fact, holds),
     });

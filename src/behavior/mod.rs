@@ -64,17 +64,14 @@ fn request(spec: &BehaviorSpec, view: &View, line: &Line<'_>) -> Result<Request,
     })
 }
 
-/// Activation potential, greater than 0; a potential of 0 means not to ask.
+/// Activation potential, greater than 0; a potential of 0 means not to ask. n is 1 when the robot has none of the type.
 fn potential(potential: &Potential, view: &View, line: &Line<'_>) -> Result<f64, Reason> {
     match *potential {
         Potential::Constant(value) => Ok(value),
-        Potential::Nearness {
-            to,
-            floor_m,
-            scale_by,
-        } => {
+        Potential::Nearness { to, floor_m, scale_by } => {
             let available = match scale_by {
                 None => 1,
+                Some(of) if view.geometry.robot.of_type(of).next().is_none() => 1,
                 Some(of) => match available(of, view, line) {
                     0 => return Err(Reason::NothingAvailable { of }),
                     count => count,
@@ -89,15 +86,7 @@ fn potential(potential: &Potential, view: &View, line: &Line<'_>) -> Result<f64,
 fn available(of: TypeId, view: &View, line: &Line<'_>) -> usize {
     let is_available = |id| {
         let resource = view.table.resource(id);
-        !resource.is_locked()
-            || resource
-                .leases()
-                .iter()
-                .any(|lease| line.contains(lease.holder))
+        !resource.is_locked() || resource.leases().iter().any(|lease| line.contains(lease.holder))
     };
-    view.geometry
-        .robot
-        .of_type(of)
-        .filter(|&id| is_available(id))
-        .count()
+    view.geometry.robot.of_type(of).filter(|&id| is_available(id)).count()
 }

@@ -69,10 +69,7 @@ pub(super) struct SyntaxFault {
 
 /// Reads a file's text, on a stack of its own.
 pub(super) fn parse(text: &str) -> Result<Node, SyntaxFault> {
-    let gave_up = |message: String| SyntaxFault {
-        spot: Spot::default(),
-        message,
-    };
+    let gave_up = |message: String| SyntaxFault { spot: Spot::default(), message };
     std::thread::scope(|scope| {
         std::thread::Builder::new()
             .name("yaml".to_owned())
@@ -88,9 +85,7 @@ fn parse_here(text: &str) -> Result<Node, SyntaxFault> {
     match serde_saphyr::from_str_with_options::<Spanned<Parsed>>(text, options()) {
         Ok(parsed) => Ok(located(parsed, text)),
         Err(error) => Err(SyntaxFault {
-            spot: error
-                .location()
-                .map_or_else(Spot::default, |at| spot(at, text)),
+            spot: error.location().map_or_else(Spot::default, |at| spot(at, text)),
             message: sentence(&error),
         }),
     }
@@ -100,14 +95,10 @@ fn parse_here(text: &str) -> Result<Node, SyntaxFault> {
 fn sentence(error: &Error) -> String {
     let error = error.without_snippet();
     match error {
-        Error::Budget {
-            breach: BudgetBreach::Depth { .. },
-            ..
-        } => format!("nested more than {MAX_DEPTH} lists and maps deep"),
-        Error::Budget {
-            breach: BudgetBreach::Nodes { .. },
-            ..
-        } => format!("more than {MAX_NODES} keys and values"),
+        Error::Budget { breach: BudgetBreach::Depth { .. }, .. } => {
+            format!("nested more than {MAX_DEPTH} lists and maps deep")
+        }
+        Error::Budget { breach: BudgetBreach::Nodes { .. }, .. } => format!("more than {MAX_NODES} keys and values"),
         _ => {
             let whole = error.to_string();
             let end = whole.rfind(" at line ").unwrap_or(whole.len());
@@ -136,34 +127,25 @@ fn located(parsed: Spanned<Parsed>, text: &str) -> Node {
     let value = match parsed.value {
         Parsed::Null => Value::Null,
         Parsed::Text(text) => Value::Scalar { text, number: None },
-        Parsed::Flag(flag) => Value::Scalar {
-            text: written(parsed.defined, text).unwrap_or_else(|| flag.to_string()),
-            number: None,
-        },
+        Parsed::Flag(flag) => {
+            Value::Scalar { text: written(parsed.defined, text).unwrap_or_else(|| flag.to_string()), number: None }
+        }
         Parsed::Number(number) => Value::Scalar {
             text: written(parsed.defined, text).unwrap_or_else(|| number.to_string()),
             number: Some(number),
         },
-        Parsed::List(list) => {
-            Value::List(list.into_iter().map(|item| located(item, text)).collect())
-        }
+        Parsed::List(list) => Value::List(list.into_iter().map(|item| located(item, text)).collect()),
         Parsed::Map(entries) => Value::Map(
             entries
                 .into_iter()
                 .map(|(key, value)| {
-                    let key = Located {
-                        spot: spot(key.referenced, text),
-                        value: key.value,
-                    };
+                    let key = Located { spot: spot(key.referenced, text), value: key.value };
                     (key, located(value, text))
                 })
                 .collect(),
         ),
     };
-    Located {
-        value,
-        spot: spot(parsed.referenced, text),
-    }
+    Located { value, spot: spot(parsed.referenced, text) }
 }
 
 fn written(at: Location, text: &str) -> Option<String> {
@@ -178,27 +160,15 @@ fn spot(at: Location, text: &str) -> Spot {
     let known = at.span().byte_offset().map(number);
     let offset = known.unwrap_or_else(|| offset_of(line, column, text));
     let length = at.span().byte_len().map_or(0, number);
-    Spot {
-        line,
-        column,
-        offset: offset.min(text.len()),
-        length: length.min(text.len().saturating_sub(offset)),
-    }
+    Spot { line, column, offset: offset.min(text.len()), length: length.min(text.len().saturating_sub(offset)) }
 }
 
 /// Bytes before a line and column, for the places that the parser counts in characters alone.
 fn offset_of(line: usize, column: usize, text: &str) -> usize {
     let mut lines = text.split_inclusive('\n');
-    let before: usize = lines
-        .by_ref()
-        .take(line.saturating_sub(1))
-        .map(str::len)
-        .sum();
+    let before: usize = lines.by_ref().take(line.saturating_sub(1)).map(str::len).sum();
     let characters = lines.next().unwrap_or("").chars();
-    let within: usize = characters
-        .take(column.saturating_sub(1))
-        .map(char::len_utf8)
-        .sum();
+    let within: usize = characters.take(column.saturating_sub(1)).map(char::len_utf8).sum();
     before + within
 }
 

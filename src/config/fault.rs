@@ -36,10 +36,7 @@ impl ConfigError {
 
     /// Nothing was built and nothing says why: never a reason to panic over a file.
     pub(super) fn unexplained() -> Self {
-        Self {
-            faults: Vec::new(),
-            uncounted: 1,
-        }
+        Self { faults: Vec::new(), uncounted: 1 }
     }
 }
 
@@ -51,9 +48,7 @@ impl Fault {
 
     /// Line and column, counted from 1; none when the file could not be read at all.
     pub fn position(&self) -> Option<(usize, usize)> {
-        self.spot
-            .filter(|spot| spot.line > 0)
-            .map(|spot| (spot.line, spot.column))
+        self.spot.filter(|spot| spot.line > 0).map(|spot| (spot.line, spot.column))
     }
 
     /// The key whose value is wrong; empty for the file as a whole.
@@ -80,14 +75,11 @@ impl std::error::Error for ConfigError {}
 
 impl Diagnostic for ConfigError {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        (self.uncounted > 0)
-            .then(|| Box::new(format!("{} more are not shown", self.uncounted)) as Box<_>)
+        (self.uncounted > 0).then(|| Box::new(format!("{} more are not shown", self.uncounted)) as Box<_>)
     }
 
     fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
-        Some(Box::new(
-            self.faults.iter().map(|fault| fault as &dyn Diagnostic),
-        ))
+        Some(Box::new(self.faults.iter().map(|fault| fault as &dyn Diagnostic)))
     }
 }
 
@@ -104,9 +96,7 @@ impl std::error::Error for Fault {}
 
 impl Diagnostic for Fault {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        self.help
-            .as_ref()
-            .map(|help| Box::new(help) as Box<dyn fmt::Display>)
+        self.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
@@ -131,11 +121,7 @@ pub(super) struct Faults {
 impl Faults {
     /// None yet, in a file with this text.
     pub(super) fn new(file: &Path, text: String) -> Self {
-        Self {
-            source: Arc::new(NamedSource::new(file.display().to_string(), text)),
-            list: Vec::new(),
-            uncounted: 0,
-        }
+        Self { source: Arc::new(NamedSource::new(file.display().to_string(), text)), list: Vec::new(), uncounted: 0 }
     }
 
     /// Whether the file is free of mistakes so far.
@@ -158,24 +144,14 @@ impl Faults {
             self.uncounted += 1;
             return;
         }
-        self.list.push(Fault {
-            source: Arc::clone(&self.source),
-            spot,
-            key: key.to_owned(),
-            message,
-            help,
-        });
+        self.list.push(Fault { source: Arc::clone(&self.source), spot, key: key.to_owned(), message, help });
     }
 
     /// All mistakes of several files as one error; none if there are none.
     pub(super) fn into_error(files: impl IntoIterator<Item = Self>) -> Option<ConfigError> {
-        let mut error = ConfigError {
-            faults: Vec::new(),
-            uncounted: 0,
-        };
+        let mut error = ConfigError { faults: Vec::new(), uncounted: 0 };
         for mut file in files {
-            file.list
-                .sort_by_key(|fault| fault.spot.map_or(0, |spot| spot.offset));
+            file.list.sort_by_key(|fault| fault.spot.map_or(0, |spot| spot.offset));
             error.faults.extend(file.list);
             error.uncounted += file.uncounted;
         }
@@ -184,25 +160,16 @@ impl Faults {
 }
 
 /// What is allowed instead of a word, the nearest first.
-pub(super) fn suggestion<'a>(
-    found: &str,
-    what: &str,
-    allowed: impl IntoIterator<Item = &'a str>,
-) -> String {
+pub(super) fn suggestion<'a>(found: &str, what: &str, allowed: impl IntoIterator<Item = &'a str>) -> String {
     const MAX_LISTED: usize = 12;
     let allowed: Vec<&str> = allowed.into_iter().collect();
     if allowed.is_empty() {
         return format!("there is no {what} at all");
     }
     let distance = |word: &&&str| strsim::osa_distance(&found.to_lowercase(), &word.to_lowercase());
-    let nearest = allowed
-        .iter()
-        .min_by_key(distance)
-        .filter(|word| distance(word) <= (found.chars().count() / 3).clamp(1, 3));
-    let listed = allowed
-        .iter()
-        .take(MAX_LISTED)
-        .map(|word| format!("`{word}`"));
+    let nearest =
+        allowed.iter().min_by_key(distance).filter(|word| distance(word) <= (found.chars().count() / 3).clamp(1, 3));
+    let listed = allowed.iter().take(MAX_LISTED).map(|word| format!("`{word}`"));
     let mut listed = listed.collect::<Vec<_>>().join(", ");
     if allowed.len() > MAX_LISTED {
         listed += &format!(" and {} more", allowed.len() - MAX_LISTED);

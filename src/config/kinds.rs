@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use crate::model::{
-    Access, BehaviorSpec, ChannelId, Claim, CommandTerm, Condition, EffectTerm, Keep, Mode,
-    ObjectId, PlaceId, Pose, Potential, ResourceId, RobotSpec, Task, TypeId, Wanted,
+    Access, BehaviorSpec, ChannelId, Claim, CommandTerm, Condition, EffectTerm, Keep, Mode, ObjectId, PlaceId, Pose,
+    Potential, ResourceId, RobotSpec, Task, TypeId, Wanted,
 };
 
 /// Type of what holds objects.
@@ -28,15 +28,9 @@ pub(super) enum Kind {
         scale_by: Option<TypeId>,
     },
     /// Take an object, at a place if it is told.
-    Pick {
-        object: ObjectId,
-        at: Option<PlaceId>,
-    },
+    Pick { object: ObjectId, at: Option<PlaceId> },
     /// Set an object down, at a place if it is told.
-    Place {
-        object: ObjectId,
-        at: Option<PlaceId>,
-    },
+    Place { object: ObjectId, at: Option<PlaceId> },
 }
 
 /// A stand of a place, map frame.
@@ -125,16 +119,9 @@ impl Context<'_> {
                 access: Access::Exclusive,
                 keep: Keep::Intention(at_channel(to.place)),
             }],
-            potential: Potential::Nearness {
-                to: to.stand,
-                floor_m: self.tolerance_m,
-                scale_by,
-            },
+            potential: Potential::Nearness { to: to.stand, floor_m: self.tolerance_m, scale_by },
             satisfied: self.at(to),
-            precondition: Condition::Path {
-                place: to.place,
-                stand: to.stand,
-            },
+            precondition: Condition::Path { place: to.place, stand: to.stand },
             effects: Vec::new(),
             commands: Vec::new(),
             changes: Vec::new(),
@@ -142,9 +129,7 @@ impl Context<'_> {
             retries: RETRIES,
         };
         if base.is_driven {
-            behavior
-                .commands
-                .push(command(0, Mode::Achieve, Task::DriveTo(to.stand)));
+            behavior.commands.push(command(0, Mode::Achieve, Task::DriveTo(to.stand)));
         } else {
             behavior.effects.push(EffectTerm::Stands(to.stand));
         }
@@ -153,15 +138,10 @@ impl Context<'_> {
 
     fn bind_pick(&self, object: ObjectId, at: Option<PlaceId>) -> Result<BehaviorSpec, Lack> {
         let gripper = self.types.gripper.ok_or(Lack::Resource(GRIPPER))?;
-        let place = at
-            .or(self.before.map(|stop| stop.place))
-            .unwrap_or(self.starts[object.index()]);
+        let place = at.or(self.before.map(|stop| stop.place)).unwrap_or(self.starts[object.index()]);
         let stop = self.stop_at(place);
         let hand = Claim {
-            wanted: Wanted::AnyEmpty {
-                of: gripper,
-                reaches: Some(object),
-            },
+            wanted: Wanted::AnyEmpty { of: gripper, reaches: Some(object) },
             access: Access::Exclusive,
             keep: Keep::Physical(Access::Exclusive),
         };
@@ -174,15 +154,9 @@ impl Context<'_> {
     }
 
     fn bind_place(&self, object: ObjectId, at: Option<PlaceId>) -> Result<BehaviorSpec, Lack> {
-        let place = at
-            .or(self.before.map(|stop| stop.place))
-            .ok_or(Lack::Destination)?;
+        let place = at.or(self.before.map(|stop| stop.place)).ok_or(Lack::Destination)?;
         let stop = self.stop_at(place);
-        let hand = Claim {
-            wanted: Wanted::Holding(object),
-            access: Access::Exclusive,
-            keep: Keep::Release,
-        };
+        let hand = Claim { wanted: Wanted::Holding(object), access: Access::Exclusive, keep: Keep::Release };
         let mut behavior = self.handle("place", object, stop, hand, Task::Put(object, place))?;
         behavior.satisfied = Condition::Lies(object, place);
         behavior.precondition = Condition::All(vec![self.at(stop), Condition::Held(object)]);
@@ -191,18 +165,9 @@ impl Context<'_> {
     }
 
     /// What `pick` and `place` have in common; conditions and effects are theirs.
-    fn handle(
-        &self,
-        kind: &str,
-        object: ObjectId,
-        stop: Stop,
-        hand: Claim,
-        task: Task,
-    ) -> Result<BehaviorSpec, Lack> {
+    fn handle(&self, kind: &str, object: ObjectId, stop: Stop, hand: Claim, task: Task) -> Result<BehaviorSpec, Lack> {
         let base = self.first(self.types.base).ok_or(Lack::Resource(BASE))?;
-        let gripper = self
-            .first(self.types.gripper)
-            .ok_or(Lack::Resource(GRIPPER))?;
+        let gripper = self.first(self.types.gripper).ok_or(Lack::Resource(GRIPPER))?;
         let shared = |mover: Mover| Claim {
             wanted: Wanted::Named(mover.resource),
             access: at_channel(stop.place),
@@ -237,10 +202,7 @@ impl Context<'_> {
     /// A potential that no `move` reaches, whatever type it is scaled by.
     fn above_any_move(&self) -> f64 {
         let types = self.robot.resources.iter().map(|resource| resource.ty);
-        let most = types
-            .map(|ty| self.robot.of_type(ty).count())
-            .max()
-            .unwrap_or(1);
+        let most = types.map(|ty| self.robot.of_type(ty).count()).max().unwrap_or(1);
         1.0 + most as f64 / self.tolerance_m
     }
 
@@ -248,28 +210,18 @@ impl Context<'_> {
     fn stop_at(&self, place: PlaceId) -> Stop {
         match self.before {
             Some(stop) if stop.place == place => stop,
-            Some(_) | None => Stop {
-                place,
-                stand: self.stands[place.index()],
-            },
+            Some(_) | None => Stop { place, stand: self.stands[place.index()] },
         }
     }
 
     fn at(&self, stop: Stop) -> Condition {
-        Condition::At {
-            place: stop.place,
-            stand: stop.stand,
-            tolerance_m: self.tolerance_m,
-        }
+        Condition::At { place: stop.place, stand: stop.stand, tolerance_m: self.tolerance_m }
     }
 
     fn first(&self, ty: Option<TypeId>) -> Option<Mover> {
         let resource = self.robot.of_type(ty?).next()?;
         let is_driven = self.robot.resources[resource.index()].controller.is_some();
-        Some(Mover {
-            resource,
-            is_driven,
-        })
+        Some(Mover { resource, is_driven })
     }
 }
 

@@ -8,12 +8,7 @@ use super::names::Register;
 use super::task::{Draft, DraftKind};
 
 /// Gives every node a name of its own, in preorder.
-pub(super) fn label(
-    drafts: &[Draft],
-    places: &Register,
-    objects: &Register,
-    faults: &mut Faults,
-) -> Vec<String> {
+pub(super) fn label(drafts: &[Draft], places: &Register, objects: &Register, faults: &mut Faults) -> Vec<String> {
     let mut taken = BTreeSet::from(["root".to_owned()]);
     for name in drafts.iter().filter_map(|draft| draft.name.as_ref()) {
         if !taken.insert(name.value.clone()) {
@@ -33,8 +28,7 @@ pub(super) fn label(
         if let Some(DraftKind::Root) = draft.kind {
             return "root".to_owned();
         }
-        let plain =
-            composite(draft).map_or_else(|| behavior(draft, places, objects), str::to_owned);
+        let plain = composite(draft).map_or_else(|| behavior(draft, places, objects), str::to_owned);
         let is_numbered = composite(draft).is_some() && words.get(&composite(draft)) > Some(&1);
         let number = numbers.entry(plain.clone()).or_insert(0);
         unused(&plain, is_numbered, number, &mut taken)
@@ -43,12 +37,7 @@ pub(super) fn label(
 }
 
 /// `then 1`, `then 2`, …; a behavior's second is `pick 1 #2`.
-fn unused(
-    plain: &str,
-    is_numbered: bool,
-    number: &mut u32,
-    taken: &mut BTreeSet<String>,
-) -> String {
+fn unused(plain: &str, is_numbered: bool, number: &mut u32, taken: &mut BTreeSet<String>) -> String {
     loop {
         *number += 1;
         let name = match (is_numbered, *number) {
@@ -82,8 +71,6 @@ fn behavior(draft: &Draft, places: &Register, objects: &Register) -> String {
         Some(DraftKind::Behavior(Kind::Place { object, .. })) => {
             format!("place {}", objects.name(object.index()))
         }
-        Some(DraftKind::Root | DraftKind::And | DraftKind::Or | DraftKind::Then) | None => {
-            "node".to_owned()
-        }
+        Some(DraftKind::Root | DraftKind::And | DraftKind::Or | DraftKind::Then) | None => "node".to_owned(),
     }
 }

@@ -53,10 +53,7 @@ pub fn load_mission(path: &Path, robot_override: Option<&Path>) -> Result<Loaded
         None => (Faults::new(path, String::new()), None),
     };
     let mission = raw.and_then(|raw| build(raw, robot, &mut faults));
-    let loaded = mission.zip(robot_path).map(|(mission, robot_path)| Loaded {
-        mission,
-        robot_path,
-    });
+    let loaded = mission.zip(robot_path).map(|(mission, robot_path)| Loaded { mission, robot_path });
     finish(loaded, [faults, robot_faults])
 }
 
@@ -104,9 +101,7 @@ fn read(path: &Path) -> (Faults, Option<Node>) {
 
 fn text(path: &Path) -> io::Result<String> {
     let mut text = String::new();
-    File::open(path)?
-        .take(MAX_BYTES + 1)
-        .read_to_string(&mut text)?;
+    File::open(path)?.take(MAX_BYTES + 1).read_to_string(&mut text)?;
     if text.len() as u64 > MAX_BYTES {
         let message = format!("it is larger than {MAX_BYTES} bytes");
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
@@ -118,11 +113,7 @@ fn build(raw: raw::Mission, robot: Option<RobotFile>, faults: &mut Faults) -> Op
     let (raw_world, raw_task) = (raw.world?, raw.task);
     let world_names = WorldNames::of(&raw_world);
     let world = world::build(raw_world, &world_names, faults);
-    let around = task::Surroundings {
-        robot: robot.as_ref(),
-        world: world.as_ref(),
-        names: &world_names,
-    };
+    let around = task::Surroundings { robot: robot.as_ref(), world: world.as_ref(), names: &world_names };
     let (tree, nodes) = task::build(raw_task?, &around, faults)?;
     let (world, robot) = (world?, robot?);
     let places = world_names.places.into_names();

@@ -16,10 +16,7 @@ pub(super) struct Register {
 impl Register {
     /// None yet; `what` is the thing's noun.
     pub(super) fn new(what: &'static str) -> Self {
-        Self {
-            what,
-            ..Self::default()
-        }
+        Self { what, ..Self::default() }
     }
 
     /// Those names, in this order.

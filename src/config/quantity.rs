@@ -48,10 +48,7 @@ pub(super) const TURN_SPEED: Quantity = quantity(Dimension::TurnSpeed, 0.001, 10
 pub(super) const TURN_ACCELERATION: Quantity = quantity(Dimension::TurnAcceleration, 0.001, 1000.0);
 
 const fn quantity(dimension: Dimension, from: f64, to: f64) -> Quantity {
-    Quantity {
-        dimension,
-        range: from..=to,
-    }
+    Quantity { dimension, range: from..=to }
 }
 
 impl Dimension {
@@ -65,12 +62,7 @@ impl Dimension {
             Self::Speed => &[("m/s", 1.0), ("cm/s", 0.01), ("mm/s", 0.001)],
             Self::Acceleration => &[("m/s^2", 1.0), ("m/s²", 1.0), ("cm/s^2", 0.01)],
             Self::TurnSpeed => &[("rad/s", 1.0), ("deg/s", DEGREE)],
-            Self::TurnAcceleration => &[
-                ("rad/s^2", 1.0),
-                ("rad/s²", 1.0),
-                ("deg/s^2", DEGREE),
-                ("deg/s²", DEGREE),
-            ],
+            Self::TurnAcceleration => &[("rad/s^2", 1.0), ("rad/s²", 1.0), ("deg/s^2", DEGREE), ("deg/s²", DEGREE)],
         }
     }
 

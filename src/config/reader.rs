@@ -39,11 +39,7 @@ pub(super) struct Fields<'a> {
 impl<'a> Item<'a> {
     /// The whole file.
     pub(super) fn root(node: &'a Node) -> Self {
-        Self {
-            key: "",
-            spot: node.spot,
-            value: &node.value,
-        }
+        Self { key: "", spot: node.spot, value: &node.value }
     }
 
     fn under(key: &'a Located<String>, node: &'a Node) -> Self {
@@ -51,11 +47,7 @@ impl<'a> Item<'a> {
             Value::Scalar { .. } => node.spot,
             Value::Null | Value::List(_) | Value::Map(_) => key.spot,
         };
-        Self {
-            key: &key.value,
-            spot,
-            value: &node.value,
-        }
+        Self { key: &key.value, spot, value: &node.value }
     }
 
     fn wrong(&self, wanted: &str, faults: &mut Faults) {
@@ -80,11 +72,7 @@ impl<'a> Item<'a> {
             self.wrong(what, faults);
             return None;
         };
-        let name = Name {
-            value: text.clone(),
-            key: self.key.to_owned(),
-            spot: self.spot,
-        };
+        let name = Name { value: text.clone(), key: self.key.to_owned(), spot: self.spot };
         is_name(&name, faults).then_some(name)
     }
 
@@ -107,11 +95,7 @@ impl<'a> Item<'a> {
             }
             Err(_) => {
                 let units: Vec<_> = dimension.units().iter().map(|unit| unit.0).collect();
-                let message = format!(
-                    "found `{}` instead of {}",
-                    shortened(text),
-                    dimension.example()
-                );
+                let message = format!("found `{}` instead of {}", shortened(text), dimension.example());
                 let help = format!("units: {}", units.join(", "));
                 faults.push(self.spot, self.key, message, Some(help));
                 None
@@ -140,21 +124,14 @@ impl<'a> Item<'a> {
             faults.push(self.spot, self.key, message, None);
             return None;
         }
-        let numbers: Vec<Option<f64>> = self
-            .items(list)
-            .map(|item| item.quantity(quantity, faults))
-            .collect();
+        let numbers: Vec<Option<f64>> = self.items(list).map(|item| item.quantity(quantity, faults)).collect();
         numbers.into_iter().collect()
     }
 
     fn items(self, list: &'a [Node]) -> impl Iterator<Item = Item<'a>> {
         list.iter().map(move |node| Item {
             key: self.key,
-            spot: if node.spot.line > 0 {
-                node.spot
-            } else {
-                self.spot
-            },
+            spot: if node.spot.line > 0 { node.spot } else { self.spot },
             value: &node.value,
         })
     }
@@ -209,11 +186,7 @@ impl<'a> Item<'a> {
         let mut named = Vec::new();
         for (key, node) in entries {
             // YAML itself refuses a key that comes twice, except when spelled in two ways.
-            let name = Name {
-                value: key.value.clone(),
-                key: key.value.clone(),
-                spot: key.spot,
-            };
+            let name = Name { value: key.value.clone(), key: key.value.clone(), spot: key.spot };
             if is_name(&name, faults) && seen.insert(&key.value) {
                 named.push((name, Self::under(key, node)));
             }
@@ -222,12 +195,7 @@ impl<'a> Item<'a> {
     }
 
     /// A map of which all keys are known; others are faults.
-    pub(super) fn fields(
-        &self,
-        what: &'a str,
-        allowed: &[&str],
-        faults: &mut Faults,
-    ) -> Option<Fields<'a>> {
+    pub(super) fn fields(&self, what: &'a str, allowed: &[&str], faults: &mut Faults) -> Option<Fields<'a>> {
         let Value::Map(entries) = self.value else {
             self.wrong(what, faults);
             return None;
@@ -239,20 +207,14 @@ impl<'a> Item<'a> {
                 faults.push(key.spot, &key.value, message, Some(help));
             }
         }
-        Some(Fields {
-            what,
-            at: *self,
-            entries,
-        })
+        Some(Fields { what, at: *self, entries })
     }
 }
 
 impl<'a> Fields<'a> {
     /// Where the map stands.
     pub(super) fn spot(&self) -> Spot {
-        self.entries
-            .first()
-            .map_or(self.at.spot, |(key, _)| key.spot)
+        self.entries.first().map_or(self.at.spot, |(key, _)| key.spot)
     }
 
     /// Every entry whose key is one of these, in the order of the file.

@@ -7,9 +7,7 @@ use super::kinds::{BASE, GRIPPER, HEAD};
 use super::names::Register;
 use super::raw::{Resource, Robot};
 use super::reader::Name;
-use crate::model::{
-    ControllerId, ControllerKind, ControllerSpec, Names, ResourceSpec, RobotSpec, TypeId,
-};
+use crate::model::{ControllerId, ControllerKind, ControllerSpec, Names, ResourceSpec, RobotSpec, TypeId};
 
 /// Most resources of a robot.
 const MAX_RESOURCES: usize = 1000;
@@ -27,10 +25,7 @@ pub struct RobotFile {
 
 /// Checks a robot file; `None` when it has faults.
 pub(super) fn build(raw: Robot, faults: &mut Faults) -> Option<RobotFile> {
-    let controllers = Register::of(
-        "controller",
-        raw.controllers.iter().map(|(name, _)| name.value.as_str()),
-    );
+    let controllers = Register::of("controller", raw.controllers.iter().map(|(name, _)| name.value.as_str()));
     let mut types = Register::new("type of resource");
     let mut users = BTreeMap::new();
     let mut resources = Vec::new();
@@ -48,25 +43,13 @@ pub(super) fn build(raw: Robot, faults: &mut Faults) -> Option<RobotFile> {
 
     let mut specs = Vec::new();
     for (name, kind) in &raw.controllers {
-        specs.extend(kind.map(|kind| ControllerSpec {
-            name: name.value.clone(),
-            kind,
-        }));
+        specs.extend(kind.map(|kind| ControllerSpec { name: name.value.clone(), kind }));
     }
     let (name, radius_m) = (raw.robot?.value, raw.radius_m?);
     faults.is_empty().then(|| RobotFile {
-        robot: RobotSpec {
-            name,
-            resources,
-            controllers: specs,
-            radius_m,
-        },
+        robot: RobotSpec { name, resources, controllers: specs, radius_m },
         names: Names {
-            resources: raw
-                .resources
-                .into_iter()
-                .map(|(name, _)| name.value)
-                .collect(),
+            resources: raw.resources.into_iter().map(|(name, _)| name.value).collect(),
             types: types.into_names(),
             controllers: controllers.into_names(),
             ..Names::default()
@@ -137,10 +120,7 @@ fn check_mixed(raw: &Robot, faults: &mut Faults) {
         let Some(resource) = resource else { continue };
         let has_one = resource.controller.is_some();
         if *driven.entry(&resource.ty.value).or_insert(has_one) != has_one {
-            let message = format!(
-                "of type `{}`, some have a controller and some have none",
-                resource.ty.value
-            );
+            let message = format!("of type `{}`, some have a controller and some have none", resource.ty.value);
             faults.push(name.spot, &name.value, message, None);
         }
     }

@@ -60,9 +60,6 @@ impl Afters {
             let by_handling = ty == types.gripper || ty == types.head;
             (by_handling && self.handling[index]) || (ty == types.base && self.any[index])
         };
-        Kind::Move {
-            to,
-            scale_by: scale_by.filter(is_claimed),
-        }
+        Kind::Move { to, scale_by: scale_by.filter(is_claimed) }
     }
 }

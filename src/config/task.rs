@@ -48,11 +48,7 @@ pub(super) enum DraftKind {
 }
 
 /// The tree and the names of its nodes; `None` when it has faults.
-pub(super) fn build(
-    raw: raw::Task,
-    around: &Surroundings<'_>,
-    faults: &mut Faults,
-) -> Option<(TreeSpec, Vec<String>)> {
+pub(super) fn build(raw: raw::Task, around: &Surroundings<'_>, faults: &mut Faults) -> Option<(TreeSpec, Vec<String>)> {
     let mut flat = Flat {
         around,
         types: around.robot.map(|file| types_of(&file.names.types)),
@@ -60,12 +56,7 @@ pub(super) fn build(
         parents: vec![NodeId(0)],
     };
     flat.add(raw, NodeId(0), faults);
-    let Flat {
-        drafts,
-        parents,
-        types,
-        ..
-    } = flat;
+    let Flat { drafts, parents, types, .. } = flat;
     if drafts.len() > MAX_NODES {
         let message = format!("more than {MAX_NODES} nodes");
         faults.push(drafts[0].spot, "task", message, None);
@@ -83,13 +74,7 @@ fn types_of(names: &[String]) -> Register {
 
 impl Draft {
     fn root(spot: Spot) -> Self {
-        Self {
-            spot,
-            name: None,
-            kind: Some(DraftKind::Root),
-            retries: None,
-            timeout_s: None,
-        }
+        Self { spot, name: None, kind: Some(DraftKind::Root), retries: None, timeout_s: None }
     }
 }
 
@@ -130,11 +115,7 @@ impl Flat<'_> {
 
     fn look_up(&self, raw: raw::Behavior, faults: &mut Faults) -> Option<Kind> {
         match raw {
-            raw::Behavior::Move {
-                to,
-                offset,
-                scale_by,
-            } => {
+            raw::Behavior::Move { to, offset, scale_by } => {
                 let place = self.place(&to, faults);
                 let scale_by = self.scale_by(scale_by.as_ref(), faults);
                 let stop = self.stop(place?, offset)?;
@@ -143,18 +124,12 @@ impl Flat<'_> {
             raw::Behavior::Pick { object, at } => {
                 let object = self.object(&object, faults);
                 let at = at.map(|at| self.place(&at, faults));
-                Some(Kind::Pick {
-                    object: object?,
-                    at: all_or_none(at)?,
-                })
+                Some(Kind::Pick { object: object?, at: all_or_none(at)? })
             }
             raw::Behavior::Place { object, at } => {
                 let object = self.object(&object, faults);
                 let at = at.map(|at| self.place(&at, faults));
-                Some(Kind::Place {
-                    object: object?,
-                    at: all_or_none(at)?,
-                })
+                Some(Kind::Place { object: object?, at: all_or_none(at)? })
             }
         }
     }
@@ -203,11 +178,7 @@ fn bind_all(
 ) -> Option<Vec<NodeKind>> {
     let types = types?;
     let id = |word| types.id(word).map(TypeId::from);
-    let types = Types {
-        gripper: id(GRIPPER),
-        head: id(super::kinds::HEAD),
-        base: id(super::kinds::BASE),
-    };
+    let types = Types { gripper: id(GRIPPER), head: id(super::kinds::HEAD), base: id(super::kinds::BASE) };
     let world = around.world?;
     let stands: Vec<_> = world.spec.places.iter().map(|place| place.stand).collect();
     let befores = moves_before(drafts, topology);
@@ -227,13 +198,7 @@ fn bind_all(
     nodes.into_iter().collect()
 }
 
-fn bind(
-    draft: &Draft,
-    context: &Context<'_>,
-    afters: &Afters,
-    index: usize,
-    faults: &mut Faults,
-) -> Option<NodeKind> {
+fn bind(draft: &Draft, context: &Context<'_>, afters: &Afters, index: usize, faults: &mut Faults) -> Option<NodeKind> {
     let kind = match draft.kind? {
         DraftKind::Root => return Some(NodeKind::Root),
         DraftKind::And => return Some(NodeKind::And),
@@ -250,14 +215,12 @@ fn bind(
         }
         Err(lack) => {
             let (message, help) = match lack {
-                Lack::Resource(ty) => (
-                    format!("the robot has no resource of type `{ty}`"),
-                    "see `resources` in the robot file",
-                ),
-                Lack::Destination => (
-                    "not told where to".to_owned(),
-                    "write `at`, or let it follow a `move` in a `then`",
-                ),
+                Lack::Resource(ty) => {
+                    (format!("the robot has no resource of type `{ty}`"), "see `resources` in the robot file")
+                }
+                Lack::Destination => {
+                    ("not told where to".to_owned(), "write `at`, or let it follow a `move` in a `then`")
+                }
             };
             faults.push(draft.spot, kind.word(), message, Some(help.to_owned()));
             None

@@ -53,28 +53,13 @@ pub(super) fn build(raw: World, names: &WorldNames, faults: &mut Faults) -> Opti
         starts.extend(at.map(PlaceId::from));
         object_offsets.push(object.offset.unwrap_or_else(|| spread(index, count)));
     }
-    let place = |place: super::raw::Place| PlaceSpec {
-        stand: place.stand,
-        surface: place.surface,
-    };
-    let places: Option<Vec<_>> = raw
-        .places
-        .into_iter()
-        .map(|(_, found)| found.map(place))
-        .collect();
+    let place = |place: super::raw::Place| PlaceSpec { stand: place.stand, surface: place.surface };
+    let places: Option<Vec<_>> = raw.places.into_iter().map(|(_, found)| found.map(place)).collect();
     let facts: Option<Vec<_>> = raw.facts.into_iter().map(|(_, holds)| holds).collect();
     let base: Pose = raw.robot?;
     let built = Built {
-        start: Situation {
-            base,
-            objects: starts.iter().copied().map(Whereabouts::At).collect(),
-            facts: facts?,
-        },
-        spec: WorldSpec {
-            places: places?,
-            object_offsets,
-            obstacles: raw.obstacles,
-        },
+        start: Situation { base, objects: starts.iter().copied().map(Whereabouts::At).collect(), facts: facts? },
+        spec: WorldSpec { places: places?, object_offsets, obstacles: raw.obstacles },
         tolerance_m: raw.tolerance_m?,
         starts,
     };

@@ -44,10 +44,7 @@ impl Role {
     /// Waits until the child says the word; what follows it.
     fn says(&mut self, word: &str) -> String {
         let out = BufReader::new(self.0.stdout.as_mut().unwrap());
-        out.lines()
-            .map_while(Result::ok)
-            .find_map(|line| line.strip_prefix(word).map(str::to_owned))
-            .unwrap()
+        out.lines().map_while(Result::ok).find_map(|line| line.strip_prefix(word).map(str::to_owned)).unwrap()
     }
 }
 
@@ -68,22 +65,13 @@ fn child() {
     let instance = Instance::new(&std::env::var(INSTANCE).unwrap()).unwrap();
     match role.as_str() {
         "controller" => {
-            let options = ServeOptions {
-                stop: Some(Stop::on_signals().unwrap()),
-                ..ServeOptions::default()
-            };
-            assert_eq!(
-                serve(&instance, "cart", Cart::new(), options).unwrap(),
-                Exit::Stopped
-            );
+            let options = ServeOptions { stop: Some(Stop::on_signals().unwrap()), ..ServeOptions::default() };
+            assert_eq!(serve(&instance, "cart", Cart::new(), options).unwrap(), Exit::Stopped);
         }
         "tied" => {
             // The parent may be dead already, which is the harder half of the matter.
             let parent = std::env::var(PARENT).unwrap().parse().unwrap();
-            let options = ServeOptions {
-                parent: Some(parent),
-                ..ServeOptions::default()
-            };
+            let options = ServeOptions { parent: Some(parent), ..ServeOptions::default() };
             let ended = serve(&instance, "cart", Cart::new(), options);
             assert!(matches!(ended, Err(ServeError::Orphan(_))));
         }
@@ -176,8 +164,7 @@ fn what_all_the_dead_left_is_swept() {
     controller.kill();
     daemon.kill();
     let swept = ipc::sweep().unwrap();
-    let is_ours =
-        |swept: &&Swept| matches!(swept, Swept::Instance { name, .. } if name == instance.name());
+    let is_ours = |swept: &&Swept| matches!(swept, Swept::Instance { name, .. } if name == instance.name());
     // Another test may have swept it first; then there is nothing for us.
     for swept in swept.iter().filter(is_ours) {
         assert!(matches!(swept, Swept::Instance { segments, .. } if *segments > 0));

@@ -118,11 +118,7 @@ impl<C: Controller> Server<C> {
     }
 
     fn watch(&mut self, pid: u32) {
-        if self
-            .daemon
-            .as_ref()
-            .is_some_and(|daemon| daemon.pid() == pid)
-        {
+        if self.daemon.as_ref().is_some_and(|daemon| daemon.pid() == pid) {
             return;
         }
         match Pidfd::open(pid) {
@@ -160,19 +156,13 @@ impl<C: Controller> Server<C> {
             self.session.stop();
             self.stop_by = Some(Instant::now() + STOP_GRACE);
         }
-        self.stop_by
-            .is_some_and(|by| self.session.is_at_rest() || Instant::now() > by)
+        self.stop_by.is_some_and(|by| self.session.is_at_rest() || Instant::now() > by)
     }
 
     fn wait(&mut self) -> Result<(), ServeError> {
         let mut fds = vec![PollFd::new(&self.port, PollFlags::IN)];
         // Once told, the stop stays readable; it must not keep the loop spinning while motion brakes.
-        if let Some(stop) = self
-            .options
-            .stop
-            .as_ref()
-            .filter(|_| self.stop_by.is_none())
-        {
+        if let Some(stop) = self.options.stop.as_ref().filter(|_| self.stop_by.is_none()) {
             fds.push(PollFd::new(stop, PollFlags::IN));
         }
         if let Some(daemon) = &self.daemon {
@@ -206,15 +196,10 @@ fn open_port(station: &Station, name: &str) -> Result<ControllerPort, ServeError
 }
 
 fn end_with(parent: u32) -> Result<(), ServeError> {
-    set_parent_process_death_signal(Some(Signal::KILL))
-        .map_err(|error| ServeError::Parent(io::Error::from(error)))?;
+    set_parent_process_death_signal(Some(Signal::KILL)).map_err(|error| ServeError::Parent(io::Error::from(error)))?;
     // It may have ended before the call above.
     let is_there = getppid().is_some_and(|pid| pid.as_raw_pid().cast_unsigned() == parent);
-    if is_there {
-        Ok(())
-    } else {
-        Err(ServeError::Orphan(parent))
-    }
+    if is_there { Ok(()) } else { Err(ServeError::Orphan(parent)) }
 }
 
 fn is_readable(stop: &Stop) -> bool {

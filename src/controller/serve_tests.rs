@@ -5,10 +5,7 @@ use std::thread::JoinHandle;
 use super::super::stop::Stopper;
 use super::*;
 use crate::ipc::{ClockOrigin, DaemonPort, Heard, Link};
-use crate::model::{
-    Command, CommandId, ControllerState, FromController, Mode, PartEnd, Pose, Rejection,
-    ToController,
-};
+use crate::model::{Command, CommandId, ControllerState, FromController, Mode, PartEnd, Pose, Rejection, ToController};
 use crate::motion::Progress;
 use nalgebra::Vector3;
 
@@ -25,12 +22,7 @@ pub(super) struct Cart {
 
 impl Cart {
     pub(super) fn new() -> Self {
-        Self {
-            x: 0.0,
-            steps_left: 0,
-            brakes: false,
-            lasts: false,
-        }
+        Self { x: 0.0, steps_left: 0, brakes: false, lasts: false }
     }
 }
 
@@ -71,10 +63,7 @@ impl Controller for Cart {
 
     fn state(&self) -> ControllerState {
         let vx = if self.steps_left > 0 { 1.0 } else { 0.0 };
-        ControllerState::Base {
-            pose: Pose::new(self.x, 0.0, 0.0),
-            velocity: Vector3::new(vx, 0.0, 0.0),
-        }
+        ControllerState::Base { pose: Pose::new(self.x, 0.0, 0.0), velocity: Vector3::new(vx, 0.0, 0.0) }
     }
 }
 
@@ -87,10 +76,7 @@ impl Daemon {
     pub(super) fn new(instance: &Instance, epoch: u64) -> Self {
         let station = Station::open(instance.lock_daemon().unwrap()).unwrap();
         let port = DaemonPort::open(&station, "cart", epoch, ClockOrigin::now()).unwrap();
-        Self {
-            port,
-            generation: 0,
-        }
+        Self { port, generation: 0 }
     }
 
     /// Hears until `wanted` has come; panics when it does not.
@@ -114,25 +100,15 @@ impl Daemon {
         self.until("a pulse", |heard| matches!(heard, Heard::State { .. }));
         self.generation += 1;
         let generation = self.generation;
-        let start = ControllerState::Base {
-            pose: Pose::new(4.0, 0.0, 0.0),
-            velocity: Vector3::zeros(),
-        };
-        self.send(&ToController::Configure {
-            generation,
-            speed: SPEED,
-            start,
-        });
+        let start = ControllerState::Base { pose: Pose::new(4.0, 0.0, 0.0), velocity: Vector3::zeros() };
+        self.send(&ToController::Configure { generation, speed: SPEED, start });
         self.until("the configuration", |heard| {
             matches!(heard, Heard::Message(FromController::Configured { generation: g, .. }) if *g == generation)
         });
     }
 
     pub(super) fn goal(&mut self, number: u32, mode: Mode, command: Command) -> CommandId {
-        let id = CommandId {
-            generation: self.generation,
-            number,
-        };
+        let id = CommandId { generation: self.generation, number };
         self.send(&ToController::Goal { id, mode, command });
         id
     }
@@ -142,11 +118,11 @@ impl Daemon {
     }
 
     pub(super) fn result(&mut self, id: CommandId) -> (PartEnd, Duration, Vec<Heard>) {
-        let is_result = |heard: &Heard| matches!(heard, Heard::Message(FromController::Result { id: its, .. }) if *its == id);
+        let is_result =
+            |heard: &Heard| matches!(heard, Heard::Message(FromController::Result { id: its, .. }) if *its == id);
         let heard = self.until("the result", is_result);
-        let Some(Heard::Message(FromController::Result {
-            end, began, ended, ..
-        })) = heard.iter().find(|heard| is_result(heard))
+        let Some(Heard::Message(FromController::Result { end, began, ended, .. })) =
+            heard.iter().find(|heard| is_result(heard))
         else {
             unreachable!("it was just found");
         };
@@ -155,19 +131,13 @@ impl Daemon {
 }
 
 pub(super) fn drive() -> Command {
-    Command::Drive {
-        path: vec![Pose::new(6.0, 0.0, 0.0)],
-    }
+    Command::Drive { path: vec![Pose::new(6.0, 0.0, 0.0)] }
 }
 
 fn cart(instance: &Instance, once: bool) -> (JoinHandle<Result<Exit, ServeError>>, Stopper) {
     let (stop, stopper) = Stop::by_hand().unwrap();
     let instance = instance.clone();
-    let options = ServeOptions {
-        once,
-        parent: None,
-        stop: Some(stop),
-    };
+    let options = ServeOptions { once, parent: None, stop: Some(stop) };
     let handle = thread::spawn(move || serve(&instance, "cart", Cart::new(), options));
     (handle, stopper)
 }
@@ -202,19 +172,9 @@ fn a_goal_is_accepted_followed_and_ends() {
         matches!(messages[messages.len() - 1], FromController::Result { state: ControllerState::Base { pose, .. }, .. } if (pose.at.x - 6.0).abs() < 1e-9)
     );
 
-    let refused = daemon.goal(
-        2,
-        Mode::Achieve,
-        Command::Look {
-            at: nalgebra::Point3::origin(),
-        },
-    );
+    let refused = daemon.goal(2, Mode::Achieve, Command::Look { at: nalgebra::Point3::origin() });
     daemon.until("a rejection", |heard| {
-        *heard
-            == Heard::Message(FromController::Rejected {
-                id: refused,
-                why: Rejection::Unsupported,
-            })
+        *heard == Heard::Message(FromController::Rejected { id: refused, why: Rejection::Unsupported })
     });
     stopper.stop();
     assert_eq!(controller.join().unwrap().unwrap(), Exit::Stopped);
@@ -230,27 +190,13 @@ fn a_cancel_brakes_and_the_result_follows() {
     daemon.attach();
     let id = daemon.goal(1, Mode::Maintain, Command::Stand);
     let busy = daemon.goal(2, Mode::Achieve, drive());
-    daemon.until("busy", |heard| {
-        *heard
-            == Heard::Message(FromController::Rejected {
-                id: busy,
-                why: Rejection::Busy,
-            })
-    });
+    daemon.until("busy", |heard| *heard == Heard::Message(FromController::Rejected { id: busy, why: Rejection::Busy }));
     daemon.send(&ToController::Cancel { id });
     let (end, ..) = daemon.result(id);
     assert_eq!(end, PartEnd::Canceled);
     // The stale generation is not even sent.
-    let stale = CommandId {
-        generation: 0,
-        number: 3,
-    };
-    assert!(
-        daemon
-            .port
-            .send(&ToController::Cancel { id: stale })
-            .is_err()
-    );
+    let stale = CommandId { generation: 0, number: 3 };
+    assert!(daemon.port.send(&ToController::Cancel { id: stale }).is_err());
     drop(daemon);
     assert_eq!(controller.join().unwrap().unwrap(), Exit::DaemonLeft);
     leaves_nothing(&instance);
@@ -266,9 +212,10 @@ fn a_second_controller_of_a_name_is_refused_and_the_first_serves_the_next_daemon
     assert!(matches!(second.join().unwrap(), Err(ServeError::Place(_))));
 
     let id = daemon.goal(1, Mode::Maintain, Command::Stand);
-    daemon.until("accepted", |heard| {
-        matches!(heard, Heard::Message(FromController::Accepted { id: its, .. }) if *its == id)
-    });
+    daemon.until(
+        "accepted",
+        |heard| matches!(heard, Heard::Message(FromController::Accepted { id: its, .. }) if *its == id),
+    );
     drop(daemon);
     let mut next = Daemon::new(&instance, 2);
     next.attach();

@@ -5,9 +5,7 @@
 use std::time::Duration;
 
 use crate::ipc::{Beat, ClockOrigin, DEAD_MAN, PULSE_EVERY, Pulse, Received};
-use crate::model::{
-    CommandId, ControllerState, FromController, Mode, Rejection, Time, ToController,
-};
+use crate::model::{CommandId, ControllerState, FromController, Mode, Rejection, Time, ToController};
 use crate::motion::{Controller, Executor, STEP};
 
 /// The shortest wait between two wakes in motion, wall time.
@@ -70,15 +68,8 @@ impl<C: Controller> Session<C> {
 
     /// A daemon lives.
     pub(super) fn hear_beat(&mut self, beat: Beat) {
-        let is_known = self
-            .daemon
-            .as_ref()
-            .is_some_and(|daemon| daemon.epoch == beat.epoch && daemon.is_gone);
-        self.daemon = Some(Daemon {
-            epoch: beat.epoch,
-            heard_ns: beat.sent_ns,
-            is_gone: is_known,
-        });
+        let is_known = self.daemon.as_ref().is_some_and(|daemon| daemon.epoch == beat.epoch && daemon.is_gone);
+        self.daemon = Some(Daemon { epoch: beat.epoch, heard_ns: beat.sent_ns, is_gone: is_known });
     }
 
     /// The process of the daemon that was heard last has ended.
@@ -95,17 +86,9 @@ impl<C: Controller> Session<C> {
     }
 
     pub(super) fn take(&mut self, received: Received, now_ns: u64) {
-        let Received {
-            message,
-            epoch,
-            origin,
-        } = received;
+        let Received { message, epoch, origin } = received;
         match message {
-            ToController::Configure {
-                generation,
-                speed,
-                start,
-            } => self.take_configuration(Attachment {
+            ToController::Configure { generation, speed, start } => self.take_configuration(Attachment {
                 epoch,
                 generation,
                 origin,
@@ -114,15 +97,13 @@ impl<C: Controller> Session<C> {
                 step: step_at(origin, speed, now_ns),
                 last_number: None,
             }),
-            ToController::Goal { id, mode, command } => {
-                match self.start(epoch, id, mode, &command, now_ns) {
-                    Ok(at) => self.reply(epoch, FromController::Accepted { id, at }),
-                    Err(why) => {
-                        tracing::warn!(?id, %why, "a command was rejected");
-                        self.reply(epoch, FromController::Rejected { id, why });
-                    }
+            ToController::Goal { id, mode, command } => match self.start(epoch, id, mode, &command, now_ns) {
+                Ok(at) => self.reply(epoch, FromController::Accepted { id, at }),
+                Err(why) => {
+                    tracing::warn!(?id, %why, "a command was rejected");
+                    self.reply(epoch, FromController::Rejected { id, why });
                 }
-            }
+            },
             ToController::Cancel { id } => self.take_cancel(epoch, id),
         }
     }
@@ -174,36 +155,23 @@ impl<C: Controller> Session<C> {
     /// How long nothing need be done if nothing comes, wall time.
     pub(super) fn rest(&self) -> Duration {
         match &self.attached {
-            Some(attachment) if self.executor.is_busy() => {
-                STEP.div_f64(attachment.speed).clamp(WAKE_MIN, PULSE_EVERY)
-            }
+            Some(attachment) if self.executor.is_busy() => STEP.div_f64(attachment.speed).clamp(WAKE_MIN, PULSE_EVERY),
             Some(_) | None => PULSE_EVERY,
         }
     }
 
     fn take_configuration(&mut self, next: Attachment) {
-        let is_of_the_living = self
-            .daemon
-            .as_ref()
-            .is_some_and(|daemon| daemon.epoch == next.epoch && !daemon.is_gone);
+        let is_of_the_living = self.daemon.as_ref().is_some_and(|daemon| daemon.epoch == next.epoch && !daemon.is_gone);
         let is_newer = |old: &Option<Attachment>| {
-            old.as_ref()
-                .is_none_or(|old| old.epoch != next.epoch || old.generation < next.generation)
+            old.as_ref().is_none_or(|old| old.epoch != next.epoch || old.generation < next.generation)
         };
         let is_new = is_newer(&self.attached) && is_newer(&self.next);
         if is_of_the_living && is_new && !self.is_stopping {
             self.next = Some(next);
             return;
         }
-        tracing::warn!(
-            epoch = next.epoch,
-            generation = next.generation,
-            "a stale configuration was rejected"
-        );
-        let id = CommandId {
-            generation: next.generation,
-            number: 0,
-        };
+        tracing::warn!(epoch = next.epoch, generation = next.generation, "a stale configuration was rejected");
+        let id = CommandId { generation: next.generation, number: 0 };
         let why = Rejection::Stale;
         self.reply(next.epoch, FromController::Rejected { id, why });
     }
@@ -261,9 +229,7 @@ impl<C: Controller> Session<C> {
             return true;
         };
         let silent_ns = now_ns.saturating_sub(daemon.heard_ns);
-        daemon.is_gone
-            || daemon.epoch != attachment.epoch
-            || u128::from(silent_ns) > DEAD_MAN.as_nanos()
+        daemon.is_gone || daemon.epoch != attachment.epoch || u128::from(silent_ns) > DEAD_MAN.as_nanos()
     }
 
     /// Runs the steps that robot time demands; true if there were any.

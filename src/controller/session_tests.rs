@@ -24,10 +24,9 @@ impl Controller for Steps {
         (self.done, self.is_canceled) = (0, false);
         match command {
             Command::Stand => Ok(()),
-            Command::Drive { .. }
-            | Command::Grasp { .. }
-            | Command::Put { .. }
-            | Command::Look { .. } => Err(Rejection::Unsupported),
+            Command::Drive { .. } | Command::Grasp { .. } | Command::Put { .. } | Command::Look { .. } => {
+                Err(Rejection::Unsupported)
+            }
         }
     }
     fn cancel(&mut self) {
@@ -49,72 +48,37 @@ impl Controller for Steps {
 }
 
 fn state(pan: f64) -> ControllerState {
-    ControllerState::Head {
-        angles: [pan, 0.0],
-        velocity: [0.0; 2],
-    }
+    ControllerState::Head { angles: [pan, 0.0], velocity: [0.0; 2] }
 }
 
 fn id(number: u32) -> CommandId {
-    CommandId {
-        generation: 1,
-        number,
-    }
+    CommandId { generation: 1, number }
 }
 
 fn beat(session: &mut Session<Steps>, epoch: u64, now_ns: u64) {
-    session.hear_beat(Beat {
-        pid: 1,
-        epoch,
-        sent_ns: now_ns,
-    });
+    session.hear_beat(Beat { pid: 1, epoch, sent_ns: now_ns });
 }
 
 fn take(session: &mut Session<Steps>, epoch: u64, message: ToController, now_ns: u64) {
     let origin = ClockOrigin(0);
-    session.take(
-        Received {
-            message,
-            epoch,
-            origin,
-        },
-        now_ns,
-    );
+    session.take(Received { message, epoch, origin }, now_ns);
 }
 
 fn configure(generation: u32, speed: f64) -> ToController {
-    ToController::Configure {
-        generation,
-        speed,
-        start: state(0.0),
-    }
+    ToController::Configure { generation, speed, start: state(0.0) }
 }
 
 fn goal(number: u32) -> ToController {
-    ToController::Goal {
-        id: id(number),
-        mode: Mode::Achieve,
-        command: Command::Stand,
-    }
+    ToController::Goal { id: id(number), mode: Mode::Achieve, command: Command::Stand }
 }
 
 fn attached(length: u32, speed: f64) -> Session<Steps> {
-    let mut session = Session::new(Steps {
-        length,
-        done: 0,
-        is_canceled: false,
-    });
+    let mut session = Session::new(Steps { length, done: 0, is_canceled: false });
     beat(&mut session, EPOCH, 0);
     take(&mut session, EPOCH, configure(1, speed), 0);
     session.tick(0);
     let replies = session.replies();
-    assert!(matches!(
-        replies[..],
-        [Reply {
-            message: FromController::Configured { generation: 1, .. },
-            ..
-        }]
-    ));
+    assert!(matches!(replies[..], [Reply { message: FromController::Configured { generation: 1, .. }, .. }]));
     session
 }
 
@@ -132,9 +96,7 @@ fn rejected(session: &mut Session<Steps>) -> Option<Rejection> {
 fn result(session: &mut Session<Steps>) -> Option<(PartEnd, Time, Time)> {
     let replies = session.replies();
     replies.iter().find_map(|reply| match reply.message {
-        FromController::Result {
-            end, began, ended, ..
-        } => Some((end, began, ended)),
+        FromController::Result { end, began, ended, .. } => Some((end, began, ended)),
         FromController::Configured { .. }
         | FromController::Accepted { .. }
         | FromController::Rejected { .. }
@@ -160,54 +122,28 @@ fn steps_lie_on_one_grid_at_any_speed_and_any_wake() {
 
 #[test]
 fn what_cannot_be_done_is_rejected() {
-    let mut session = Session::new(Steps {
-        length: 5,
-        done: 0,
-        is_canceled: false,
-    });
+    let mut session = Session::new(Steps { length: 5, done: 0, is_canceled: false });
     beat(&mut session, EPOCH, 0);
     take(&mut session, EPOCH, goal(1), 0);
     assert_eq!(rejected(&mut session), Some(Rejection::NotConfigured));
     take(&mut session, EPOCH + 1, configure(1, 1.0), 0);
-    assert_eq!(
-        rejected(&mut session),
-        Some(Rejection::Stale),
-        "no such daemon"
-    );
+    assert_eq!(rejected(&mut session), Some(Rejection::Stale), "no such daemon");
 
     let mut session = attached(5, 1.0);
     take(&mut session, EPOCH, configure(1, 1.0), 0);
-    assert_eq!(
-        rejected(&mut session),
-        Some(Rejection::Stale),
-        "the same generation"
-    );
+    assert_eq!(rejected(&mut session), Some(Rejection::Stale), "the same generation");
     take(&mut session, EPOCH + 1, goal(1), 0);
-    assert_eq!(
-        rejected(&mut session),
-        Some(Rejection::Stale),
-        "another epoch"
-    );
+    assert_eq!(rejected(&mut session), Some(Rejection::Stale), "another epoch");
     take(&mut session, EPOCH, goal(2), 0);
     assert_eq!(rejected(&mut session), None);
     take(&mut session, EPOCH, goal(2), 0);
-    assert_eq!(
-        rejected(&mut session),
-        Some(Rejection::Stale),
-        "the number again"
-    );
+    assert_eq!(rejected(&mut session), Some(Rejection::Stale), "the number again");
     take(&mut session, EPOCH, goal(3), 0);
     assert_eq!(rejected(&mut session), Some(Rejection::Busy));
     take(&mut session, EPOCH, ToController::Cancel { id: id(9) }, 0);
     session.tick(50 * MS);
     assert_eq!(result(&mut session).unwrap().0, PartEnd::Succeeded);
-    let look = ToController::Goal {
-        id: id(4),
-        mode: Mode::Achieve,
-        command: Command::Look {
-            at: Point3::origin(),
-        },
-    };
+    let look = ToController::Goal { id: id(4), mode: Mode::Achieve, command: Command::Look { at: Point3::origin() } };
     take(&mut session, EPOCH, look, 50 * MS);
     assert_eq!(rejected(&mut session), Some(Rejection::Unsupported));
 }

@@ -3,8 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::model::{
-    Change, CommandId, ControllerId, ControllerKind, ControllerState, ResourceId, RobotSpec,
-    Situation, Whereabouts,
+    Change, CommandId, ControllerId, ControllerKind, ControllerState, ResourceId, RobotSpec, Situation, Whereabouts,
 };
 
 /// How far a controller's attachment is.
@@ -58,36 +57,19 @@ impl Attachment {
 
     pub(super) fn next_command(&mut self) -> CommandId {
         self.next_number += 1;
-        CommandId {
-            generation: self.generation,
-            number: self.next_number,
-        }
+        CommandId { generation: self.generation, number: self.next_number }
     }
 }
 
 /// Where a simulated controller starts.
-pub(super) fn start_state(
-    robot: &RobotSpec,
-    start: &Situation,
-    id: ControllerId,
-) -> ControllerState {
+pub(super) fn start_state(robot: &RobotSpec, start: &Situation, id: ControllerId) -> ControllerState {
     match robot.controllers[id.index()].kind {
-        ControllerKind::Base(_) => ControllerState::Base {
-            pose: start.base,
-            velocity: Vector3::zeros(),
-        },
+        ControllerKind::Base(_) => ControllerState::Base { pose: start.base, velocity: Vector3::zeros() },
         ControllerKind::Arm(arm) => {
             let holds = resources_of(robot, id).find_map(|resource| start.held_by(resource));
-            ControllerState::Arm {
-                gripper: arm.tuck,
-                velocity: Vector3::zeros(),
-                holds,
-            }
+            ControllerState::Arm { gripper: arm.tuck, velocity: Vector3::zeros(), holds }
         }
-        ControllerKind::Head(_) => ControllerState::Head {
-            angles: [0.0; 2],
-            velocity: [0.0; 2],
-        },
+        ControllerKind::Head(_) => ControllerState::Head { angles: [0.0; 2], velocity: [0.0; 2] },
     }
 }
 
@@ -105,12 +87,10 @@ pub(super) fn situation(
             }
             ControllerState::Arm { holds, .. } => {
                 for resource in resources_of(robot, id) {
-                    situation.apply(
-                        match holds.filter(|object| object.index() < start.objects.len()) {
-                            Some(object) => Change::Object(object, Whereabouts::In(resource)),
-                            None => Change::Emptied(resource),
-                        },
-                    );
+                    situation.apply(match holds.filter(|object| object.index() < start.objects.len()) {
+                        Some(object) => Change::Object(object, Whereabouts::In(resource)),
+                        None => Change::Emptied(resource),
+                    });
                 }
             }
             ControllerState::Head { .. } => {}

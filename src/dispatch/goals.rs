@@ -5,8 +5,8 @@ use std::collections::VecDeque;
 use super::slot::{Active, Work};
 use super::{Dispatch, Effect};
 use crate::model::{
-    CommandId, ControllerId, ControllerMessage, ControllerState, End, Fault, Goal, Mode, NodeId,
-    Outcome, Part, PartEnd, Rejection, Report, ResourceId, Time, ToController,
+    CommandId, ControllerId, ControllerMessage, ControllerState, End, Fault, Goal, Mode, NodeId, Outcome, Part,
+    PartEnd, Rejection, Report, ResourceId, Time, ToController,
 };
 
 /// A goal under way.
@@ -31,47 +31,17 @@ impl Dispatch {
         let leaf = goal.leaf;
         let work = |part: Part| {
             let controller = self.robot.resources[part.resource.index()].controller?;
-            let Part {
-                resource,
-                access,
-                mode,
-                command,
-            } = part;
-            Some((
-                controller,
-                Work {
-                    resource,
-                    access,
-                    mode,
-                    command,
-                },
-            ))
+            let Part { resource, access, mode, command } = part;
+            Some((controller, Work { resource, access, mode, command }))
         };
         let works: Vec<_> = goal.parts.into_iter().filter_map(work).collect();
         if let Some(end) = self.obstacle(&works) {
-            self.effects.push(Effect::Ended(
-                leaf,
-                Outcome {
-                    end,
-                    reports: Vec::new(),
-                },
-            ));
+            self.effects.push(Effect::Ended(leaf, Outcome { end, reports: Vec::new() }));
             return;
         }
-        let parts = works
-            .iter()
-            .map(|(controller, work)| (*controller, work.resource, work.mode))
-            .collect();
+        let parts = works.iter().map(|(controller, work)| (*controller, work.resource, work.mode)).collect();
         let due = Some(now + goal.timeout);
-        self.goals.insert(
-            leaf,
-            Running {
-                parts,
-                due,
-                end: None,
-                reports: Vec::new(),
-            },
-        );
+        self.goals.insert(leaf, Running { parts, due, end: None, reports: Vec::new() });
         for (controller, work) in works {
             self.begin(now, controller, leaf, work);
         }
@@ -81,10 +51,7 @@ impl Dispatch {
     /// Why a goal ends before it begins: everything ends, or a controller that it needs is gone.
     fn obstacle(&self, works: &[(ControllerId, Work)]) -> Option<End> {
         let is_gone = |id: &ControllerId| !self.attachments[id.index()].is_ready();
-        let gone = works
-            .iter()
-            .map(|(controller, _)| *controller)
-            .find(is_gone);
+        let gone = works.iter().map(|(controller, _)| *controller).find(is_gone);
         let canceled = self.is_ending.then_some(End::Canceled);
         canceled.or(gone.map(|controller| End::Failed(Fault::Lost(controller))))
     }
@@ -96,11 +63,7 @@ impl Dispatch {
         };
         running.end.get_or_insert(end);
         running.due = None;
-        let controllers: Vec<_> = running
-            .parts
-            .iter()
-            .map(|(controller, ..)| *controller)
-            .collect();
+        let controllers: Vec<_> = running.parts.iter().map(|(controller, ..)| *controller).collect();
         for controller in controllers {
             self.leave(now, controller, leaf);
         }
@@ -125,29 +88,13 @@ impl Dispatch {
         }
     }
 
-    pub(super) fn rejected(
-        &mut self,
-        now: Time,
-        controller: ControllerId,
-        id: CommandId,
-        why: Rejection,
-    ) {
+    pub(super) fn rejected(&mut self, now: Time, controller: ControllerId, id: CommandId, why: Rejection) {
         if self.slots[controller.index()].knows(id) {
-            self.drop_current(
-                now,
-                controller,
-                End::Failed(Fault::Rejected(controller, why)),
-            );
+            self.drop_current(now, controller, End::Failed(Fault::Rejected(controller, why)));
         }
     }
 
-    pub(super) fn part_ended(
-        &mut self,
-        now: Time,
-        controller: ControllerId,
-        end: PartEnd,
-        state: ControllerState,
-    ) {
+    pub(super) fn part_ended(&mut self, now: Time, controller: ControllerId, end: PartEnd, state: ControllerState) {
         let Some(active) = self.slots[controller.index()].current.take() else {
             return;
         };
@@ -157,9 +104,7 @@ impl Dispatch {
             PartEnd::Succeeded | PartEnd::Aborted | PartEnd::Canceled if lasts => {
                 Some(Fault::NotMaintained(controller))
             }
-            PartEnd::Succeeded | PartEnd::Aborted | PartEnd::Canceled => {
-                Some(Fault::Aborted(controller))
-            }
+            PartEnd::Succeeded | PartEnd::Aborted | PartEnd::Canceled => Some(Fault::Aborted(controller)),
         };
         for leaf in active.holders {
             self.report(leaf, active.work.resource, state);
@@ -202,13 +147,7 @@ impl Dispatch {
         };
         let id = self.send(now, controller, leaf, &work);
         let due = Some(now + self.limits.accept);
-        let active = Active {
-            id,
-            work,
-            holders: [leaf].into(),
-            due,
-            is_canceled: false,
-        };
+        let active = Active { id, work, holders: [leaf].into(), due, is_canceled: false };
         self.slots[controller.index()].current = Some(active);
         let waiting = std::mem::take(&mut self.slots[controller.index()].queue);
         for (leaf, work) in waiting {
@@ -221,19 +160,13 @@ impl Dispatch {
         let due = Some(now + self.limits.cancel);
         let slot = &mut self.slots[controller.index()];
         let waiting = std::mem::take(&mut slot.queue);
-        let (gone, queue): (VecDeque<_>, _) = waiting
-            .into_iter()
-            .partition(|(waiting, _)| *waiting == leaf);
+        let (gone, queue): (VecDeque<_>, _) = waiting.into_iter().partition(|(waiting, _)| *waiting == leaf);
         slot.queue = queue;
         for (_, work) in gone {
             self.forget_part(leaf, work.resource);
         }
         let slot = &mut self.slots[controller.index()];
-        let Some(active) = slot
-            .current
-            .as_mut()
-            .filter(|active| active.holders.contains(&leaf))
-        else {
+        let Some(active) = slot.current.as_mut().filter(|active| active.holders.contains(&leaf)) else {
             return;
         };
         if active.holders.len() > 1 {
@@ -292,23 +225,14 @@ impl Dispatch {
         let Some(running) = self.goals.get_mut(&leaf) else {
             return;
         };
-        let is_achieved = running
-            .parts
-            .iter()
-            .all(|(.., mode)| *mode == Mode::Maintain);
+        let is_achieved = running.parts.iter().all(|(.., mode)| *mode == Mode::Maintain);
         if is_achieved && running.end.is_none() {
             self.stop(now, leaf, End::Succeeded);
         } else if running.parts.is_empty()
             && let Some(running) = self.goals.remove(&leaf)
         {
             let end = running.end.expect("a goal without parts has ended");
-            self.effects.push(Effect::Ended(
-                leaf,
-                Outcome {
-                    end,
-                    reports: running.reports,
-                },
-            ));
+            self.effects.push(Effect::Ended(leaf, Outcome { end, reports: running.reports }));
         }
     }
 }

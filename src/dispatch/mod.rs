@@ -12,9 +12,8 @@ use goals::Running;
 use slot::Slot;
 
 use crate::model::{
-    Change, Command, CommandId, ControllerId, ControllerMessage, ControllerState, End,
-    FromController, Goal, MissionSpec, NodeId, Outcome, Record, Rejection, RobotSpec, Situation,
-    Time, ToController,
+    Change, Command, CommandId, ControllerId, ControllerMessage, ControllerState, End, FromController, Goal,
+    MissionSpec, NodeId, Outcome, Record, Rejection, RobotSpec, Situation, Time, ToController,
 };
 
 /// What reaches the dispatch.
@@ -74,11 +73,7 @@ impl Limits {
     /// The limits at a speed.
     pub fn at_speed(speed: f64) -> Self {
         let wall = |seconds: f64| Duration::from_secs_f64(seconds * speed);
-        Self {
-            speed,
-            accept: wall(1.0),
-            cancel: wall(5.0),
-        }
+        Self { speed, accept: wall(1.0), cancel: wall(5.0) }
     }
 }
 
@@ -142,54 +137,29 @@ impl Dispatch {
     /// When [`Input::Woke`] is due.
     pub fn deadline(&self) -> Option<Time> {
         let slots = self.slots.iter().filter_map(Slot::deadline);
-        slots
-            .chain(self.goals.values().filter_map(Running::deadline))
-            .min()
+        slots.chain(self.goals.values().filter_map(Running::deadline)).min()
     }
 
     fn attached(&mut self, now: Time, id: ControllerId) {
         let start = attachment::start_state(&self.robot, &self.start, id);
         let generation = self.attachments[id.index()].attach();
         self.record(now, id, ControllerMessage::Attached);
-        self.tell(
-            now,
-            id,
-            None,
-            ToController::Configure {
-                generation,
-                speed: self.limits.speed,
-                start,
-            },
-        );
+        self.tell(now, id, None, ToController::Configure { generation, speed: self.limits.speed, start });
     }
 
     fn heard(&mut self, now: Time, id: ControllerId, message: FromController) {
         let is_known = match &message {
-            FromController::Configured { generation, .. } => {
-                self.attachments[id.index()].expects(*generation)
-            }
+            FromController::Configured { generation, .. } => self.attachments[id.index()].expects(*generation),
             FromController::Accepted { id: command, .. }
             | FromController::Rejected { id: command, .. }
             | FromController::Feedback { id: command, .. }
             | FromController::Result { id: command, .. } => self.slots[id.index()].knows(*command),
         };
         if !is_known {
-            self.record(
-                now,
-                id,
-                ControllerMessage::Refused {
-                    why: Rejection::Stale,
-                },
-            );
+            self.record(now, id, ControllerMessage::Refused { why: Rejection::Stale });
             return;
         }
-        self.record(
-            now,
-            id,
-            ControllerMessage::Heard {
-                message: message.clone(),
-            },
-        );
+        self.record(now, id, ControllerMessage::Heard { message: message.clone() });
         match message {
             FromController::Configured { state, .. } => {
                 self.attachments[id.index()].configured(state);
@@ -218,16 +188,8 @@ impl Dispatch {
             .attachments
             .iter()
             .enumerate()
-            .filter_map(|(index, attachment)| {
-                attachment
-                    .state()
-                    .map(|state| (ControllerId::from(index), state))
-            });
-        self.effects.push(Effect::Ready(attachment::situation(
-            &self.robot,
-            &self.start,
-            states,
-        )));
+            .filter_map(|(index, attachment)| attachment.state().map(|state| (ControllerId::from(index), state)));
+        self.effects.push(Effect::Ready(attachment::situation(&self.robot, &self.start, states)));
     }
 
     fn lost(&mut self, now: Time, id: ControllerId) {
@@ -238,23 +200,12 @@ impl Dispatch {
     }
 
     fn tell(&mut self, now: Time, id: ControllerId, leaf: Option<NodeId>, message: ToController) {
-        self.record(
-            now,
-            id,
-            ControllerMessage::Told {
-                leaf,
-                message: message.clone(),
-            },
-        );
+        self.record(now, id, ControllerMessage::Told { leaf, message: message.clone() });
         self.effects.push(Effect::Tell(id, message));
     }
 
     fn record(&mut self, at: Time, controller: ControllerId, message: ControllerMessage) {
-        self.effects.push(Effect::Record(Record::Controller {
-            at,
-            controller,
-            message,
-        }));
+        self.effects.push(Effect::Record(Record::Controller { at, controller, message }));
     }
 }
 
@@ -262,11 +213,7 @@ impl Dispatch {
 impl Dispatch {
     fn send(&mut self, now: Time, id: ControllerId, leaf: NodeId, work: &slot::Work) -> CommandId {
         let command = self.attachments[id.index()].next_command();
-        let message = ToController::Goal {
-            id: command,
-            mode: work.mode,
-            command: work.command.clone(),
-        };
+        let message = ToController::Goal { id: command, mode: work.mode, command: work.command.clone() };
         self.tell(now, id, Some(leaf), message);
         command
     }

@@ -57,8 +57,7 @@ impl Slot {
     pub(super) fn shared(&mut self, work: &Work) -> Option<&mut Active> {
         let active = self.current.as_mut()?;
         let lasts = active.work.mode == Mode::Maintain && work.mode == Mode::Maintain;
-        let is_same = active.work.access.joins(work.access)
-            && super::is_same(&active.work.command, &work.command);
+        let is_same = active.work.access.joins(work.access) && super::is_same(&active.work.command, &work.command);
         (lasts && is_same && !active.is_canceled).then_some(active)
     }
 }

@@ -18,11 +18,7 @@ pub(super) struct Axis {
 impl Axis {
     pub(super) fn new(start: Time, end: Time, cells: usize) -> Self {
         let span_s = (end - start).as_secs_f64();
-        Self {
-            start_s: start.seconds(),
-            span_s: if span_s > 0.0 { span_s } else { 1.0 },
-            cells,
-        }
+        Self { start_s: start.seconds(), span_s: if span_s > 0.0 { span_s } else { 1.0 }, cells }
     }
 
     /// The cell that begins nearest to a moment, from 0 to the number of cells.
@@ -87,13 +83,7 @@ mod tests {
 
     #[test]
     fn ticks_are_round_and_apart() {
-        check(
-            0,
-            100,
-            30,
-            "┴─────┴─────┴─────┴─────┴─────",
-            "0     20    40    60    80",
-        );
+        check(0, 100, 30, "┴─────┴─────┴─────┴─────┴─────", "0     20    40    60    80");
         check(7, 27, 20, "───┴─────────┴──────", "   10        20");
         check(0, 1, 20, "┴─────────┴─────────", "0.0      0.5");
         check(0, 0, 20, "┴─────────┴─────────", "0.0      0.5");

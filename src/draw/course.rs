@@ -23,14 +23,8 @@ pub enum LeafState {
 
 impl LeafState {
     /// All of them, in the order of a legend.
-    pub(super) const ALL: [Self; 6] = [
-        Self::Waiting,
-        Self::Active,
-        Self::Done,
-        Self::Skipped,
-        Self::Failed,
-        Self::Canceled,
-    ];
+    pub(super) const ALL: [Self; 6] =
+        [Self::Waiting, Self::Active, Self::Done, Self::Skipped, Self::Failed, Self::Canceled];
 
     /// What a person calls it.
     pub fn word(self) -> &'static str {
@@ -88,12 +82,11 @@ impl<'a> Course<'a> {
     pub(super) fn leaves(&self) -> Vec<NodeId> {
         match &self.tally.header {
             Some(header) => (0..header.nodes.len())
-                .filter(|&node| !is_composite(&header.nodes[node].kind))
+                .filter(|&node| header.nodes[node].kind.is_behavior())
                 .map(NodeId::from)
                 .collect(),
             None => {
-                let mut known: Vec<NodeId> =
-                    self.runs.keys().chain(self.skips.keys()).copied().collect();
+                let mut known: Vec<NodeId> = self.runs.keys().chain(self.skips.keys()).copied().collect();
                 known.sort();
                 known.dedup();
                 known
@@ -175,9 +168,4 @@ impl<'a> Course<'a> {
         }
         times
     }
-}
-
-/// Whether a kind from a header is that of a node with children.
-pub(super) fn is_composite(kind: &str) -> bool {
-    matches!(kind, "root" | "and" | "or" | "then")
 }

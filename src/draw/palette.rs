@@ -74,9 +74,6 @@ mod tests {
     #[test]
     fn plain_text_stays_as_it_is() {
         assert_eq!(Palette::paint(Palette::plain().failed, "x"), "x");
-        assert_eq!(
-            Palette::paint(Palette::ansi().strong, "x"),
-            "\u{1b}[1mx\u{1b}[0m"
-        );
+        assert_eq!(Palette::paint(Palette::ansi().strong, "x"), "\u{1b}[1mx\u{1b}[0m");
     }
 }

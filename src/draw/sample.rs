@@ -13,12 +13,7 @@ pub(super) fn seconds(at_s: f64) -> Time {
 
 pub(super) fn named(name: &str) -> NodeId {
     let nodes = header().names.nodes;
-    NodeId::from(
-        nodes
-            .iter()
-            .position(|node| node == name)
-            .expect("a node of experiment 1"),
-    )
+    NodeId::from(nodes.iter().position(|node| node == name).expect("a node of experiment 1"))
 }
 
 pub(super) fn robot() -> RobotSpec {
@@ -37,16 +32,10 @@ pub(super) fn robot() -> RobotSpec {
         resources: [0, 1, 2, 2]
             .into_iter()
             .zip(0..)
-            .map(|(ty, controller)| ResourceSpec {
-                ty: TypeId(ty),
-                controller: Some(ControllerId(controller)),
-            })
+            .map(|(ty, controller)| ResourceSpec { ty: TypeId(ty), controller: Some(ControllerId(controller)) })
             .collect(),
         controllers: controllers
-            .map(|name| ControllerSpec {
-                name: name.into(),
-                kind: ControllerKind::Arm(arm),
-            })
+            .map(|name| ControllerSpec { name: name.into(), kind: ControllerKind::Arm(arm) })
             .into(),
         radius_m: 0.4,
     }
@@ -54,10 +43,7 @@ pub(super) fn robot() -> RobotSpec {
 
 pub(super) fn header() -> Header {
     let list = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
-    let entry = |parent: u32, kind: &str| NodeEntry {
-        parent: NodeId(parent),
-        kind: kind.into(),
-    };
+    let entry = |parent: u32, kind: &str| NodeEntry { parent: NodeId(parent), kind: EntryKind::from(kind.to_owned()) };
     let mut nodes = vec![entry(0, "root"), entry(0, "and")];
     let mut names: Vec<String> = list(&["root", "all objects"]);
     for object in 1..=4 {
@@ -94,49 +80,25 @@ pub(super) fn header() -> Header {
 }
 
 pub(super) fn grant(name: &str, shared: &[u32], alone: &[u32], skips: &[&str]) -> Grant {
-    let bind = |resource: &u32, access| Binding {
-        resource: ResourceId(*resource),
-        access,
-        keep: Keep::Release,
-    };
+    let bind = |resource: &u32, access| Binding { resource: ResourceId(*resource), access, keep: Keep::Release };
     let at = Access::Shared(ChannelId(0));
     let shared = shared.iter().map(|resource| bind(resource, at));
-    let alone = alone
-        .iter()
-        .map(|resource| bind(resource, Access::Exclusive));
+    let alone = alone.iter().map(|resource| bind(resource, Access::Exclusive));
     Grant {
         leaf: named(name),
         potential: 1.0,
         bindings: shared.chain(alone).collect(),
         changes: Vec::new(),
-        skips: skips
-            .iter()
-            .map(|&skip| Span {
-                from: named(skip),
-                to: NodeId(named(skip).0 + 1),
-            })
-            .collect(),
+        skips: skips.iter().map(|&skip| Span { from: named(skip), to: NodeId(named(skip).0 + 1) }).collect(),
     }
 }
 
 pub(super) fn decided(at_s: f64, round: u32, granted: Vec<Grant>) -> Record {
-    Record::Decided {
-        at: seconds(at_s),
-        round,
-        granted,
-        refused: Vec::new(),
-        reopened: None,
-    }
+    Record::Decided { at: seconds(at_s), round, granted, refused: Vec::new(), reopened: None }
 }
 
 pub(super) fn released(at_s: f64, name: &str, end: End) -> Record {
-    Record::Released {
-        at: seconds(at_s),
-        leaf: named(name),
-        end,
-        going: Going::default(),
-        changes: Vec::new(),
-    }
+    Record::Released { at: seconds(at_s), leaf: named(name), end, going: Going::default(), changes: Vec::new() }
 }
 
 /// Experiment 1 from header to end.
@@ -146,53 +108,26 @@ pub(super) fn experiment_1() -> Vec<Record> {
     let right = |name, skips: &[&str]| grant(name, &[0, 1], &[3], skips);
     let steps: [(f64, Vec<(Grant, f64)>); 10] = [
         (0.0, vec![(drive("move 2-1"), 7.4)]),
-        (
-            7.4,
-            vec![
-                (left("pick 1", &["move 1-1"]), 6.1),
-                (right("pick 2", &[]), 6.6),
-            ],
-        ),
+        (7.4, vec![(left("pick 1", &["move 1-1"]), 6.1), (right("pick 2", &[]), 6.6)]),
         (14.0, vec![(drive("move 1-2"), 5.3)]),
         (19.3, vec![(left("place 1", &[]), 5.9)]),
         (25.2, vec![(drive("move 2-2"), 14.2)]),
-        (
-            39.4,
-            vec![
-                (right("place 2", &[]), 5.8),
-                (left("pick 3", &["move 3-1"]), 6.2),
-            ],
-        ),
+        (39.4, vec![(right("place 2", &[]), 5.8), (left("pick 3", &["move 3-1"]), 6.2)]),
         (45.6, vec![(drive("move 4-1"), 6.0)]),
         (51.6, vec![(right("pick 4", &[]), 6.3)]),
         (57.9, vec![(drive("move 3-2"), 13.8)]),
-        (
-            71.7,
-            vec![
-                (left("place 3", &[]), 5.7),
-                (right("place 4", &["move 4-2"]), 6.0),
-            ],
-        ),
+        (71.7, vec![(left("place 3", &[]), 5.7), (right("place 4", &["move 4-2"]), 6.0)]),
     ];
     let mut records = vec![Record::Header(Box::new(header()))];
     for (round, (at_s, step)) in (1..).zip(steps) {
         let granted = step.iter().map(|(grant, _)| grant.clone()).collect();
         records.push(decided(at_s, round, granted));
-        let mut ends: Vec<(f64, NodeId)> = step
-            .iter()
-            .map(|(grant, takes)| (at_s + takes, grant.leaf))
-            .collect();
+        let mut ends: Vec<(f64, NodeId)> = step.iter().map(|(grant, takes)| (at_s + takes, grant.leaf)).collect();
         ends.sort_by(|one, other| one.0.total_cmp(&other.0));
         let names = header().names;
-        records.extend(
-            ends.iter()
-                .map(|&(at_s, leaf)| released(at_s, names.node(leaf), End::Succeeded)),
-        );
+        records.extend(ends.iter().map(|&(at_s, leaf)| released(at_s, names.node(leaf), End::Succeeded)));
     }
-    records.push(Record::Ended {
-        at: seconds(77.7),
-        end: MissionEnd::Done,
-    });
+    records.push(Record::Ended { at: seconds(77.7), end: MissionEnd::Done });
     records
 }
 

@@ -40,30 +40,14 @@ pub fn summary(tally: &Tally, width: usize, palette: &Palette) -> String {
 fn outcome(tally: &Tally, header: &Header, width: usize, palette: &Palette) -> String {
     let at = tally.now;
     let (style, word, why) = match tally.end {
-        None => (
-            palette.cancelled,
-            "not ended",
-            format!("its records stop at {at}"),
-        ),
+        None => (palette.cancelled, "not ended", format!("its records stop at {at}")),
         Some(MissionEnd::Done) => (palette.done, "done", String::new()),
-        Some(MissionEnd::Stalled) => (
-            palette.failed,
-            "stalled",
-            "nothing runs and nothing can".into(),
-        ),
-        Some(MissionEnd::Canceled) => (
-            palette.cancelled,
-            "cancelled",
-            format!("it was told to end at {at}"),
-        ),
+        Some(MissionEnd::Stalled) => (palette.failed, "stalled", "nothing runs and nothing can".into()),
+        Some(MissionEnd::Canceled) => (palette.cancelled, "cancelled", format!("it was told to end at {at}")),
         Some(MissionEnd::Failed(leaf)) => (palette.failed, "failed", failure(tally, header, leaf)),
         Some(MissionEnd::ControllerLost(controller)) => {
             let controller = header.names.controller(controller);
-            (
-                palette.failed,
-                "failed",
-                format!("the controller {controller} was lost at {at}"),
-            )
+            (palette.failed, "failed", format!("the controller {controller} was lost at {at}"))
         }
         Some(MissionEnd::NodeLost(node)) => {
             let node = header.names.node(node);
@@ -72,11 +56,7 @@ fn outcome(tally: &Tally, header: &Header, width: usize, palette: &Palette) -> S
         }
     };
     let mission = clip(&header.mission, width / 2);
-    let head = format!(
-        "{}: {}",
-        Palette::paint(palette.strong, &mission),
-        Palette::paint(style, word)
-    );
+    let head = format!("{}: {}", Palette::paint(palette.strong, &mission), Palette::paint(style, word));
     if why.is_empty() {
         return head + "\n";
     }
@@ -92,11 +72,7 @@ fn failure(tally: &Tally, header: &Header, leaf: NodeId) -> String {
         Some(End::Failed(fault)) => Some(fault),
         Some(End::Succeeded | End::Canceled) | None => None,
     };
-    let faults: Vec<_> = course
-        .runs(leaf)
-        .iter()
-        .filter_map(|run| Some((run.to?, failed(run.end)?)))
-        .collect();
+    let faults: Vec<_> = course.runs(leaf).iter().filter_map(|run| Some((run.to?, failed(run.end)?))).collect();
     match faults.last() {
         None => format!("{name} failed"),
         Some(&(at, fault)) => {
@@ -111,19 +87,9 @@ fn failure(tally: &Tally, header: &Header, leaf: NodeId) -> String {
 
 fn figures(tally: &Tally, width: usize) -> String {
     let items = [
-        format!(
-            "{} in {:.1} s of robot time,",
-            count(tally.steps.len(), "step"),
-            tally.makespan_s()
-        ),
+        format!("{} in {:.1} s of robot time,", count(tally.steps.len(), "step"), tally.makespan_s()),
         format!("{},", count(tally.rounds as usize, "round")),
-        format!(
-            "{} between nodes",
-            count(
-                usize::try_from(tally.messages).unwrap_or(usize::MAX),
-                "message"
-            )
-        ),
+        format!("{} between nodes", count(usize::try_from(tally.messages).unwrap_or(usize::MAX), "message")),
     ];
     let words = items.iter().flat_map(|item| item.split(' '));
     hang("  ", 2, &flow(words, width - 2))
@@ -140,13 +106,7 @@ fn steps(tally: &Tally, header: &Header, width: usize, palette: &Palette) -> Str
         let items: Vec<String> = names
             .iter()
             .enumerate()
-            .map(|(at, name)| {
-                if at < last {
-                    format!("{name} +")
-                } else {
-                    (*name).to_owned()
-                }
-            })
+            .map(|(at, name)| if at < last { format!("{name} +") } else { (*name).to_owned() })
             .collect();
         let number = Palette::paint(palette.faint, format!("{:>digits$}", index + 1));
         let lines = flow(items.iter().map(String::as_str), width - digits - 4);
@@ -163,12 +123,7 @@ fn skipped(tally: &Tally, header: &Header, width: usize, palette: &Palette) -> S
     let rows: Vec<(&str, String)> = tally
         .skipped
         .iter()
-        .map(|(leaf, at)| {
-            (
-                header.names.node(*leaf),
-                format!("its goal was met already ({at})"),
-            )
-        })
+        .map(|(leaf, at)| (header.names.node(*leaf), format!("its goal was met already ({at})")))
         .collect();
     let head = format!("\n{}\n", Palette::paint(palette.strong, "skipped"));
     let mark = Palette::paint(palette.skipped, LeafState::Skipped.mark());
@@ -193,10 +148,7 @@ fn reasons(tally: &Tally, header: &Header, width: usize, palette: &Palette) -> S
             (header.names.node(*leaf), sentence)
         })
         .collect();
-    let mut text = format!(
-        "\n{}\n",
-        Palette::paint(palette.strong, "what cannot run, and why")
-    );
+    let mut text = format!("\n{}\n", Palette::paint(palette.strong, "what cannot run, and why"));
     let mark = Palette::paint(palette.waiting, LeafState::Waiting.mark());
     text.push_str(&table(&rows, &mark, width));
     if rows.len() < all {

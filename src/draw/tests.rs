@@ -9,8 +9,7 @@ fn check(text: &str, expected: &str) {
     assert_eq!(text, expected, "\n{text}");
 }
 
-const TIMING_80: &str =
-    " step     ╷1     ╷2   ╷3   ╷4   ╷5           ╷6   ╷7    ╷8   ╷9           ╷10
+const TIMING_80: &str = " step     ╷1     ╷2   ╷3   ╷4   ╷5           ╷6   ╷7    ╷8   ╷9           ╷10
  move 1-1 ·······◇─────────────────────────────────────────────────────────────
  pick 1   ·······█████─────────────────────────────────────────────────────────
  move 1-2 ············█████────────────────────────────────────────────────────
@@ -100,10 +99,7 @@ skipped
 
 /// Object 1 is fetched, then nothing can go on.
 fn stalled() -> Vec<Record> {
-    let blocked = |name, reason| Blocked {
-        leaf: named(name),
-        reason,
-    };
+    let blocked = |name, reason| Blocked { leaf: named(name), reason };
     let mut records = vec![Record::Header(Box::new(sample::header()))];
     records.extend([
         decided(0.0, 1, vec![grant("move 1-1", &[], &[0], &[])]),
@@ -122,10 +118,7 @@ fn stalled() -> Vec<Record> {
             ],
             reopened: None,
         },
-        Record::Ended {
-            at: seconds(14.0),
-            end: MissionEnd::Stalled,
-        },
+        Record::Ended { at: seconds(14.0), end: MissionEnd::Stalled },
     ]);
     records
 }
@@ -177,10 +170,7 @@ fn failed() -> Vec<Record> {
         decided(17.0, 3, vec![pick()]),
         released(20.0, "pick 1", aborted),
         released(20.5, "pick 2", End::Canceled),
-        Record::Ended {
-            at: seconds(20.5),
-            end: MissionEnd::Failed(named("pick 1")),
-        },
+        Record::Ended { at: seconds(20.5), end: MissionEnd::Failed(named("pick 1")) },
     ]
 }
 
@@ -188,23 +178,13 @@ fn failed() -> Vec<Record> {
 fn a_failure_names_leaf_moment_and_fault() {
     let tally = tally(&failed());
     let text = summary(&tally, 80, &Palette::plain());
-    let head =
-        "experiment 1: failed\n  pick 1 failed 2 times, at last at 20.00 s: left_arm gave up\n";
+    let head = "experiment 1: failed\n  pick 1 failed 2 times, at last at 20.00 s: left_arm gave up\n";
     assert!(text.starts_with(head), "{text}");
     let text = timing(&tally, 52, &Palette::plain());
     let rows: Vec<&str> = text.lines().collect();
-    assert_eq!(
-        rows[1], " move 1-1 ████████████████████─────────────────────",
-        "\n{text}"
-    );
-    assert_eq!(
-        rows[2], " pick 1   ····················█████████✗····█████✗",
-        "\n{text}"
-    );
-    assert_eq!(
-        rows[6], " pick 2   ····················████████████████████⊘",
-        "\n{text}"
-    );
+    assert_eq!(rows[1], " move 1-1 ████████████████████─────────────────────", "\n{text}");
+    assert_eq!(rows[2], " pick 1   ····················█████████✗····█████✗", "\n{text}");
+    assert_eq!(rows[6], " pick 2   ····················████████████████████⊘", "\n{text}");
     let legend = " · waiting  █ active  ─ done  ◇ skipped  ✗ failed\n ⊘ cancelled\n";
     assert!(text.ends_with(legend), "{text}");
 }
@@ -213,20 +193,14 @@ fn a_failure_names_leaf_moment_and_fault() {
 fn a_big_tree_shows_what_ran() {
     let mut header = sample::header();
     for extra in 0..100 {
-        header.nodes.push(NodeEntry {
-            parent: NodeId(1),
-            kind: "move".into(),
-        });
+        header.nodes.push(NodeEntry { parent: NodeId(1), kind: EntryKind::Behavior("move".into()) });
         header.names.nodes.push(format!("move {extra}"));
     }
     let mut records = experiment_1();
     records[0] = Record::Header(Box::new(header));
     let text = timing(&tally(&records), 80, &Palette::plain());
     assert_eq!(text.lines().count(), 13 + 5, "{text}");
-    assert!(
-        text.ends_with("\n 103 behaviors that did not run left out\n"),
-        "{text}"
-    );
+    assert!(text.ends_with("\n 103 behaviors that did not run left out\n"), "{text}");
 }
 
 #[test]

@@ -80,10 +80,7 @@ mod tests {
     fn lines_break_between_items_only() {
         let lines = flow(["pick 1 +", "pick 2 +", "a very long name"], 17);
         assert_eq!(lines, ["pick 1 + pick 2 +", "a very long name"]);
-        assert_eq!(
-            hang("1: ", 3, &lines),
-            "1: pick 1 + pick 2 +\n   a very long name\n"
-        );
+        assert_eq!(hang("1: ", 3, &lines), "1: pick 1 + pick 2 +\n   a very long name\n");
         assert_eq!(flow([], 10), [""]);
     }
 }

@@ -23,13 +23,8 @@ pub fn timing(tally: &Tally, width: usize, palette: &Palette) -> String {
     let width = width.max(MIN_WIDTH);
     let course = Course::new(tally);
     let (leaves, left_out) = rows(&course);
-    let label_width = leaves
-        .iter()
-        .map(|&leaf| columns(course.name(leaf)))
-        .chain([4])
-        .max()
-        .unwrap_or_default()
-        .min(width / 3);
+    let label_width =
+        leaves.iter().map(|&leaf| columns(course.name(leaf))).chain([4]).max().unwrap_or_default().min(width / 3);
     let axis = axis(tally, width - label_width - 3);
     let label = |label: &str| format!(" {} ", fit(label, label_width));
     let mut text = String::new();
@@ -39,12 +34,7 @@ pub fn timing(tally: &Tally, width: usize, palette: &Palette) -> String {
     for leaf in leaves {
         let cells = bar(&course.stretches(leaf), &axis);
         shown.extend(cells.iter().filter_map(|&(_, state)| state));
-        let _ = writeln!(
-            text,
-            "{}{}",
-            label(course.name(leaf)),
-            painted(&cells, palette)
-        );
+        let _ = writeln!(text, "{}{}", label(course.name(leaf)), painted(&cells, palette));
     }
     let [ruler, seconds] = axis.ruler();
     let _ = writeln!(text, "{}", faint(&(label("") + &ruler)));
@@ -81,11 +71,7 @@ fn axis(tally: &Tally, cells: usize) -> Axis {
 
 /// The number of each step where it begins, where there is room for it.
 fn steps(course: &Course, axis: &Axis) -> String {
-    let starts: Vec<usize> = course
-        .step_times()
-        .iter()
-        .map(|&at| axis.cell(at))
-        .collect();
+    let starts: Vec<usize> = course.step_times().iter().map(|&at| axis.cell(at)).collect();
     let mut line = vec![' '; axis.cells];
     for (index, &start) in starts.iter().enumerate() {
         let end = starts.get(index + 1).map_or(axis.cells, |&next| next);
@@ -114,11 +100,7 @@ fn bar(stretches: &[(Time, LeafState)], axis: &Axis) -> Vec<Cell> {
             }
             LeafState::Skipped => {
                 let mark = start.min(axis.cells - 1);
-                fill(
-                    &mut cells[mark..],
-                    LeafState::Done.glyph(),
-                    Some(LeafState::Done),
-                );
+                fill(&mut cells[mark..], LeafState::Done.glyph(), Some(LeafState::Done));
                 cells[mark] = (state.glyph(), Some(state));
             }
             LeafState::Failed | LeafState::Canceled => {
@@ -126,11 +108,7 @@ fn bar(stretches: &[(Time, LeafState)], axis: &Axis) -> Vec<Cell> {
                 cells[start.saturating_sub(1)] = (state.glyph(), Some(state));
             }
         }
-        least = if state == LeafState::Active {
-            start + 1
-        } else {
-            start
-        };
+        least = if state == LeafState::Active { start + 1 } else { start };
     }
     cells
 }
@@ -161,9 +139,7 @@ fn legend(shown: &BTreeSet<LeafState>, width: usize, palette: &Palette) -> Strin
 /// Glyphs of a legend line in the style that they have in the bars.
 fn colored(line: &str, palette: &Palette) -> String {
     let paint = |glyph: char| {
-        let state = LeafState::ALL
-            .into_iter()
-            .find(|state| state.glyph() == glyph);
+        let state = LeafState::ALL.into_iter().find(|state| state.glyph() == glyph);
         match state {
             Some(state) => Palette::paint(palette.of(state), glyph),
             None => glyph.to_string(),

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use crate::model::{Header, NodeId, Tally};
 
 use super::Palette;
-use super::course::{Course, is_composite};
+use super::course::Course;
 use super::text::{MIN_WIDTH, clip, columns};
 
 /// The tree with the kind of each node and, where a tally is given, the state of each leaf.
@@ -16,19 +16,13 @@ pub fn tree(header: &Header, tally: Option<&Tally>, width: usize, palette: &Pale
     let mut text = String::new();
     for node in (0..header.nodes.len()).map(NodeId::from) {
         let branches = clip(&branches(header, &last, node), width / 2);
-        let kind = &header.nodes[node.index()].kind;
+        let kind = header.nodes[node.index()].kind.word();
         let name = header.names.node(node);
-        let state = course.as_ref().filter(|_| !is_composite(kind));
+        let state = course.as_ref().filter(|_| header.nodes[node.index()].kind.is_behavior());
         let state = state.map(|course| course.state(node));
-        let mark = state.map_or(String::new(), |state| {
-            Palette::paint(palette.of(state), state.mark()) + " "
-        });
+        let mark = state.map_or(String::new(), |state| Palette::paint(palette.of(state), state.mark()) + " ");
         let room = width - columns(&branches) - if state.is_some() { 2 } else { 0 };
-        let kind = if name.starts_with(kind.as_str()) {
-            ""
-        } else {
-            kind
-        };
+        let kind = if name.starts_with(kind) { "" } else { kind };
         let name = clip(name, room);
         let kind = clip(kind, room.saturating_sub(columns(&name) + 2));
         let line = format!(

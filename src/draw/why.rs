@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use crate::model::{Fault, Header, Names, NodeId, Reason, Tally};
+use crate::model::{EntryKind, Fault, Header, Names, NodeId, Reason, Tally};
 
 use super::LeafState;
-use super::course::{Course, is_composite};
+use super::course::Course;
 
 /// The last reason of every leaf that is not done and does not run, in tree order.
 ///
@@ -13,17 +13,11 @@ use super::course::{Course, is_composite};
 /// other child of an OR; none where neither is so.
 pub fn last_reasons(tally: &Tally) -> Vec<(NodeId, Option<Reason>)> {
     let course = Course::new(tally);
-    let not_asked = tally
-        .header
-        .as_deref()
-        .map(|header| NotAsked::new(header, &course));
-    let open = course
-        .leaves()
-        .into_iter()
-        .filter(|&leaf| match course.state(leaf) {
-            LeafState::Waiting | LeafState::Failed | LeafState::Canceled => true,
-            LeafState::Active | LeafState::Done | LeafState::Skipped => false,
-        });
+    let not_asked = tally.header.as_deref().map(|header| NotAsked::new(header, &course));
+    let open = course.leaves().into_iter().filter(|&leaf| match course.state(leaf) {
+        LeafState::Waiting | LeafState::Failed | LeafState::Canceled => true,
+        LeafState::Active | LeafState::Done | LeafState::Skipped => false,
+    });
     open.map(|leaf| {
         let told = tally.reasons.get(&leaf).cloned();
         let reason = told.or_else(|| not_asked.as_ref().and_then(|tree| tree.reason(leaf)));
@@ -36,19 +30,13 @@ pub fn last_reasons(tally: &Tally) -> Vec<(NodeId, Option<Reason>)> {
 pub fn fault_sentence(fault: Fault, names: &Names) -> String {
     match fault {
         Fault::Rejected(controller, why) => {
-            format!(
-                "{} would not take its goal: {why}",
-                names.controller(controller)
-            )
+            format!("{} would not take its goal: {why}", names.controller(controller))
         }
         Fault::Unanswered(controller) => {
             format!("{} did not answer in time", names.controller(controller))
         }
         Fault::Aborted(controller) => format!("{} gave up", names.controller(controller)),
-        Fault::NotMaintained(controller) => format!(
-            "{} ended early what had to last",
-            names.controller(controller)
-        ),
+        Fault::NotMaintained(controller) => format!("{} ended early what had to last", names.controller(controller)),
         Fault::TimedOut => "it took too long".into(),
         Fault::Lost(controller) => format!("{} was lost", names.controller(controller)),
     }
@@ -70,12 +58,7 @@ impl<'a> NotAsked<'a> {
                 siblings.push(NodeId::from(node));
             }
         }
-        let mut tree = Self {
-            header,
-            children,
-            done: BTreeSet::new(),
-            begun: BTreeSet::new(),
-        };
+        let mut tree = Self { header, children, done: BTreeSet::new(), begun: BTreeSet::new() };
         for node in (0..header.nodes.len()).rev().map(NodeId::from) {
             let (done, begun) = tree.standing(node, course);
             tree.done.extend(done.then_some(node));
@@ -87,7 +70,7 @@ impl<'a> NotAsked<'a> {
     /// Whether a node is done, and whether anything below it has begun; its children are known.
     fn standing(&self, node: NodeId, course: &Course) -> (bool, bool) {
         let kind = self.kind(node);
-        if !is_composite(kind) {
+        if kind.is_behavior() {
             let state = course.state(node);
             let done = matches!(state, LeafState::Done | LeafState::Skipped);
             return (done, done || course.has_run(node));
@@ -95,16 +78,13 @@ impl<'a> NotAsked<'a> {
         let children = &self.children[node.index()];
         let is_done = |child: &NodeId| self.done.contains(child);
         let done = match kind {
-            "or" => children.iter().any(is_done),
-            _ => children.iter().all(is_done),
+            EntryKind::Or => children.iter().any(is_done),
+            EntryKind::Root | EntryKind::And | EntryKind::Then | EntryKind::Behavior(_) => children.iter().all(is_done),
         };
-        (
-            done,
-            children.iter().any(|child| self.begun.contains(child)),
-        )
+        (done, children.iter().any(|child| self.begun.contains(child)))
     }
 
-    fn kind(&self, node: NodeId) -> &str {
+    fn kind(&self, node: NodeId) -> &EntryKind {
         &self.header.nodes[node.index()].kind
     }
 
@@ -119,19 +99,18 @@ impl<'a> NotAsked<'a> {
             let siblings = self.children[parent.index()].iter().copied();
             let mut siblings = siblings.filter(|&sibling| sibling != node);
             match self.kind(parent) {
-                "then" => {
-                    let before =
-                        siblings.find(|&before| before < node && !self.done.contains(&before));
+                EntryKind::Then => {
+                    let before = siblings.find(|&before| before < node && !self.done.contains(&before));
                     if let Some(after) = before {
                         return Some(Reason::NotItsTurn { after });
                     }
                 }
-                "or" => {
+                EntryKind::Or => {
                     if let Some(chosen) = siblings.find(|sibling| self.begun.contains(sibling)) {
                         return Some(Reason::Alternative { chosen });
                     }
                 }
-                _ => {}
+                EntryKind::Root | EntryKind::And | EntryKind::Behavior(_) => {}
             }
             node = parent;
         }

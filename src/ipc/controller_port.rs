@@ -10,9 +10,7 @@ use super::clock::monotonic_ns;
 use super::error::IpcError;
 use super::services::{Beats, Bell, Ear, GoalServer, PulsePublisher, Services, ring};
 use super::station::{Station, Transport};
-use super::wire::{
-    WIRE_VERSION, WireId, WirePulse, WireRequest, WireResponse, request_kind, response_kind,
-};
+use super::wire::{WIRE_VERSION, WireId, WirePulse, WireRequest, WireResponse, request_kind, response_kind};
 use super::wire_in::Received;
 use super::{DEAD_MAN, wire_in, wire_out};
 use crate::model::{ControllerState, FromController, Rejection, Time};
@@ -96,11 +94,7 @@ impl ControllerPort {
                         tracing::warn!(controller = self.controller, %why, "a beat was refused");
                         continue;
                     }
-                    let beat = Beat {
-                        pid: sample.pid,
-                        epoch: sample.epoch,
-                        sent_ns: sample.sent_ns,
-                    };
+                    let beat = Beat { pid: sample.pid, epoch: sample.epoch, sent_ns: sample.sent_ns };
                     // What an earlier, dead daemon published may still lie there.
                     let age_ns = monotonic_ns().saturating_sub(beat.sent_ns);
                     let is_newest = newest.is_none_or(|other| other.sent_ns < beat.sent_ns);
@@ -139,11 +133,7 @@ impl ControllerPort {
     pub fn reply(&mut self, epoch: u64, message: &FromController) {
         let wire = wire_out::response(message, epoch);
         let Some(stream) = self.streams.iter_mut().find(|stream| stream.id == wire.id) else {
-            tracing::warn!(
-                controller = self.controller,
-                ?message,
-                "nobody waits for this"
-            );
+            tracing::warn!(controller = self.controller, ?message, "nobody waits for this");
             return;
         };
         stream.push(wire);
@@ -188,12 +178,7 @@ impl ControllerPort {
             tracing::warn!(controller = self.controller, id = ?wire.id, "its daemon gave it up before it was read");
             return None;
         }
-        let mut stream = Stream {
-            request,
-            id: wire.id,
-            unsent: VecDeque::new(),
-            is_over: false,
-        };
+        let mut stream = Stream { request, id: wire.id, unsent: VecDeque::new(), is_over: false };
         let received = match wire_in::request(&wire) {
             Ok(received) => received,
             Err(why) => {
@@ -232,10 +217,8 @@ impl Stream {
         if is_feedback && !self.unsent.is_empty() || self.unsent.len() >= UNSENT_MAX {
             return;
         }
-        self.is_over |= matches!(
-            wire.kind,
-            response_kind::CONFIGURED | response_kind::REJECTED | response_kind::RESULT
-        );
+        self.is_over |=
+            matches!(wire.kind, response_kind::CONFIGURED | response_kind::REJECTED | response_kind::RESULT);
         self.unsent.push_back(wire);
     }
 

@@ -14,9 +14,7 @@ use super::instance::check_controller_name;
 use super::link::{Heard, Link, LinkError};
 use super::services::{BeatPublisher, Bell, Ear, Goals, Pulses, Services, ring};
 use super::station::{Station, Transport};
-use super::wire::{
-    WIRE_VERSION, WireBeat, WireId, WirePulse, WireRequest, WireResponse, request_kind,
-};
+use super::wire::{WIRE_VERSION, WireBeat, WireId, WirePulse, WireRequest, WireResponse, request_kind};
 use super::{DEAD_MAN, wire_in, wire_out};
 use crate::model::{FromController, Rejection, Time, ToController};
 
@@ -62,12 +60,7 @@ impl DaemonPort {
     ///
     /// # Panics
     /// When the epoch is 0, which stands for no daemon.
-    pub fn open(
-        station: &Station,
-        controller: &str,
-        epoch: u64,
-        origin: ClockOrigin,
-    ) -> Result<Self, IpcError> {
+    pub fn open(station: &Station, controller: &str, epoch: u64, origin: ClockOrigin) -> Result<Self, IpcError> {
         assert_ne!(epoch, 0, "an epoch of 0 stands for no daemon");
         check_controller_name(controller)?;
         let services = Services::new(station, controller);
@@ -96,10 +89,7 @@ impl DaemonPort {
     }
 
     fn post(&self, wire: WireRequest) -> Result<Stream, LinkError> {
-        let loaned = self
-            .goals
-            .loan_uninit()
-            .map_err(|error| refused(error.into()))?;
+        let loaned = self.goals.loan_uninit().map_err(|error| refused(error.into()))?;
         let stream = loaned.write_payload(wire).send().map_err(refused)?;
         if stream.number_of_server_connections() == 0 {
             return Err(LinkError::Absent);
@@ -132,17 +122,10 @@ impl DaemonPort {
             Ok(state) => state,
             Err(why) => return Some(self.refuse(why, "a pulse")),
         };
-        self.seen = Some(Seen {
-            pid: wire.pid,
-            sent_ns: wire.sent_ns,
-        });
+        self.seen = Some(Seen { pid: wire.pid, sent_ns: wire.sent_ns });
         let is_ours = wire.epoch == self.epoch;
         Some(Heard::State {
-            at: if is_ours {
-                Time(wire.at_us)
-            } else {
-                Time::ZERO
-            },
+            at: if is_ours { Time(wire.at_us) } else { Time::ZERO },
             state,
             pid: wire.pid,
             generation: if is_ours { wire.generation } else { 0 },
@@ -195,9 +178,7 @@ impl DaemonPort {
                 asked.is_answered = true;
                 Heard::Message(message)
             }
-            FromController::Accepted { .. } | FromController::Feedback { .. } => {
-                Heard::Message(message)
-            }
+            FromController::Accepted { .. } | FromController::Feedback { .. } => Heard::Message(message),
             FromController::Configured { .. } => self.refuse(Rejection::Unknown, "a response"),
         }
     }
@@ -206,19 +187,15 @@ impl DaemonPort {
         match message {
             FromController::Configured { .. } => Heard::Message(message),
             FromController::Rejected { why, .. } => Heard::Refused(why),
-            FromController::Accepted { .. }
-            | FromController::Feedback { .. }
-            | FromController::Result { .. } => self.refuse(Rejection::Unknown, "a response"),
+            FromController::Accepted { .. } | FromController::Feedback { .. } | FromController::Result { .. } => {
+                self.refuse(Rejection::Unknown, "a response")
+            }
         }
     }
 
     /// Why a response whose id is not its request's is wrong.
     fn misdirection(&self, id: WireId) -> Rejection {
-        if (id.epoch, id.generation) == (self.epoch, self.generation) {
-            Rejection::Unknown
-        } else {
-            Rejection::Stale
-        }
+        if (id.epoch, id.generation) == (self.epoch, self.generation) { Rejection::Unknown } else { Rejection::Stale }
     }
 
     fn refuse(&self, why: Rejection, what: &str) -> Heard {
@@ -237,12 +214,7 @@ impl Link for DaemonPort {
         }
         let wire = wire_out::request(message, self.epoch, self.origin, self.generation)?;
         let stream = self.post(wire)?;
-        self.streams.push(Asked {
-            stream,
-            kind: wire.kind,
-            id: wire.id,
-            is_answered: false,
-        });
+        self.streams.push(Asked { stream, kind: wire.kind, id: wire.id, is_answered: false });
         Ok(())
     }
 
@@ -257,12 +229,8 @@ impl Link for DaemonPort {
     }
 
     fn beat(&mut self) {
-        let beat = WireBeat {
-            version: WIRE_VERSION,
-            pid: std::process::id(),
-            epoch: self.epoch,
-            sent_ns: monotonic_ns(),
-        };
+        let beat =
+            WireBeat { version: WIRE_VERSION, pid: std::process::id(), epoch: self.epoch, sent_ns: monotonic_ns() };
         if let Err(error) = self.beats.send_copy(beat) {
             tracing::warn!(controller = self.controller, %error, "cannot beat");
         }
@@ -312,9 +280,9 @@ fn age(sent_ns: u64) -> Duration {
 fn refused(error: RequestSendError) -> LinkError {
     match error {
         RequestSendError::ExceedsMaxActiveRequests
-        | RequestSendError::SendError(
-            SendError::UnableToDeliver | SendError::LoanError(LoanError::ExceedsMaxLoans),
-        ) => LinkError::Full,
+        | RequestSendError::SendError(SendError::UnableToDeliver | SendError::LoanError(LoanError::ExceedsMaxLoans)) => {
+            LinkError::Full
+        }
         RequestSendError::SendError(other) => LinkError::Transport(other.to_string()),
     }
 }

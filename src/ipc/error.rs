@@ -83,9 +83,6 @@ impl IpcError {
         E: std::error::Error + Send + Sync + 'static,
     {
         let service = service.to_owned();
-        move |source| Self::Service {
-            service,
-            source: Box::new(source),
-        }
+        move |source| Self::Service { service, source: Box::new(source) }
     }
 }

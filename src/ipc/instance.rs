@@ -29,9 +29,7 @@ impl Instance {
         if !is_name(name, fits) {
             return Err(IpcError::InstanceName(name.to_owned()));
         }
-        Ok(Self {
-            name: name.to_owned(),
-        })
+        Ok(Self { name: name.to_owned() })
     }
 
     /// An instance that no other process has.
@@ -39,9 +37,7 @@ impl Instance {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
         let salt = fnv(&format!("{} {count}", monotonic_ns()));
-        Self {
-            name: format!("run-{}-{:08x}", std::process::id(), salt as u32),
-        }
+        Self { name: format!("run-{}-{:08x}", std::process::id(), salt as u32) }
     }
 
     /// Its name.
@@ -83,10 +79,7 @@ impl Instance {
 
     fn tag(&self) -> String {
         let uid = rustix::process::getuid().as_raw();
-        format!(
-            "{:010x}",
-            fnv(&format!("{uid} {}", self.name)) & 0xff_ffff_ffff
-        )
+        format!("{:010x}", fnv(&format!("{uid} {}", self.name)) & 0xff_ffff_ffff)
     }
 
     /// The configuration that every process of the instance must use.
@@ -107,9 +100,7 @@ impl Instance {
 }
 
 pub(super) fn check_controller_name(name: &str) -> Result<(), IpcError> {
-    let fits = |byte: u8| {
-        byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-' || byte == b'_'
-    };
+    let fits = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-' || byte == b'_';
     if is_name(name, fits) {
         return Ok(());
     }
@@ -120,11 +111,7 @@ pub(super) fn check_controller_name(name: &str) -> Result<(), IpcError> {
 pub(super) fn base() -> PathBuf {
     let uid = rustix::process::getuid().as_raw();
     let shared = shared_memory();
-    let root = if shared.is_dir() {
-        shared.to_owned()
-    } else {
-        std::env::temp_dir()
-    };
+    let root = if shared.is_dir() { shared.to_owned() } else { std::env::temp_dir() };
     root.join(format!("ambidex-{uid}"))
 }
 
@@ -143,9 +130,7 @@ fn is_name(name: &str, fits: impl Fn(u8) -> bool) -> bool {
 
 /// FNV-1a: stable over versions, unlike the hashers of std.
 fn fnv(text: &str) -> u64 {
-    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-    })
+    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
 #[cfg(test)]

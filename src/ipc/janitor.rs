@@ -58,10 +58,7 @@ pub fn sweep() -> Result<Vec<Swept>, IpcError> {
 
 /// Removes what dead processes left in an instance that may live. It takes up to 30 ms per dead node: not for an actor.
 pub fn tidy(instance: &Instance) -> Vec<Swept> {
-    let mut swept: Vec<_> = remove_unfinished(&instance.prefix())
-        .into_iter()
-        .map(Swept::Segment)
-        .collect();
+    let mut swept: Vec<_> = remove_unfinished(&instance.prefix()).into_iter().map(Swept::Segment).collect();
     let Ok(config) = instance.config() else {
         return swept;
     };
@@ -88,9 +85,7 @@ pub fn tidy(instance: &Instance) -> Vec<Swept> {
 
 fn remove_node(node: DeadNodeView<Transport>, config: &Config) -> Result<(), String> {
     if node.details().is_some() {
-        return node
-            .try_remove_stale_resources()
-            .map_err(|error| error.to_string());
+        return node.try_remove_stale_resources().map_err(|error| error.to_string());
     }
     // Its maker died before it had written what the transport's own cleaning needs.
     remove_half_made(config, node.id().value()).map_err(|error| error.to_string())
@@ -138,11 +133,7 @@ fn instance_dirs() -> Vec<PathBuf> {
     let Ok(entries) = fs::read_dir(base()) else {
         return Vec::new();
     };
-    entries
-        .flatten()
-        .map(|entry| entry.path())
-        .filter(|path| path.is_dir())
-        .collect()
+    entries.flatten().map(|entry| entry.path()).filter(|path| path.is_dir()).collect()
 }
 
 fn tag_of(dir: &Path) -> String {
@@ -152,11 +143,7 @@ fn tag_of(dir: &Path) -> String {
 
 fn is_old(path: &Path) -> bool {
     let changed = fs::symlink_metadata(path).and_then(|about| about.modified());
-    changed.is_ok_and(|at| {
-        SystemTime::now()
-            .duration_since(at)
-            .is_ok_and(|age| age > UNFINISHED_FOR)
-    })
+    changed.is_ok_and(|at| SystemTime::now().duration_since(at).is_ok_and(|age| age > UNFINISHED_FOR))
 }
 
 #[cfg(test)]
@@ -176,10 +163,7 @@ mod tests {
         fs::write(&segment, "x").unwrap();
 
         let swept = sweep().unwrap();
-        let entry = Swept::Instance {
-            name: dead.name().to_owned(),
-            segments: 1,
-        };
+        let entry = Swept::Instance { name: dead.name().to_owned(), segments: 1 };
         // Another test's sweep may have been first.
         assert!(swept.contains(&entry) || !segment.exists());
         assert!(!dead.dir().exists() && !segment.exists());

@@ -26,10 +26,7 @@ pub struct Lock {
 
 impl Lock {
     pub(super) fn daemon(instance: &Instance) -> Result<Self, IpcError> {
-        Self::take(instance, "daemon.lock", |pid| IpcError::DaemonRuns {
-            instance: instance.name().to_owned(),
-            pid,
-        })
+        Self::take(instance, "daemon.lock", |pid| IpcError::DaemonRuns { instance: instance.name().to_owned(), pid })
     }
 
     pub(super) fn controller(instance: &Instance, name: &str) -> Result<Self, IpcError> {
@@ -46,11 +43,7 @@ impl Lock {
         &self.instance
     }
 
-    fn take(
-        instance: &Instance,
-        file_name: &str,
-        taken: impl FnOnce(u32) -> IpcError,
-    ) -> Result<Self, IpcError> {
+    fn take(instance: &Instance, file_name: &str, taken: impl FnOnce(u32) -> IpcError) -> Result<Self, IpcError> {
         let _gate = Gate::enter()?;
         let dir = instance.dir();
         fs::create_dir_all(&dir).map_err(IpcError::file(&dir))?;
@@ -64,11 +57,7 @@ impl Lock {
             Err(TryLockError::Error(source)) => return Err(IpcError::File { path, source }),
         }
         write_pid(&mut file).map_err(IpcError::file(&path))?;
-        Ok(Self {
-            file,
-            path,
-            instance: instance.clone(),
-        })
+        Ok(Self { file, path, instance: instance.clone() })
     }
 }
 
@@ -118,11 +107,8 @@ impl Drop for Gate {
         let Some(base) = self.path.parent() else {
             return;
         };
-        let is_last = fs::read_dir(base).is_ok_and(|entries| {
-            entries
-                .flatten()
-                .all(|entry| entry.file_name() == GATE_FILE)
-        });
+        let is_last =
+            fs::read_dir(base).is_ok_and(|entries| entries.flatten().all(|entry| entry.file_name() == GATE_FILE));
         if is_last {
             let _ = fs::remove_file(&self.path);
             let _ = fs::remove_dir(base);
@@ -145,10 +131,7 @@ pub(super) fn is_abandoned(dir: &Path) -> bool {
 /// Removes the folder and every segment of shared memory of an instance; returns how many segments. Call under the gate.
 pub(super) fn remove_instance(dir: &Path, prefix: &str) -> usize {
     let _ = fs::remove_dir_all(dir);
-    segments(prefix)
-        .into_iter()
-        .filter(|path| fs::remove_file(path).is_ok())
-        .count()
+    segments(prefix).into_iter().filter(|path| fs::remove_file(path).is_ok()).count()
 }
 
 /// Segments of shared memory whose names begin with the prefix.
@@ -158,24 +141,15 @@ pub(super) fn segments(prefix: &str) -> Vec<PathBuf> {
     };
     entries
         .flatten()
-        .filter(|entry| {
-            entry
-                .file_name()
-                .as_encoded_bytes()
-                .starts_with(prefix.as_bytes())
-        })
+        .filter(|entry| entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()))
         .map(|entry| entry.path())
         .collect()
 }
 
 /// The name of the instance whose folder that is.
 pub(super) fn name_in(dir: &Path) -> String {
-    fs::read_to_string(dir.join(NAME_FILE)).unwrap_or_else(|_| {
-        dir.file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned()
-    })
+    fs::read_to_string(dir.join(NAME_FILE))
+        .unwrap_or_else(|_| dir.file_name().unwrap_or_default().to_string_lossy().into_owned())
 }
 
 fn lock_gate(path: &Path) -> Result<Option<File>, IpcError> {
@@ -190,19 +164,12 @@ fn lock_gate(path: &Path) -> Result<Option<File>, IpcError> {
         Err(TryLockError::Error(source)) => return Err(IpcError::file(path)(source)),
     }
     let held = file.metadata().map_err(IpcError::file(path))?;
-    let is_there = fs::metadata(path)
-        .is_ok_and(|there| (there.dev(), there.ino()) == (held.dev(), held.ino()));
+    let is_there = fs::metadata(path).is_ok_and(|there| (there.dev(), there.ino()) == (held.dev(), held.ino()));
     Ok(is_there.then_some(file))
 }
 
 fn open(path: &Path) -> Result<File, IpcError> {
-    File::options()
-        .create(true)
-        .truncate(false)
-        .read(true)
-        .write(true)
-        .open(path)
-        .map_err(IpcError::file(path))
+    File::options().create(true).truncate(false).read(true).write(true).open(path).map_err(IpcError::file(path))
 }
 
 fn read_pid(file: &mut File) -> u32 {
@@ -227,13 +194,7 @@ mod tests {
         let daemon = instance.lock_daemon().unwrap();
         let refused = instance.lock_daemon().unwrap_err().to_string();
         let pid = std::process::id();
-        assert_eq!(
-            refused,
-            format!(
-                "a daemon of instance `{}` runs already (pid {pid})",
-                instance.name()
-            )
-        );
+        assert_eq!(refused, format!("a daemon of instance `{}` runs already (pid {pid})", instance.name()));
         let arm = instance.lock_controller("left_arm").unwrap();
         assert!(instance.lock_controller("left_arm").is_err());
         drop(instance.lock_controller("right_arm").unwrap());

@@ -49,10 +49,7 @@ pub(super) struct Services<'a> {
 
 impl<'a> Services<'a> {
     pub(super) fn new(station: &'a Station, controller: &'a str) -> Self {
-        Self {
-            station,
-            controller,
-        }
+        Self { station, controller }
     }
 
     /// The daemon's side of `goals`.
@@ -128,10 +125,7 @@ impl<'a> Services<'a> {
             .map_err(IpcError::service(name))
     }
 
-    fn samples<T>(
-        &self,
-        name: &str,
-    ) -> Result<publish_subscribe::PortFactory<Transport, T, ()>, IpcError>
+    fn samples<T>(&self, name: &str) -> Result<publish_subscribe::PortFactory<Transport, T, ()>, IpcError>
     where
         T: std::fmt::Debug + ZeroCopySend + 'static,
     {
@@ -155,10 +149,7 @@ impl<'a> Services<'a> {
         T: std::fmt::Debug + ZeroCopySend + 'static,
     {
         let name = self.name(what);
-        self.samples(&name)?
-            .subscriber_builder()
-            .create()
-            .map_err(IpcError::service(&name))
+        self.samples(&name)?.subscriber_builder().create().map_err(IpcError::service(&name))
     }
 
     fn publisher<T>(&self, what: &str) -> Result<Publisher<Transport, T, ()>, IpcError>
@@ -189,19 +180,13 @@ impl<'a> Services<'a> {
     fn ear(&self, what: &str) -> Result<Ear, IpcError> {
         let name = self.name(what);
         let service = self.wake(&name)?;
-        service
-            .listener_builder()
-            .create()
-            .map_err(IpcError::service(&name))
+        service.listener_builder().create().map_err(IpcError::service(&name))
     }
 
     fn bell(&self, what: &str) -> Result<Bell, IpcError> {
         let name = self.name(what);
         let service = self.wake(&name)?;
-        service
-            .notifier_builder()
-            .create()
-            .map_err(IpcError::service(&name))
+        service.notifier_builder().create().map_err(IpcError::service(&name))
     }
 
     fn name(&self, what: impl Display) -> String {

@@ -38,10 +38,7 @@ impl Station {
             .config(&config)
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Transport>()
-            .map_err(|source| IpcError::Node {
-                instance: instance.name().to_owned(),
-                source: Box::new(source),
-            })?;
+            .map_err(|source| IpcError::Node { instance: instance.name().to_owned(), source: Box::new(source) })?;
         let seat = Arc::new(Seat { node, lock });
         Ok(Self { seat })
     }

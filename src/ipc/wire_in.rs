@@ -4,13 +4,11 @@ use nalgebra::{Point3, Vector3};
 
 use super::clock::ClockOrigin;
 use super::wire::{
-    NO_OBJECT, PATH_MAX, SPEED_MAX, WIRE_VERSION, WireBeat, WireId, WirePose, WirePulse,
-    WireRequest, WireResponse, WireState, command, end, mode, rejection, request_kind,
-    response_kind, state_kind,
+    NO_OBJECT, PATH_MAX, SPEED_MAX, WIRE_VERSION, WireBeat, WireId, WirePose, WirePulse, WireRequest, WireResponse,
+    WireState, command, end, mode, rejection, request_kind, response_kind, state_kind,
 };
 use crate::model::{
-    Command, CommandId, ControllerState, FromController, Mode, ObjectId, PartEnd, Pose, Rejection,
-    Time, ToController,
+    Command, CommandId, ControllerState, FromController, Mode, ObjectId, PartEnd, Pose, Rejection, Time, ToController,
 };
 
 /// A request as a controller may believe it.
@@ -35,44 +33,27 @@ pub(super) fn request(wire: &WireRequest) -> Result<Received, Rejection> {
             speed: speed(wire.speed)?,
             start: state(&wire.start)?,
         },
-        request_kind::GOAL => ToController::Goal {
-            id: command_id(wire.id),
-            mode: mode_of(wire.mode)?,
-            command: command_of(wire)?,
-        },
-        request_kind::CANCEL => ToController::Cancel {
-            id: command_id(wire.id),
-        },
+        request_kind::GOAL => {
+            ToController::Goal { id: command_id(wire.id), mode: mode_of(wire.mode)?, command: command_of(wire)? }
+        }
+        request_kind::CANCEL => ToController::Cancel { id: command_id(wire.id) },
         _ => return Err(Rejection::Malformed),
     };
-    Ok(Received {
-        message,
-        epoch: wire.id.epoch,
-        origin: ClockOrigin(wire.origin_ns),
-    })
+    Ok(Received { message, epoch: wire.id.epoch, origin: ClockOrigin(wire.origin_ns) })
 }
 
 pub(super) fn response(wire: &WireResponse) -> Result<FromController, Rejection> {
     check_version(wire.version)?;
     let id = command_id(wire.id);
     Ok(match wire.kind {
-        response_kind::CONFIGURED => FromController::Configured {
-            generation: id.generation,
-            state: state(&wire.state)?,
-        },
-        response_kind::ACCEPTED => FromController::Accepted {
-            id,
-            at: Time(wire.began_us),
-        },
-        response_kind::REJECTED => FromController::Rejected {
-            id,
-            why: rejection(wire.why)?,
-        },
-        response_kind::FEEDBACK => FromController::Feedback {
-            id,
-            progress: progress(wire.progress)?,
-            state: state(&wire.state)?,
-        },
+        response_kind::CONFIGURED => {
+            FromController::Configured { generation: id.generation, state: state(&wire.state)? }
+        }
+        response_kind::ACCEPTED => FromController::Accepted { id, at: Time(wire.began_us) },
+        response_kind::REJECTED => FromController::Rejected { id, why: rejection(wire.why)? },
+        response_kind::FEEDBACK => {
+            FromController::Feedback { id, progress: progress(wire.progress)?, state: state(&wire.state)? }
+        }
         response_kind::RESULT => {
             if wire.ended_us < wire.began_us {
                 return Err(Rejection::Malformed);
@@ -106,36 +87,21 @@ pub(super) fn beat(wire: &WireBeat) -> Result<(), Rejection> {
 }
 
 pub(super) fn command_id(id: WireId) -> CommandId {
-    CommandId {
-        generation: id.generation,
-        number: id.number,
-    }
+    CommandId { generation: id.generation, number: id.number }
 }
 
 fn check_version(version: u32) -> Result<(), Rejection> {
-    if version == WIRE_VERSION {
-        Ok(())
-    } else {
-        Err(Rejection::Version)
-    }
+    if version == WIRE_VERSION { Ok(()) } else { Err(Rejection::Version) }
 }
 
 fn speed(speed: f64) -> Result<f64, Rejection> {
     let speed = finite(speed)?;
-    if speed > 0.0 && speed <= SPEED_MAX {
-        Ok(speed)
-    } else {
-        Err(Rejection::Malformed)
-    }
+    if speed > 0.0 && speed <= SPEED_MAX { Ok(speed) } else { Err(Rejection::Malformed) }
 }
 
 fn progress(progress: f64) -> Result<f64, Rejection> {
     let progress = finite(progress)?;
-    if (0.0..=1.0).contains(&progress) {
-        Ok(progress)
-    } else {
-        Err(Rejection::Malformed)
-    }
+    if (0.0..=1.0).contains(&progress) { Ok(progress) } else { Err(Rejection::Malformed) }
 }
 
 fn state(wire: &WireState) -> Result<ControllerState, Rejection> {
@@ -150,10 +116,9 @@ fn state(wire: &WireState) -> Result<ControllerState, Rejection> {
             velocity: Vector3::from(velocity),
             holds: (wire.holds != NO_OBJECT).then_some(ObjectId(wire.holds)),
         }),
-        state_kind::HEAD => Ok(ControllerState::Head {
-            angles: [position[0], position[1]],
-            velocity: [velocity[0], velocity[1]],
-        }),
+        state_kind::HEAD => {
+            Ok(ControllerState::Head { angles: [position[0], position[1]], velocity: [velocity[0], velocity[1]] })
+        }
         _ => Err(Rejection::Malformed),
     }
 }
@@ -162,17 +127,9 @@ fn command_of(wire: &WireRequest) -> Result<Command, Rejection> {
     match wire.command {
         command::DRIVE => Ok(Command::Drive { path: path(wire)? }),
         command::STAND => Ok(Command::Stand),
-        command::GRASP => Ok(Command::Grasp {
-            object: object(wire.object)?,
-            at: point(wire.at)?,
-        }),
-        command::PUT => Ok(Command::Put {
-            object: object(wire.object)?,
-            at: point(wire.at)?,
-        }),
-        command::LOOK => Ok(Command::Look {
-            at: point(wire.at)?,
-        }),
+        command::GRASP => Ok(Command::Grasp { object: object(wire.object)?, at: point(wire.at)? }),
+        command::PUT => Ok(Command::Put { object: object(wire.object)?, at: point(wire.at)? }),
+        command::LOOK => Ok(Command::Look { at: point(wire.at)? }),
         _ => Err(Rejection::Malformed),
     }
 }
@@ -241,11 +198,7 @@ fn all_finite<const N: usize>(numbers: [f64; N]) -> Result<[f64; N], Rejection> 
 }
 
 fn finite(number: f64) -> Result<f64, Rejection> {
-    if number.is_finite() {
-        Ok(number)
-    } else {
-        Err(Rejection::NotFinite)
-    }
+    if number.is_finite() { Ok(number) } else { Err(Rejection::NotFinite) }
 }
 
 #[cfg(test)]

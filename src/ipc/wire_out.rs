@@ -5,12 +5,11 @@ use nalgebra::Point3;
 use super::clock::ClockOrigin;
 use super::link::LinkError;
 use super::wire::{
-    NO_OBJECT, PATH_MAX, WIRE_VERSION, WireId, WirePose, WireRequest, WireResponse, WireState,
-    command, end, mode, rejection, request_kind, response_kind, state_kind,
+    NO_OBJECT, PATH_MAX, WIRE_VERSION, WireId, WirePose, WireRequest, WireResponse, WireState, command, end, mode,
+    rejection, request_kind, response_kind, state_kind,
 };
 use crate::model::{
-    Command, CommandId, ControllerState, FromController, Mode, ObjectId, PartEnd, Pose, Rejection,
-    ToController,
+    Command, CommandId, ControllerState, FromController, Mode, ObjectId, PartEnd, Pose, Rejection, ToController,
 };
 
 pub(super) fn request(
@@ -21,17 +20,9 @@ pub(super) fn request(
 ) -> Result<WireRequest, LinkError> {
     let mut wire = WireRequest::default();
     match message {
-        ToController::Configure {
-            generation,
-            speed,
-            start,
-        } => {
+        ToController::Configure { generation, speed, start } => {
             wire.kind = request_kind::CONFIGURE;
-            wire.id = WireId {
-                epoch,
-                generation: *generation,
-                number: 0,
-            };
+            wire.id = WireId { epoch, generation: *generation, number: 0 };
             wire.origin_ns = origin.0;
             wire.speed = *speed;
             wire.start = state(start);
@@ -56,10 +47,7 @@ pub(super) fn request(
 pub(super) fn response(message: &FromController, epoch: u64) -> WireResponse {
     let (id, kind) = match message {
         FromController::Configured { generation, .. } => {
-            let id = CommandId {
-                generation: *generation,
-                number: 0,
-            };
+            let id = CommandId { generation: *generation, number: 0 };
             (id, response_kind::CONFIGURED)
         }
         FromController::Accepted { id, .. } => (*id, response_kind::ACCEPTED),
@@ -67,31 +55,16 @@ pub(super) fn response(message: &FromController, epoch: u64) -> WireResponse {
         FromController::Feedback { id, .. } => (*id, response_kind::FEEDBACK),
         FromController::Result { id, .. } => (*id, response_kind::RESULT),
     };
-    let mut wire = WireResponse {
-        version: WIRE_VERSION,
-        kind,
-        id: wire_id(epoch, id),
-        ..WireResponse::default()
-    };
+    let mut wire = WireResponse { version: WIRE_VERSION, kind, id: wire_id(epoch, id), ..WireResponse::default() };
     match message {
         FromController::Configured { state: now, .. } => wire.state = state(now),
         FromController::Accepted { at, .. } => wire.began_us = at.0,
         FromController::Rejected { why, .. } => wire.why = rejection_code(*why),
-        FromController::Feedback {
-            progress,
-            state: now,
-            ..
-        } => {
+        FromController::Feedback { progress, state: now, .. } => {
             wire.progress = *progress;
             wire.state = state(now);
         }
-        FromController::Result {
-            end,
-            began,
-            ended,
-            state: then,
-            ..
-        } => {
+        FromController::Result { end, began, ended, state: then, .. } => {
             wire.end = end_code(*end);
             wire.began_us = began.0;
             wire.ended_us = ended.0;
@@ -120,11 +93,7 @@ pub(super) fn state(state: &ControllerState) -> WireState {
             position: [pose.at.x, pose.at.y, pose.heading],
             velocity: velocity.into(),
         },
-        ControllerState::Arm {
-            gripper,
-            velocity,
-            holds,
-        } => WireState {
+        ControllerState::Arm { gripper, velocity, holds } => WireState {
             kind: state_kind::ARM,
             holds: holds.map_or(NO_OBJECT, |object| object.0),
             position: gripper.into(),
@@ -174,19 +143,11 @@ fn write_target(object: Option<ObjectId>, at: &Point3<f64>, wire: &mut WireReque
 }
 
 fn wire_id(epoch: u64, id: CommandId) -> WireId {
-    WireId {
-        epoch,
-        generation: id.generation,
-        number: id.number,
-    }
+    WireId { epoch, generation: id.generation, number: id.number }
 }
 
 fn wire_pose(pose: &Pose) -> WirePose {
-    WirePose {
-        x: pose.at.x,
-        y: pose.at.y,
-        heading: pose.heading,
-    }
+    WirePose { x: pose.at.x, y: pose.at.y, heading: pose.heading }
 }
 
 fn mode_code(what: Mode) -> u32 {

@@ -4,48 +4,25 @@ use super::super::{ClockOrigin, wire_out};
 use super::*;
 
 const EPOCH: u64 = 7_000_000_000;
-const ID: CommandId = CommandId {
-    generation: 3,
-    number: 41,
-};
+const ID: CommandId = CommandId { generation: 3, number: 41 };
 
 fn states() -> Vec<ControllerState> {
     let velocity = Vector3::new(0.1, -0.2, 0.3);
     let gripper = Point3::new(0.7, 0.2, 0.9);
     vec![
-        ControllerState::Base {
-            pose: Pose::new(1.0, -2.0, 0.5),
-            velocity,
-        },
-        ControllerState::Arm {
-            gripper,
-            velocity,
-            holds: None,
-        },
-        ControllerState::Arm {
-            gripper,
-            velocity,
-            holds: Some(ObjectId(5)),
-        },
-        ControllerState::Head {
-            angles: [0.1, 0.2],
-            velocity: [0.3, 0.4],
-        },
+        ControllerState::Base { pose: Pose::new(1.0, -2.0, 0.5), velocity },
+        ControllerState::Arm { gripper, velocity, holds: None },
+        ControllerState::Arm { gripper, velocity, holds: Some(ObjectId(5)) },
+        ControllerState::Head { angles: [0.1, 0.2], velocity: [0.3, 0.4] },
     ]
 }
 
 fn commands() -> Vec<Command> {
     let (object, at) = (ObjectId(9), Point3::new(0.5, 0.1, 0.8));
-    let path = |length: usize| {
-        (0..length)
-            .map(|i| Pose::new(i as f64, 1.0, -0.5))
-            .collect()
-    };
+    let path = |length: usize| (0..length).map(|i| Pose::new(i as f64, 1.0, -0.5)).collect();
     vec![
         Command::Drive { path: path(1) },
-        Command::Drive {
-            path: path(PATH_MAX),
-        },
+        Command::Drive { path: path(PATH_MAX) },
         Command::Stand,
         Command::Grasp { object, at },
         Command::Put { object, at },
@@ -54,19 +31,11 @@ fn commands() -> Vec<Command> {
 }
 
 fn goal(command: Command) -> ToController {
-    ToController::Goal {
-        id: ID,
-        mode: Mode::Achieve,
-        command,
-    }
+    ToController::Goal { id: ID, mode: Mode::Achieve, command }
 }
 
 fn configure() -> ToController {
-    ToController::Configure {
-        generation: ID.generation,
-        speed: 20.0,
-        start: states()[0],
-    }
+    ToController::Configure { generation: ID.generation, speed: 20.0, start: states()[0] }
 }
 
 fn to_wire(message: &ToController) -> WireRequest {
@@ -76,11 +45,7 @@ fn to_wire(message: &ToController) -> WireRequest {
 #[test]
 fn every_request_comes_back_as_it_was() {
     let mut messages: Vec<_> = commands().into_iter().map(goal).collect();
-    messages.push(ToController::Goal {
-        id: ID,
-        mode: Mode::Maintain,
-        command: Command::Stand,
-    });
+    messages.push(ToController::Goal { id: ID, mode: Mode::Maintain, command: Command::Stand });
     messages.push(ToController::Cancel { id: ID });
     messages.extend(states().into_iter().map(|start| ToController::Configure {
         generation: ID.generation,
@@ -100,32 +65,12 @@ fn every_request_comes_back_as_it_was() {
 fn every_response_comes_back_as_it_was() {
     let state = states()[1];
     let mut messages = vec![
-        FromController::Accepted {
-            id: ID,
-            at: Time(12),
-        },
-        FromController::Feedback {
-            id: ID,
-            progress: 0.25,
-            state,
-        },
+        FromController::Accepted { id: ID, at: Time(12) },
+        FromController::Feedback { id: ID, progress: 0.25, state },
     ];
-    messages.extend(
-        states()
-            .into_iter()
-            .map(|state| FromController::Configured {
-                generation: ID.generation,
-                state,
-            }),
-    );
+    messages.extend(states().into_iter().map(|state| FromController::Configured { generation: ID.generation, state }));
     let ends = [PartEnd::Succeeded, PartEnd::Aborted, PartEnd::Canceled];
-    messages.extend(ends.map(|end| FromController::Result {
-        id: ID,
-        end,
-        began: Time(12),
-        ended: Time(13),
-        state,
-    }));
+    messages.extend(ends.map(|end| FromController::Result { id: ID, end, began: Time(12), ended: Time(13), state }));
     let whys = [
         Rejection::Version,
         Rejection::Stale,
@@ -148,12 +93,7 @@ fn what_does_not_fit_is_not_sent() {
     use super::super::LinkError;
     for length in [0, PATH_MAX + 1] {
         let path = vec![Pose::new(0.0, 0.0, 0.0); length];
-        let sent = wire_out::request(
-            &goal(Command::Drive { path }),
-            EPOCH,
-            ClockOrigin(0),
-            ID.generation,
-        );
+        let sent = wire_out::request(&goal(Command::Drive { path }), EPOCH, ClockOrigin(0), ID.generation);
         assert_eq!(sent, Err(LinkError::PathLength(length)));
     }
     let sent = wire_out::request(&goal(Command::Stand), EPOCH, ClockOrigin(0), 4);
@@ -175,53 +115,17 @@ fn wrong_requests_are_refused() {
         (configure(), |w| w.speed = -1.0, Rejection::Malformed),
         (configure(), |w| w.speed = 1e9, Rejection::Malformed),
         (configure(), |w| w.start.kind = 9, Rejection::Malformed),
-        (
-            configure(),
-            |w| w.start.position[2] = f64::INFINITY,
-            Rejection::NotFinite,
-        ),
-        (
-            configure(),
-            |w| w.start.velocity[0] = f64::NAN,
-            Rejection::NotFinite,
-        ),
+        (configure(), |w| w.start.position[2] = f64::INFINITY, Rejection::NotFinite),
+        (configure(), |w| w.start.velocity[0] = f64::NAN, Rejection::NotFinite),
         (goal(Command::Stand), |w| w.mode = 0, Rejection::Malformed),
         (goal(Command::Stand), |w| w.mode = 3, Rejection::Malformed),
-        (
-            goal(Command::Stand),
-            |w| w.command = 6,
-            Rejection::Malformed,
-        ),
-        (
-            goal(commands()[0].clone()),
-            |w| w.path_len = 0,
-            Rejection::Malformed,
-        ),
-        (
-            goal(commands()[0].clone()),
-            |w| w.path_len = 65,
-            Rejection::Malformed,
-        ),
-        (
-            goal(commands()[1].clone()),
-            |w| w.path[63].x = f64::NAN,
-            Rejection::NotFinite,
-        ),
-        (
-            goal(commands()[3].clone()),
-            |w| w.object = NO_OBJECT,
-            Rejection::Malformed,
-        ),
-        (
-            goal(commands()[4].clone()),
-            |w| w.at[1] = f64::NAN,
-            Rejection::NotFinite,
-        ),
-        (
-            goal(commands()[5].clone()),
-            |w| w.at[0] = f64::INFINITY,
-            Rejection::NotFinite,
-        ),
+        (goal(Command::Stand), |w| w.command = 6, Rejection::Malformed),
+        (goal(commands()[0].clone()), |w| w.path_len = 0, Rejection::Malformed),
+        (goal(commands()[0].clone()), |w| w.path_len = 65, Rejection::Malformed),
+        (goal(commands()[1].clone()), |w| w.path[63].x = f64::NAN, Rejection::NotFinite),
+        (goal(commands()[3].clone()), |w| w.object = NO_OBJECT, Rejection::Malformed),
+        (goal(commands()[4].clone()), |w| w.at[1] = f64::NAN, Rejection::NotFinite),
+        (goal(commands()[5].clone()), |w| w.at[0] = f64::INFINITY, Rejection::NotFinite),
     ];
     for (row, (message, spoil, why)) in rows.into_iter().enumerate() {
         let mut wire = to_wire(&message);
@@ -238,33 +142,16 @@ fn wrong_requests_are_refused() {
 fn wrong_responses_are_refused() {
     type Spoil = fn(&mut WireResponse);
     let state = states()[0];
-    let result = FromController::Result {
-        id: ID,
-        end: PartEnd::Succeeded,
-        began: Time(5),
-        ended: Time(6),
-        state,
-    };
-    let feedback = FromController::Feedback {
-        id: ID,
-        progress: 0.5,
-        state,
-    };
-    let rejected = FromController::Rejected {
-        id: ID,
-        why: Rejection::Busy,
-    };
+    let result = FromController::Result { id: ID, end: PartEnd::Succeeded, began: Time(5), ended: Time(6), state };
+    let feedback = FromController::Feedback { id: ID, progress: 0.5, state };
+    let rejected = FromController::Rejected { id: ID, why: Rejection::Busy };
     let rows: [(&FromController, Spoil, Rejection); 11] = [
         (&result, |w| w.version = 9, Rejection::Version),
         (&result, |w| w.kind = 0, Rejection::Malformed),
         (&result, |w| w.kind = 6, Rejection::Malformed),
         (&result, |w| w.end = 0, Rejection::Malformed),
         (&result, |w| w.ended_us = 4, Rejection::Malformed),
-        (
-            &result,
-            |w| w.state.position[0] = f64::NAN,
-            Rejection::NotFinite,
-        ),
+        (&result, |w| w.state.position[0] = f64::NAN, Rejection::NotFinite),
         (&feedback, |w| w.progress = f64::NAN, Rejection::NotFinite),
         (&feedback, |w| w.progress = 1.5, Rejection::Malformed),
         (&feedback, |w| w.state.kind = 0, Rejection::Malformed),
@@ -280,44 +167,17 @@ fn wrong_responses_are_refused() {
 
 #[test]
 fn wrong_signs_of_life_are_refused() {
-    let good = WireBeat {
-        version: WIRE_VERSION,
-        pid: 1,
-        epoch: 1,
-        sent_ns: 0,
-    };
+    let good = WireBeat { version: WIRE_VERSION, pid: 1, epoch: 1, sent_ns: 0 };
     assert_eq!(beat(&good), Ok(()));
-    assert_eq!(
-        beat(&WireBeat { version: 0, ..good }),
-        Err(Rejection::Version)
-    );
-    assert_eq!(
-        beat(&WireBeat { pid: 0, ..good }),
-        Err(Rejection::Malformed)
-    );
-    assert_eq!(
-        beat(&WireBeat { epoch: 0, ..good }),
-        Err(Rejection::Malformed)
-    );
+    assert_eq!(beat(&WireBeat { version: 0, ..good }), Err(Rejection::Version));
+    assert_eq!(beat(&WireBeat { pid: 0, ..good }), Err(Rejection::Malformed));
+    assert_eq!(beat(&WireBeat { epoch: 0, ..good }), Err(Rejection::Malformed));
 
-    let good = WirePulse {
-        version: WIRE_VERSION,
-        pid: 1,
-        state: wire_out::state(&states()[3]),
-        ..WirePulse::default()
-    };
+    let good =
+        WirePulse { version: WIRE_VERSION, pid: 1, state: wire_out::state(&states()[3]), ..WirePulse::default() };
     assert_eq!(pulse(&good), Ok(states()[3]));
-    assert_eq!(
-        pulse(&WirePulse { version: 0, ..good }),
-        Err(Rejection::Version)
-    );
-    assert_eq!(
-        pulse(&WirePulse { pid: 0, ..good }),
-        Err(Rejection::Malformed)
-    );
+    assert_eq!(pulse(&WirePulse { version: 0, ..good }), Err(Rejection::Version));
+    assert_eq!(pulse(&WirePulse { pid: 0, ..good }), Err(Rejection::Malformed));
     let state = WireState::default();
-    assert_eq!(
-        pulse(&WirePulse { state, ..good }),
-        Err(Rejection::Malformed)
-    );
+    assert_eq!(pulse(&WirePulse { state, ..good }), Err(Rejection::Malformed));
 }

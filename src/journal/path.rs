@@ -7,17 +7,13 @@ use std::path::{Path, PathBuf};
 /// `$XDG_STATE_HOME/ambidex/<instance>`, else below `$HOME/.local/state`, else below the folder for temporary files.
 pub fn default_folder(instance: &str) -> PathBuf {
     let state = env::var_os("XDG_STATE_HOME");
-    state_home(state, env::var_os("HOME"), &env::temp_dir())
-        .join("ambidex")
-        .join(instance)
+    state_home(state, env::var_os("HOME"), &env::temp_dir()).join("ambidex").join(instance)
 }
 
 /// The XDG specification tells to ignore a path that is not absolute.
 fn state_home(state: Option<OsString>, home: Option<OsString>, temp: &Path) -> PathBuf {
     let absolute = |var: Option<OsString>| var.map(PathBuf::from).filter(|path| path.is_absolute());
-    absolute(state)
-        .or_else(|| absolute(home).map(|home| home.join(".local/state")))
-        .unwrap_or_else(|| temp.to_owned())
+    absolute(state).or_else(|| absolute(home).map(|home| home.join(".local/state"))).unwrap_or_else(|| temp.to_owned())
 }
 
 #[cfg(test)]
@@ -25,11 +21,7 @@ mod tests {
     use super::*;
 
     fn check(state: Option<&str>, home: Option<&str>, expected: &str) {
-        let found = state_home(
-            state.map(OsString::from),
-            home.map(OsString::from),
-            Path::new("/t"),
-        );
+        let found = state_home(state.map(OsString::from), home.map(OsString::from), Path::new("/t"));
         assert_eq!(found, Path::new(expected), "{state:?} {home:?}");
     }
 

@@ -33,10 +33,7 @@ impl Reader<BufReader<File>> {
     /// When the file cannot be read, is no journal, or has another version.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, JournalError> {
         let path = path.as_ref();
-        let file = File::open(path).map_err(|source| JournalError::Open {
-            path: path.to_owned(),
-            source,
-        })?;
+        let file = File::open(path).map_err(|source| JournalError::Open { path: path.to_owned(), source })?;
         Self::new(BufReader::new(file), path)
     }
 }
@@ -79,20 +76,13 @@ impl<R: BufRead> Reader<R> {
             return Ok(None);
         }
         match serde_json::from_slice(&self.line) {
-            Ok(Record::Header(_)) => Err(JournalError::SecondHeader {
-                path: self.path.clone(),
-                line: self.number,
-            }),
+            Ok(Record::Header(_)) => Err(JournalError::SecondHeader { path: self.path.clone(), line: self.number }),
             Ok(record) => Ok(Some(record)),
             Err(_) if !self.line.ends_with(b"\n") => {
                 self.is_truncated = true;
                 Ok(None)
             }
-            Err(source) => Err(JournalError::Line {
-                path: self.path.clone(),
-                line: self.number,
-                source,
-            }),
+            Err(source) => Err(JournalError::Line { path: self.path.clone(), line: self.number, source }),
         }
     }
 }
@@ -114,26 +104,15 @@ impl<R: BufRead> Iterator for Reader<R> {
 }
 
 /// Leaves the next line in `line` with its end, or nothing at the end of the input.
-fn read_line(
-    input: &mut impl BufRead,
-    line: &mut Vec<u8>,
-    path: &Path,
-    number: u64,
-) -> Result<(), JournalError> {
+fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>, path: &Path, number: u64) -> Result<(), JournalError> {
     line.clear();
-    let length = input
-        .take(MAX_LINE_BYTES)
-        .read_until(b'\n', line)
-        .map_err(|source| JournalError::Read {
-            path: path.to_owned(),
-            line: number,
-            source,
-        })?;
+    let length = input.take(MAX_LINE_BYTES).read_until(b'\n', line).map_err(|source| JournalError::Read {
+        path: path.to_owned(),
+        line: number,
+        source,
+    })?;
     if length as u64 == MAX_LINE_BYTES && !line.ends_with(b"\n") {
-        return Err(JournalError::TooLong {
-            path: path.to_owned(),
-            line: number,
-        });
+        return Err(JournalError::TooLong { path: path.to_owned(), line: number });
     }
     Ok(())
 }
@@ -151,17 +130,10 @@ fn parse_header(line: &[u8], path: &Path) -> Result<Box<Header>, JournalError> {
         return Err(JournalError::NoHeader { path: path() });
     };
     if version != u64::from(JOURNAL_VERSION) {
-        return Err(JournalError::Version {
-            path: path(),
-            found: version,
-            known: JOURNAL_VERSION,
-        });
+        return Err(JournalError::Version { path: path(), found: version, known: JOURNAL_VERSION });
     }
-    let header: Header = serde_json::from_slice(line).map_err(|source| JournalError::Line {
-        path: path(),
-        line: 1,
-        source,
-    })?;
+    let header: Header =
+        serde_json::from_slice(line).map_err(|source| JournalError::Line { path: path(), line: 1, source })?;
     Ok(Box::new(header))
 }
 
@@ -256,9 +228,6 @@ mod tests {
             b"{\"record\":\"header\",\"version\":7,\"shape\":[]}\n",
             "the journal run.jsonl has version 7; this program reads version 1",
         );
-        check(
-            b"{\"record\":\"header\",\"version\":1}\n",
-            "line 1 of the journal run.jsonl is not a record",
-        );
+        check(b"{\"record\":\"header\",\"version\":1}\n", "line 1 of the journal run.jsonl is not a record");
     }
 }

@@ -52,39 +52,21 @@ pub(super) fn records() -> Vec<Record> {
 }
 
 pub(super) fn sent(message: Message) -> Record {
-    Record::Sent {
-        at: Time(1_500_000),
-        round: 3,
-        from: NodeId(0),
-        to: NodeId(1),
-        message,
-    }
+    Record::Sent { at: Time(1_500_000), round: 3, from: NodeId(0), to: NodeId(1), message }
 }
 
 pub(super) fn told(message: ControllerMessage) -> Record {
-    Record::Controller {
-        at: Time(1_750_000),
-        controller: ControllerId(1),
-        message,
-    }
+    Record::Controller { at: Time(1_750_000), controller: ControllerId(1), message }
 }
 
 fn header() -> Record {
-    let entry = |parent, kind: &str| NodeEntry {
-        parent: NodeId(parent),
-        kind: kind.into(),
-    };
+    let entry = |parent, kind: &str| NodeEntry { parent: NodeId(parent), kind: EntryKind::from(kind.to_owned()) };
     Record::Header(Box::new(Header {
         version: JOURNAL_VERSION,
         mission: "tidy up".into(),
         robot: "pr2".into(),
         allocator: "greedy".into(),
-        nodes: vec![
-            entry(0, "root"),
-            entry(0, "and"),
-            entry(1, "pick"),
-            entry(1, "pick"),
-        ],
+        nodes: vec![entry(0, "root"), entry(0, "and"), entry(1, "pick"), entry(1, "pick")],
         resource_types: vec![TypeId(0), TypeId(1), TypeId(1)],
         names: names(),
     }))
@@ -96,25 +78,16 @@ pub(super) fn request() -> Request {
         keep: Keep::Physical(Access::Exclusive),
         candidates: candidates
             .iter()
-            .map(|&resource| Candidate {
-                resource: ResourceId(resource),
-                cost_m: 0.25,
-            })
+            .map(|&resource| Candidate { resource: ResourceId(resource), cost_m: 0.25 })
             .collect(),
     };
     Request {
         leaf: NodeId(2),
         potential: 8.5,
         heir: true,
-        needs: vec![
-            need(Access::Shared(ChannelId(0)), &[0]),
-            need(Access::Exclusive, &[1, 2]),
-        ],
+        needs: vec![need(Access::Shared(ChannelId(0)), &[0]), need(Access::Exclusive, &[1, 2])],
         changes: vec![ObjectId(0)],
-        skips: vec![Span {
-            from: NodeId(2),
-            to: NodeId(3),
-        }],
+        skips: vec![Span { from: NodeId(2), to: NodeId(3) }],
     }
 }
 
@@ -132,56 +105,26 @@ pub(super) fn answer(request: Option<Request>, blocked: Vec<Blocked>) -> Message
 fn messages() -> Vec<Message> {
     let leaf = NodeId(2);
     let end = End::Failed(Fault::TimedOut);
-    let completion = Completion {
-        node: leaf,
-        heir: Some(NodeId(1)),
-    };
+    let completion = Completion { node: leaf, heir: Some(NodeId(1)) };
     vec![
         Message::Activation,
         answer(Some(request()), Vec::new()),
         answer(None, blocked()),
-        Message::Verdict {
-            granted: vec![leaf],
-            refused: None,
-        },
-        Message::Verdict {
-            granted: Vec::new(),
-            refused: Some(Reason::Satisfied),
-        },
+        Message::Verdict { granted: vec![leaf], refused: None },
+        Message::Verdict { granted: Vec::new(), refused: Some(Reason::Satisfied) },
         Message::Reopen { leaf },
         Message::Cancel,
-        Message::Release {
-            leaf,
-            end: End::Succeeded,
-            going: Going {
-                completed: Some(completion),
-                failed: None,
-            },
-        },
-        Message::Release {
-            leaf,
-            end,
-            going: Going::default(),
-        },
+        Message::Release { leaf, end: End::Succeeded, going: Going { completed: Some(completion), failed: None } },
+        Message::Release { leaf, end, going: Going::default() },
     ]
 }
 
 pub(super) fn decided(granted: Vec<Grant>, reopened: Option<Reopened>) -> Record {
-    Record::Decided {
-        at: Time(1_500_000),
-        round: 3,
-        granted,
-        refused: blocked(),
-        reopened,
-    }
+    Record::Decided { at: Time(1_500_000), round: 3, granted, refused: blocked(), reopened }
 }
 
 pub(super) fn grant() -> Grant {
-    let binding = |resource, access, keep| Binding {
-        resource: ResourceId(resource),
-        access,
-        keep,
-    };
+    let binding = |resource, access, keep| Binding { resource: ResourceId(resource), access, keep };
     let shared = Access::Shared(ChannelId(0));
     Grant {
         leaf: NodeId(2),
@@ -197,22 +140,11 @@ pub(super) fn grant() -> Grant {
 }
 
 fn decisions() -> Vec<Record> {
-    let reopened = |lapsed, lacks| Reopened {
-        holder: NodeId(1),
-        leaf: NodeId(2),
-        lapsed,
-        lacks,
-    };
-    let lacks = Box::new(Blocked {
-        leaf: NodeId(3),
-        reason: Reason::NotAt { place: PlaceId(0) },
-    });
+    let reopened = |lapsed, lacks| Reopened { holder: NodeId(1), leaf: NodeId(2), lapsed, lacks };
+    let lacks = Box::new(Blocked { leaf: NodeId(3), reason: Reason::NotAt { place: PlaceId(0) } });
     vec![
         decided(vec![grant()], None),
-        decided(
-            Vec::new(),
-            Some(reopened(Some(ResourceId(0)), Some(lacks.clone()))),
-        ),
+        decided(Vec::new(), Some(reopened(Some(ResourceId(0)), Some(lacks.clone())))),
         decided(Vec::new(), Some(reopened(None, None))),
     ]
 }
@@ -233,10 +165,7 @@ fn releases() -> Vec<Record> {
         at: Time(1_900_000),
         leaf: NodeId(2),
         end,
-        going: Going {
-            completed: None,
-            failed: Some(NodeId(1)),
-        },
+        going: Going { completed: None, failed: Some(NodeId(1)) },
         changes: vec![Change::Fact(FactId(0), false)],
     };
     ends.map(released).into()
@@ -247,40 +176,21 @@ fn blocked() -> Vec<Blocked> {
     let (place, fact, of) = (PlaceId(0), FactId(0), TypeId(1));
     let reasons = [
         Reason::Satisfied,
-        Reason::Held {
-            resource,
-            by: node,
-            channel: None,
-        },
-        Reason::Held {
-            resource,
-            by: node,
-            channel: Some(ChannelId(0)),
-        },
+        Reason::Held { resource, by: node, channel: None },
+        Reason::Held { resource, by: node, channel: Some(ChannelId(0)) },
         Reason::NoneFree { of },
         Reason::Missing { of },
         Reason::OutOfReach { object },
         Reason::NotHeld { object },
-        Reason::Taken {
-            object,
-            by: resource,
-        },
+        Reason::Taken { object, by: resource },
         Reason::Elsewhere { object, place },
         Reason::NotAt { place },
         Reason::Driving { by: node },
         Reason::NoPath { place },
         Reason::Fact { fact, holds: true },
         Reason::NothingAvailable { of },
-        Reason::AlreadyDone {
-            heir: node,
-            lacks: Box::new(Reason::NotAt { place }),
-        },
-        Reason::Outbid {
-            by: node,
-            resource,
-            own: 0.375,
-            theirs: 1.5,
-        },
+        Reason::AlreadyDone { heir: node, lacks: Box::new(Reason::NotAt { place }) },
+        Reason::Outbid { by: node, resource, own: 0.375, theirs: 1.5 },
         Reason::SameObject { object, with: node },
         Reason::Clash { with: node },
         Reason::Alternative { chosen: node },
@@ -296,38 +206,21 @@ fn blocked() -> Vec<Blocked> {
 fn states() -> [ControllerState; 3] {
     let (at, velocity) = (Point3::new(0.5, 0.25, 1.0), Vector3::zeros());
     [
-        ControllerState::Base {
-            pose: Pose::new(7.0, 3.5, 0.0),
-            velocity,
-        },
-        ControllerState::Arm {
-            gripper: at,
-            velocity,
-            holds: Some(ObjectId(0)),
-        },
-        ControllerState::Head {
-            angles: [0.5, -0.25],
-            velocity: [0.0, 0.0],
-        },
+        ControllerState::Base { pose: Pose::new(7.0, 3.5, 0.0), velocity },
+        ControllerState::Arm { gripper: at, velocity, holds: Some(ObjectId(0)) },
+        ControllerState::Head { angles: [0.5, -0.25], velocity: [0.0, 0.0] },
     ]
 }
 
 pub(super) fn goal(command: Command) -> ControllerMessage {
     ControllerMessage::Told {
         leaf: Some(NodeId(2)),
-        message: ToController::Goal {
-            id: id(),
-            mode: Mode::Achieve,
-            command,
-        },
+        message: ToController::Goal { id: id(), mode: Mode::Achieve, command },
     }
 }
 
 pub(super) fn id() -> CommandId {
-    CommandId {
-        generation: 1,
-        number: 7,
-    }
+    CommandId { generation: 1, number: 7 }
 }
 
 fn controller_messages() -> Vec<ControllerMessage> {
@@ -342,29 +235,15 @@ fn controller_messages() -> Vec<ControllerMessage> {
         Command::Look { at },
     ];
     let leaf = NodeId(2);
-    let mut messages = vec![
-        ControllerMessage::Attached,
-        ControllerMessage::Joined { leaf, id: id() },
-        ControllerMessage::Lost,
-    ];
+    let mut messages =
+        vec![ControllerMessage::Attached, ControllerMessage::Joined { leaf, id: id() }, ControllerMessage::Lost];
     messages.extend(states().map(|start| ControllerMessage::Told {
         leaf: None,
-        message: ToController::Configure {
-            generation: 1,
-            speed: 20.0,
-            start,
-        },
+        message: ToController::Configure { generation: 1, speed: 20.0, start },
     }));
     messages.extend(commands.map(goal));
-    messages.push(ControllerMessage::Told {
-        leaf: Some(leaf),
-        message: ToController::Cancel { id: id() },
-    });
-    messages.extend(
-        heard()
-            .into_iter()
-            .map(|message| ControllerMessage::Heard { message }),
-    );
+    messages.push(ControllerMessage::Told { leaf: Some(leaf), message: ToController::Cancel { id: id() } });
+    messages.extend(heard().into_iter().map(|message| ControllerMessage::Heard { message }));
     messages.extend(REJECTIONS.map(|why| ControllerMessage::Refused { why }));
     messages
 }
@@ -385,28 +264,12 @@ fn heard() -> Vec<FromController> {
     let id = id();
     let [state, ..] = states();
     let mut heard = vec![
-        FromController::Configured {
-            generation: 1,
-            state,
-        },
+        FromController::Configured { generation: 1, state },
         FromController::Accepted { id, at: Time(17) },
-        FromController::Rejected {
-            id,
-            why: Rejection::OutOfReach,
-        },
-        FromController::Feedback {
-            id,
-            progress: 0.5,
-            state,
-        },
+        FromController::Rejected { id, why: Rejection::OutOfReach },
+        FromController::Feedback { id, progress: 0.5, state },
     ];
     let ends = [PartEnd::Succeeded, PartEnd::Aborted, PartEnd::Canceled];
-    heard.extend(ends.map(|end| FromController::Result {
-        id,
-        end,
-        began: Time(20),
-        ended: Time(40),
-        state,
-    }));
+    heard.extend(ends.map(|end| FromController::Result { id, end, began: Time(20), ended: Time(40), state }));
     heard
 }

@@ -19,11 +19,7 @@ pub struct Journal<W: Write> {
 impl<W: Write> Journal<W> {
     /// An empty journal.
     pub fn new(out: W) -> Self {
-        Self {
-            out,
-            line: Vec::new(),
-            lines: 0,
-        }
+        Self { out, line: Vec::new(), lines: 0 }
     }
 
     /// Writes one record as one line.
@@ -73,19 +69,10 @@ impl JournalFile {
     pub fn create(path: impl Into<PathBuf>) -> Result<Self, JournalError> {
         let path = path.into();
         if let Some(folder) = path.parent() {
-            fs::create_dir_all(folder).map_err(|source| JournalError::Folder {
-                path: folder.to_owned(),
-                source,
-            })?;
+            fs::create_dir_all(folder).map_err(|source| JournalError::Folder { path: folder.to_owned(), source })?;
         }
-        let file = File::create(&path).map_err(|source| JournalError::Create {
-            path: path.clone(),
-            source,
-        })?;
-        Ok(Self {
-            path,
-            journal: Journal::new(BufWriter::new(file)),
-        })
+        let file = File::create(&path).map_err(|source| JournalError::Create { path: path.clone(), source })?;
+        Ok(Self { path, journal: Journal::new(BufWriter::new(file)) })
     }
 
     /// Writes one record as one line.
@@ -93,9 +80,7 @@ impl JournalFile {
     /// # Errors
     /// When the file does not take it, as on a full disk.
     pub fn write(&mut self, record: &Record) -> Result<(), JournalError> {
-        self.journal
-            .write(record)
-            .map_err(|source| Self::failed(&self.path, source))
+        self.journal.write(record).map_err(|source| Self::failed(&self.path, source))
     }
 
     /// Hands all that is buffered to the operating system.
@@ -103,9 +88,7 @@ impl JournalFile {
     /// # Errors
     /// When the file does not take it, as on a full disk.
     pub fn flush(&mut self) -> Result<(), JournalError> {
-        self.journal
-            .flush()
-            .map_err(|source| Self::failed(&self.path, source))
+        self.journal.flush().map_err(|source| Self::failed(&self.path, source))
     }
 
     /// Lines written so far.
@@ -119,10 +102,7 @@ impl JournalFile {
     }
 
     fn failed(path: &Path, source: io::Error) -> JournalError {
-        JournalError::Write {
-            path: path.to_owned(),
-            source,
-        }
+        JournalError::Write { path: path.to_owned(), source }
     }
 }
 

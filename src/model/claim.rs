@@ -76,9 +76,7 @@ impl Claim {
     pub fn is_sound(&self) -> bool {
         match self.keep {
             Keep::Release => true,
-            Keep::Intention(kept) | Keep::Physical(kept) => {
-                self.access == Access::Exclusive || kept == self.access
-            }
+            Keep::Intention(kept) | Keep::Physical(kept) => self.access == Access::Exclusive || kept == self.access,
         }
     }
 }

@@ -34,7 +34,6 @@ pub struct Line<'a> {
 impl Line<'_> {
     /// Whether a lease of `holder` is the node's own or inherited.
     pub fn contains(&self, holder: NodeId) -> bool {
-        self.topology.is_within(self.node, holder)
-            || self.skips.iter().any(|skip| skip.contains(holder))
+        self.topology.is_within(self.node, holder) || self.skips.iter().any(|skip| skip.contains(holder))
     }
 }

@@ -25,16 +25,16 @@ pub use names::Names;
 pub use pose::Pose;
 pub use reason::Reason;
 pub use record::{
-    Blocked, Completion, ControllerMessage, Going, Header, JOURNAL_VERSION, Message, MissionEnd,
-    NodeEntry, Record, Reopened,
+    Blocked, Completion, ControllerMessage, EntryKind, Going, Header, JOURNAL_VERSION, Message, MissionEnd, NodeEntry,
+    Record, Reopened,
 };
 pub use report::{Interval, MissionReport, Tally};
 pub use request::{Binding, Candidate, Grant, Need, Request};
 pub use resource::{Heir, Hold, Lease, Resource, ResourceTable};
 pub use situation::{Change, Situation, Whereabouts};
 pub use spec::{
-    ArmSpec, BaseSpec, BehaviorSpec, CommandTerm, Condition, ControllerKind, ControllerSpec,
-    EffectTerm, HeadSpec, MissionSpec, NodeKind, Obstacle, PlaceSpec, Potential, ResourceSpec,
-    RobotSpec, Task, Topology, TreeSpec, WorldSpec,
+    ArmSpec, BaseSpec, BehaviorSpec, CommandTerm, Condition, ControllerKind, ControllerSpec, EffectTerm, HeadSpec,
+    MissionSpec, NodeKind, Obstacle, PlaceSpec, Potential, ResourceSpec, RobotSpec, Task, Topology, TreeSpec,
+    WorldSpec,
 };
 pub use time::Time;

@@ -15,10 +15,7 @@ pub struct Pose {
 impl Pose {
     /// A pose from its coordinates: metres, metres, radians.
     pub fn new(x: f64, y: f64, heading: f64) -> Self {
-        Self {
-            at: Point2::new(x, y),
-            heading,
-        }
+        Self { at: Point2::new(x, y), heading }
     }
 
     /// Distance to `other` in the plane, metres; headings do not count.
@@ -34,8 +31,7 @@ impl Pose {
 
     /// The point `map` of the map frame in this pose's own frame, metres.
     pub fn to_local(&self, map: Point3<f64>) -> Point3<f64> {
-        let turned =
-            Rotation2::new(-self.heading) * Vector2::new(map.x - self.at.x, map.y - self.at.y);
+        let turned = Rotation2::new(-self.heading) * Vector2::new(map.x - self.at.x, map.y - self.at.y);
         Point3::new(turned.x, turned.y, map.z)
     }
 }

@@ -142,22 +142,10 @@ impl Reason {
     pub fn sentence(&self, names: &Names) -> String {
         match self {
             Self::Satisfied => "its goal is met already".into(),
-            Self::Held {
-                resource,
-                by,
-                channel: None,
-            } => {
-                format!(
-                    "{} is held by {}",
-                    names.resource(*resource),
-                    names.node(*by)
-                )
+            Self::Held { resource, by, channel: None } => {
+                format!("{} is held by {}", names.resource(*resource), names.node(*by))
             }
-            Self::Held {
-                resource,
-                by,
-                channel: Some(channel),
-            } => {
+            Self::Held { resource, by, channel: Some(channel) } => {
                 format!(
                     "{} is held by {} for \"{}\"",
                     names.resource(*resource),
@@ -173,17 +161,9 @@ impl Reason {
             Self::NotHeld { object } => {
                 format!("{} is in no gripper of its own line", names.object(*object))
             }
-            Self::Taken { object, by } => format!(
-                "{} is in {} already",
-                names.object(*object),
-                names.resource(*by)
-            ),
+            Self::Taken { object, by } => format!("{} is in {} already", names.object(*object), names.resource(*by)),
             Self::Elsewhere { object, place } => {
-                format!(
-                    "{} is not at {}",
-                    names.object(*object),
-                    names.place(*place)
-                )
+                format!("{} is not at {}", names.object(*object), names.place(*place))
             }
             Self::NotAt { place } => format!("the base does not stand at {}", names.place(*place)),
             Self::Driving { by } => format!("the base is being driven by {}", names.node(*by)),
@@ -194,40 +174,23 @@ impl Reason {
                 format!("no {} would be available to it there", names.ty(*of))
             }
             Self::AlreadyDone { heir, lacks } => {
-                format!(
-                    "already done for {}, which still lacks: {}",
-                    names.node(*heir),
-                    lacks.sentence(names)
-                )
+                format!("already done for {}, which still lacks: {}", names.node(*heir), lacks.sentence(names))
             }
-            Self::Outbid {
-                by,
-                resource,
-                own,
-                theirs,
-            } => format!(
+            Self::Outbid { by, resource, own, theirs } => format!(
                 "{} took {} with potential {theirs:.3} against {own:.3}",
                 names.node(*by),
                 names.resource(*resource)
             ),
             Self::SameObject { object, with } => {
-                format!(
-                    "{} changes {} too",
-                    names.node(*with),
-                    names.object(*object)
-                )
+                format!("{} changes {} too", names.node(*with), names.object(*object))
             }
             Self::Clash { with } => format!("it would be in the way of {}", names.node(*with)),
             Self::Alternative { chosen } => format!("{} was chosen instead", names.node(*chosen)),
-            Self::WholeRobot { by } => format!(
-                "one behavior at a time, and {} has the robot",
-                names.node(*by)
-            ),
+            Self::WholeRobot { by } => format!("one behavior at a time, and {} has the robot", names.node(*by)),
             Self::NotItsTurn { after } => format!("its turn comes after {}", names.node(*after)),
-            Self::Ending { failed } => format!(
-                "{} failed, and what runs beside it is being ended",
-                names.node(*failed)
-            ),
+            Self::Ending { failed } => {
+                format!("{} failed, and what runs beside it is being ended", names.node(*failed))
+            }
             Self::GaveUp { attempts } => {
                 format!("it failed {attempts} times, which is as often as it may")
             }

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Change, CommandId, ControllerId, End, FromController, Grant, MissionSpec, Names, NodeId,
-    NodeKind, Reason, Rejection, Request, ResourceId, Time, ToController, TypeId,
+    Change, CommandId, ControllerId, End, FromController, Grant, MissionSpec, Names, NodeId, NodeKind, Reason,
+    Rejection, Request, ResourceId, Time, ToController, TypeId,
 };
 
 /// Version of the journal's form; a reader refuses any other.
@@ -102,34 +102,17 @@ pub struct Header {
 impl Header {
     /// The header of a mission.
     pub fn new(mission: &MissionSpec, allocator: &str) -> Self {
-        let kind = |kind: &NodeKind| match kind {
-            NodeKind::Root => "root".to_owned(),
-            NodeKind::And => "and".to_owned(),
-            NodeKind::Or => "or".to_owned(),
-            NodeKind::Then => "then".to_owned(),
-            NodeKind::Behavior(behavior) => behavior.kind.clone(),
-        };
-        let nodes = mission
-            .tree
-            .nodes
-            .iter()
-            .enumerate()
-            .map(|(index, node)| NodeEntry {
-                parent: mission.tree.topology.parent(NodeId::from(index)),
-                kind: kind(node),
-            });
+        let nodes = mission.tree.nodes.iter().enumerate().map(|(index, node)| NodeEntry {
+            parent: mission.tree.topology.parent(NodeId::from(index)),
+            kind: EntryKind::from(node),
+        });
         Self {
             version: JOURNAL_VERSION,
             mission: mission.name.clone(),
             robot: mission.robot.name.clone(),
             allocator: allocator.to_owned(),
             nodes: nodes.collect(),
-            resource_types: mission
-                .robot
-                .resources
-                .iter()
-                .map(|resource| resource.ty)
-                .collect(),
+            resource_types: mission.robot.resources.iter().map(|resource| resource.ty).collect(),
             names: mission.names.clone(),
         }
     }
@@ -140,8 +123,75 @@ impl Header {
 pub struct NodeEntry {
     /// Its parent; the root's is itself.
     pub parent: NodeId,
-    /// `root`, `and`, `or`, `then`, or the kind of the behavior.
-    pub kind: String,
+    /// What it is; a word in the journal.
+    pub kind: EntryKind,
+}
+
+/// What a node in the header is.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "String", into = "String")]
+pub enum EntryKind {
+    /// `root`.
+    Root,
+    /// `and`.
+    And,
+    /// `or`.
+    Or,
+    /// `then`.
+    Then,
+    /// Any other word is the kind of a behavior.
+    Behavior(String),
+}
+
+impl EntryKind {
+    /// The word for it.
+    pub fn word(&self) -> &str {
+        match self {
+            Self::Root => "root",
+            Self::And => "and",
+            Self::Or => "or",
+            Self::Then => "then",
+            Self::Behavior(kind) => kind,
+        }
+    }
+
+    /// Whether it is a leaf.
+    pub fn is_behavior(&self) -> bool {
+        matches!(self, Self::Behavior(_))
+    }
+}
+
+impl From<String> for EntryKind {
+    fn from(word: String) -> Self {
+        match word.as_str() {
+            "root" => Self::Root,
+            "and" => Self::And,
+            "or" => Self::Or,
+            "then" => Self::Then,
+            _ => Self::Behavior(word),
+        }
+    }
+}
+
+impl From<EntryKind> for String {
+    fn from(kind: EntryKind) -> Self {
+        match kind {
+            EntryKind::Behavior(word) => word,
+            EntryKind::Root | EntryKind::And | EntryKind::Or | EntryKind::Then => kind.word().to_owned(),
+        }
+    }
+}
+
+impl From<&NodeKind> for EntryKind {
+    fn from(kind: &NodeKind) -> Self {
+        match kind {
+            NodeKind::Root => Self::Root,
+            NodeKind::And => Self::And,
+            NodeKind::Or => Self::Or,
+            NodeKind::Then => Self::Then,
+            NodeKind::Behavior(behavior) => Self::Behavior(behavior.kind.clone()),
+        }
+    }
 }
 
 /// A leaf and why it does not run.

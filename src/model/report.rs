@@ -49,13 +49,7 @@ impl Tally {
         match record {
             Record::Header(header) => self.header = Some(header.clone()),
             Record::Sent { .. } => self.messages += 1,
-            Record::Decided {
-                at,
-                round,
-                granted,
-                refused,
-                reopened,
-            } => {
+            Record::Decided { at, round, granted, refused, reopened } => {
                 self.now = *at;
                 self.rounds = *round;
                 for grant in granted {
@@ -72,11 +66,7 @@ impl Tally {
             Record::Released { at, leaf, end, .. } => {
                 self.now = *at;
                 self.closed = true;
-                let open = self
-                    .intervals
-                    .iter_mut()
-                    .rev()
-                    .find(|run| run.leaf == *leaf && run.to.is_none());
+                let open = self.intervals.iter_mut().rev().find(|run| run.leaf == *leaf && run.to.is_none());
                 if let Some(run) = open {
                     run.to = Some(*at);
                     run.end = Some(*end);
@@ -97,9 +87,7 @@ impl Tally {
     pub fn makespan_s(&self) -> f64 {
         let first = self.intervals.iter().map(|run| run.from).min();
         let last = self.intervals.iter().filter_map(|run| run.to).max();
-        first
-            .zip(last)
-            .map_or(0.0, |(first, last)| (last - first).as_secs_f64())
+        first.zip(last).map_or(0.0, |(first, last)| (last - first).as_secs_f64())
     }
 
     /// The report, with names; none before a header and an end.
@@ -115,9 +103,7 @@ impl Tally {
             mission: header.mission.clone(),
             outcome: match self.end? {
                 MissionEnd::Done => "done",
-                MissionEnd::Failed(_) | MissionEnd::ControllerLost(_) | MissionEnd::NodeLost(_) => {
-                    "failed"
-                }
+                MissionEnd::Failed(_) | MissionEnd::ControllerLost(_) | MissionEnd::NodeLost(_) => "failed",
                 MissionEnd::Stalled => "stalled",
                 MissionEnd::Canceled => "cancelled",
             },
@@ -134,25 +120,12 @@ impl Tally {
             self.steps.push(Vec::new());
             self.closed = false;
         }
-        self.steps
-            .last_mut()
-            .expect("a step was just opened")
-            .push(grant.leaf);
-        self.intervals.push(Interval {
-            leaf: grant.leaf,
-            from: at,
-            to: None,
-            end: None,
-        });
+        self.steps.last_mut().expect("a step was just opened").push(grant.leaf);
+        self.intervals.push(Interval { leaf: grant.leaf, from: at, to: None, end: None });
         self.reasons.remove(&grant.leaf);
         self.skipped.retain(|(leaf, _)| *leaf != grant.leaf);
-        for leaf in grant
-            .skips
-            .iter()
-            .flat_map(|skip| (skip.from.0..skip.to.0).map(NodeId))
-        {
-            let is_done =
-                self.skipped.iter().any(|(known, _)| *known == leaf) || self.has_succeeded(leaf);
+        for leaf in grant.skips.iter().flat_map(|skip| (skip.from.0..skip.to.0).map(NodeId)) {
+            let is_done = self.skipped.iter().any(|(known, _)| *known == leaf) || self.has_succeeded(leaf);
             if self.is_behavior(leaf) && !is_done {
                 self.skipped.push((leaf, at));
             }
@@ -160,32 +133,21 @@ impl Tally {
     }
 
     fn skip_satisfied(&mut self, at: Time) {
-        let met = self
-            .reasons
-            .iter()
-            .filter(|(_, reason)| **reason == Reason::Satisfied)
-            .map(|(leaf, _)| *leaf);
+        let met = self.reasons.iter().filter(|(_, reason)| **reason == Reason::Satisfied).map(|(leaf, _)| *leaf);
         let new: Vec<_> = met
-            .filter(|leaf| {
-                !self.has_succeeded(*leaf) && self.skipped.iter().all(|(known, _)| known != leaf)
-            })
+            .filter(|leaf| !self.has_succeeded(*leaf) && self.skipped.iter().all(|(known, _)| known != leaf))
             .map(|leaf| (leaf, at))
             .collect();
         self.skipped.extend(new);
     }
 
     fn has_succeeded(&self, leaf: NodeId) -> bool {
-        self.intervals
-            .iter()
-            .any(|run| run.leaf == leaf && run.end == Some(End::Succeeded))
+        self.intervals.iter().any(|run| run.leaf == leaf && run.end == Some(End::Succeeded))
     }
 
     fn is_behavior(&self, node: NodeId) -> bool {
-        let entry = self
-            .header
-            .as_ref()
-            .and_then(|header| header.nodes.get(node.index()));
-        entry.is_none_or(|entry| !matches!(entry.kind.as_str(), "root" | "and" | "or" | "then"))
+        let entry = self.header.as_ref().and_then(|header| header.nodes.get(node.index()));
+        entry.is_none_or(|entry| entry.kind.is_behavior())
     }
 }
 

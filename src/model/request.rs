@@ -70,10 +70,6 @@ pub struct Grant {
 impl Grant {
     /// The channel on which the behavior uses a resource.
     pub fn channel(&self, resource: ResourceId) -> Option<ChannelId> {
-        self.bindings
-            .iter()
-            .find(|binding| binding.resource == resource)?
-            .access
-            .channel()
+        self.bindings.iter().find(|binding| binding.resource == resource)?.access.channel()
     }
 }

@@ -72,10 +72,7 @@ impl Resource {
         if self.access.is_some_and(|present| present.joins(access)) {
             return None;
         }
-        self.leases
-            .iter()
-            .map(|lease| lease.holder)
-            .find(|&holder| !line.contains(holder))
+        self.leases.iter().map(|lease| lease.holder).find(|&holder| !line.contains(holder))
     }
 
     fn remove(&mut self, gone: impl Fn(&Lease) -> bool) -> Vec<Lease> {
@@ -90,14 +87,8 @@ impl Resource {
     /// Adds a lease; a holder has one per resource, the physical before the intention, then the later behavior.
     fn add(&mut self, lease: Lease, access: Access) {
         self.access = Some(access);
-        match self
-            .leases
-            .iter_mut()
-            .find(|present| present.holder == lease.holder)
-        {
-            Some(present) if (present.hold, present.behavior) < (lease.hold, lease.behavior) => {
-                *present = lease
-            }
+        match self.leases.iter_mut().find(|present| present.holder == lease.holder) {
+            Some(present) if (present.hold, present.behavior) < (lease.hold, lease.behavior) => *present = lease,
             Some(_) => {}
             None => {
                 self.leases.push(lease);
@@ -126,9 +117,7 @@ pub struct ResourceTable {
 impl ResourceTable {
     /// A table of `count` free resources.
     pub fn new(count: usize) -> Self {
-        Self {
-            resources: vec![Resource::default(); count],
-        }
+        Self { resources: vec![Resource::default(); count] }
     }
 
     /// One resource.
@@ -138,16 +127,12 @@ impl ResourceTable {
 
     /// All resources in resource order.
     pub fn iter(&self) -> impl Iterator<Item = (ResourceId, &Resource)> {
-        self.resources
-            .iter()
-            .enumerate()
-            .map(|(index, resource)| (ResourceId::from(index), resource))
+        self.resources.iter().enumerate().map(|(index, resource)| (ResourceId::from(index), resource))
     }
 
     /// All leases, in resource order, then by holder.
     pub fn leases(&self) -> impl Iterator<Item = (ResourceId, &Lease)> {
-        self.iter()
-            .flat_map(|(id, resource)| resource.leases.iter().map(move |lease| (id, lease)))
+        self.iter().flat_map(|(id, resource)| resource.leases.iter().map(move |lease| (id, lease)))
     }
 
     /// Moves and makes the leases of a grant.
@@ -156,33 +141,17 @@ impl ResourceTable {
     /// the behavior claims of its line moves to it, and what it does not claim stays.
     pub fn take(&mut self, topology: &Topology, grant: &Grant) {
         for skip in &grant.skips {
-            let heir = Heir {
-                node: topology.parent(skip.from),
-                goes_on: true,
-            };
+            let heir = Heir { node: topology.parent(skip.from), goes_on: true };
             self.move_up(|holder| skip.contains(holder), heir);
         }
-        let line = Line {
-            topology,
-            node: grant.leaf,
-            skips: &[],
-        };
+        let line = Line { topology, node: grant.leaf, skips: &[] };
         for binding in &grant.bindings {
             let resource = &mut self.resources[binding.resource.index()];
             let blocked = resource.obstacle(&line, binding.access);
-            assert!(
-                blocked.is_none(),
-                "granted {binding:?} to {:?} against {blocked:?}",
-                grant.leaf
-            );
+            assert!(blocked.is_none(), "granted {binding:?} to {:?} against {blocked:?}", grant.leaf);
             let inherited = resource.remove(|lease| line.contains(lease.holder));
             let from = inherited.iter().map(|lease| lease.holder).max();
-            let lease = Lease {
-                holder: grant.leaf,
-                behavior: grant.leaf,
-                hold: Hold::Running,
-                from,
-            };
+            let lease = Lease { holder: grant.leaf, behavior: grant.leaf, hold: Hold::Running, from };
             resource.add(lease, binding.access);
         }
         self.assert_sound();
@@ -199,15 +168,7 @@ impl ResourceTable {
                 Keep::Intention(access) => (Hold::Intention, access),
                 Keep::Physical(access) => (Hold::Physical, access),
             };
-            resource.add(
-                Lease {
-                    holder: heir.node,
-                    behavior: grant.leaf,
-                    hold,
-                    from: None,
-                },
-                access,
-            );
+            resource.add(Lease { holder: heir.node, behavior: grant.leaf, hold, from: None }, access);
         }
         self.move_up(|holder| topology.is_within(holder, completed), heir);
         self.assert_sound();
@@ -226,9 +187,7 @@ impl ResourceTable {
     ) {
         let above = topology.parent(failed.unwrap_or(leaf));
         for (index, resource) in self.resources.iter_mut().enumerate() {
-            let ended = |holder| {
-                holder == leaf || failed.is_some_and(|top| topology.is_within(holder, top))
-            };
+            let ended = |holder| holder == leaf || failed.is_some_and(|top| topology.is_within(holder, top));
             let access = resource.access;
             for lease in resource.remove(|lease| ended(lease.holder)) {
                 if !is_full(ResourceId::from(index)) {
@@ -236,15 +195,7 @@ impl ResourceTable {
                 }
                 let holder = lease.from.filter(|&from| !ended(from)).unwrap_or(above);
                 let access = access.expect("a resource with a lease has an access");
-                resource.add(
-                    Lease {
-                        holder,
-                        hold: Hold::Physical,
-                        from: None,
-                        ..lease
-                    },
-                    access,
-                );
+                resource.add(Lease { holder, hold: Hold::Physical, from: None, ..lease }, access);
             }
         }
         self.assert_sound();
@@ -253,10 +204,7 @@ impl ResourceTable {
     /// Ends an intention lease of a holder.
     pub fn lapse(&mut self, resource: ResourceId, holder: NodeId) {
         let gone = self.resources[resource.index()].remove(|lease| lease.holder == holder);
-        assert!(
-            gone.iter().all(|lease| lease.hold == Hold::Intention),
-            "only intentions lapse: {gone:?}"
-        );
+        assert!(gone.iter().all(|lease| lease.hold == Hold::Intention), "only intentions lapse: {gone:?}");
     }
 
     /// Ends the physical leases of a gripper that the world shows empty.
@@ -273,19 +221,10 @@ impl ResourceTable {
         for resource in &mut self.resources {
             let access = resource.access;
             for lease in resource.remove(|lease| leaves_from(lease.holder)) {
-                assert!(
-                    lease.hold != Hold::Running,
-                    "a completed node has nothing running: {lease:?}"
-                );
+                assert!(lease.hold != Hold::Running, "a completed node has nothing running: {lease:?}");
                 if lease.hold == Hold::Physical || heir.goes_on {
                     let access = access.expect("a resource with a lease has an access");
-                    resource.add(
-                        Lease {
-                            holder: heir.node,
-                            ..lease
-                        },
-                        access,
-                    );
+                    resource.add(Lease { holder: heir.node, ..lease }, access);
                 }
             }
         }
@@ -300,11 +239,7 @@ impl ResourceTable {
                 Some(Access::Exclusive) => owners == 1,
                 Some(Access::Shared(_)) => owners >= 1,
             };
-            assert!(
-                sound,
-                "{id:?} is used {:?} by {owners} owners",
-                resource.access
-            );
+            assert!(sound, "{id:?} is used {:?} by {owners} owners", resource.access);
         }
     }
 }

@@ -44,26 +44,19 @@ pub enum Change {
 impl Situation {
     /// What the resource holds.
     pub fn held_by(&self, resource: ResourceId) -> Option<ObjectId> {
-        self.objects
-            .iter()
-            .position(|&at| at == Whereabouts::In(resource))
-            .map(ObjectId::from)
+        self.objects.iter().position(|&at| at == Whereabouts::In(resource)).map(ObjectId::from)
     }
 
     /// Applies a change; true if anything is different now.
     pub fn apply(&mut self, change: Change) -> bool {
         match change {
             Change::Base(pose) => std::mem::replace(&mut self.base, pose) != pose,
-            Change::Object(object, at) => {
-                std::mem::replace(&mut self.objects[object.index()], at) != at
-            }
+            Change::Object(object, at) => std::mem::replace(&mut self.objects[object.index()], at) != at,
             Change::Emptied(resource) => match self.held_by(resource) {
                 Some(object) => self.apply(Change::Object(object, Whereabouts::Unknown)),
                 None => false,
             },
-            Change::Fact(fact, holds) => {
-                std::mem::replace(&mut self.facts[fact.index()], holds) != holds
-            }
+            Change::Fact(fact, holds) => std::mem::replace(&mut self.facts[fact.index()], holds) != holds,
         }
     }
 }

@@ -5,10 +5,7 @@ use std::time::Duration;
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::{
-    Claim, ControllerId, FactId, Mode, Names, NodeId, ObjectId, PlaceId, Pose, ResourceId,
-    Situation, TypeId,
-};
+use super::{Claim, ControllerId, FactId, Mode, Names, NodeId, ObjectId, PlaceId, Pose, ResourceId, Situation, TypeId};
 
 /// A mission that can be run.
 #[derive(Debug, Clone, PartialEq)]
@@ -158,18 +155,12 @@ impl Topology {
         let mut ends: Vec<NodeId> = (1..=parents.len()).map(NodeId::from).collect();
         for node in (1..parents.len()).rev() {
             let parent = parents[node].index();
-            assert!(
-                parent < node && ends[parent].index() > 0,
-                "not in preorder: {parents:?}"
-            );
+            assert!(parent < node && ends[parent].index() > 0, "not in preorder: {parents:?}");
             ends[parent] = ends[parent].max(ends[node]);
         }
         for node in 1..parents.len() {
             let (parent, before) = (parents[node], NodeId::from(node - 1));
-            assert!(
-                parent <= before && before < ends[parent.index()],
-                "not in preorder: {parents:?}"
-            );
+            assert!(parent <= before && before < ends[parent.index()], "not in preorder: {parents:?}");
         }
         Self { parents, ends }
     }
@@ -221,9 +212,7 @@ impl TreeSpec {
 
     /// All leaves in tree order.
     pub fn leaves(&self) -> impl Iterator<Item = NodeId> + '_ {
-        (0..self.nodes.len())
-            .map(NodeId::from)
-            .filter(|&node| self.behavior(node).is_some())
+        (0..self.nodes.len()).map(NodeId::from).filter(|&node| self.behavior(node).is_some())
     }
 }
 
@@ -358,8 +347,6 @@ pub enum Task {
 impl RobotSpec {
     /// Resources of a type, in resource order.
     pub fn of_type(&self, ty: TypeId) -> impl Iterator<Item = ResourceId> + '_ {
-        (0..self.resources.len())
-            .map(ResourceId::from)
-            .filter(move |id| self.resources[id.index()].ty == ty)
+        (0..self.resources.len()).map(ResourceId::from).filter(move |id| self.resources[id.index()].ty == ty)
     }
 }

@@ -22,20 +22,10 @@ pub struct Arm {
 impl Arm {
     /// Tucked, with nothing in the gripper.
     pub fn new(spec: ArmSpec) -> Self {
-        Self {
-            mover: Mover::at(spec.tuck.coords),
-            spec,
-            holds: None,
-            will_hold: None,
-        }
+        Self { mover: Mover::at(spec.tuck.coords), spec, holds: None, will_hold: None }
     }
 
-    fn work_at(
-        &mut self,
-        at: Point3<f64>,
-        mode: Mode,
-        will_hold: Option<ObjectId>,
-    ) -> Result<(), Rejection> {
+    fn work_at(&mut self, at: Point3<f64>, mode: Mode, will_hold: Option<ObjectId>) -> Result<(), Rejection> {
         if mode == Mode::Maintain {
             return Err(Rejection::Unsupported);
         }
@@ -61,17 +51,12 @@ impl Arm {
     fn lift_m(&self, at: Point3<f64>) -> f64 {
         let from_shoulder = at - self.spec.shoulder;
         let aside = from_shoulder.xy().norm_squared();
-        let top = (self.spec.reach_m * self.spec.reach_m - aside)
-            .max(0.0)
-            .sqrt();
+        let top = (self.spec.reach_m * self.spec.reach_m - aside).max(0.0).sqrt();
         (top - from_shoulder.z).clamp(0.0, self.spec.lift_m.max(0.0))
     }
 
     fn straight(&self, from: SVector<f64, 3>, to: SVector<f64, 3>) -> Leg<3> {
-        let limits = Limits {
-            speed: self.spec.speed,
-            acceleration: self.spec.acceleration,
-        };
+        let limits = Limits { speed: self.spec.speed, acceleration: self.spec.acceleration };
         Leg::wait(from, 0.0).with(0..3, to, limits)
     }
 }
@@ -80,9 +65,7 @@ impl Controller for Arm {
     fn configure(&mut self, start: ControllerState) -> ControllerState {
         let (at, holds) = match start {
             ControllerState::Arm { gripper, holds, .. } => (gripper.coords, holds),
-            ControllerState::Base { .. } | ControllerState::Head { .. } => {
-                (self.mover.position(), self.holds)
-            }
+            ControllerState::Base { .. } | ControllerState::Head { .. } => (self.mover.position(), self.holds),
         };
         self.mover = Mover::at(at);
         self.holds = holds;
@@ -98,9 +81,7 @@ impl Controller for Arm {
                 Some(_) => Err(Rejection::Busy),
                 None => self.work_at(at, mode, Some(object)),
             },
-            Command::Put { object, at } if self.holds == Some(object) => {
-                self.work_at(at, mode, None)
-            }
+            Command::Put { object, at } if self.holds == Some(object) => self.work_at(at, mode, None),
             Command::Put { .. } | Command::Drive { .. } | Command::Stand | Command::Look { .. } => {
                 Err(Rejection::Unsupported)
             }
@@ -121,10 +102,6 @@ impl Controller for Arm {
 
     fn state(&self) -> ControllerState {
         let velocity: Vector3<f64> = self.mover.velocity();
-        ControllerState::Arm {
-            gripper: Point3::from(self.mover.position()),
-            velocity,
-            holds: self.holds,
-        }
+        ControllerState::Arm { gripper: Point3::from(self.mover.position()), velocity, holds: self.holds }
     }
 }

@@ -19,10 +19,7 @@ pub struct Base {
 impl Base {
     /// At rest in the origin of the map.
     pub fn new(spec: BaseSpec) -> Self {
-        Self {
-            spec,
-            mover: Mover::at(Vector3::zeros()),
-        }
+        Self { spec, mover: Mover::at(Vector3::zeros()) }
     }
 
     fn drive(&mut self, path: &[Pose], mode: Mode) -> Result<(), Rejection> {
@@ -49,17 +46,9 @@ impl Base {
     fn leg(&self, mut from: Vector3<f64>, to: Vector3<f64>) -> Leg<3> {
         // The same direction under another number, so that the shorter turn ends at the very heading asked for.
         from.z = to.z - shorter_turn(to.z - from.z);
-        let driving = Limits {
-            speed: self.spec.speed,
-            acceleration: self.spec.acceleration,
-        };
-        let turning = Limits {
-            speed: self.spec.turn_speed,
-            acceleration: self.spec.turn_acceleration,
-        };
-        Leg::wait(from, 0.0)
-            .with(0..2, to, driving)
-            .with(2..3, to, turning)
+        let driving = Limits { speed: self.spec.speed, acceleration: self.spec.acceleration };
+        let turning = Limits { speed: self.spec.turn_speed, acceleration: self.spec.turn_acceleration };
+        Leg::wait(from, 0.0).with(0..2, to, driving).with(2..3, to, turning)
     }
 }
 
@@ -79,12 +68,8 @@ impl Controller for Base {
         }
         match command {
             Command::Drive { path } => self.drive(path, mode),
-            Command::Stand => self
-                .mover
-                .follow(vec![Leg::wait(self.mover.position(), 0.0)], mode),
-            Command::Grasp { .. } | Command::Put { .. } | Command::Look { .. } => {
-                Err(Rejection::Unsupported)
-            }
+            Command::Stand => self.mover.follow(vec![Leg::wait(self.mover.position(), 0.0)], mode),
+            Command::Grasp { .. } | Command::Put { .. } | Command::Look { .. } => Err(Rejection::Unsupported),
         }
     }
 
@@ -98,10 +83,7 @@ impl Controller for Base {
 
     fn state(&self) -> ControllerState {
         let at = self.mover.position();
-        ControllerState::Base {
-            pose: Pose::new(at.x, at.y, at.z),
-            velocity: self.mover.velocity(),
-        }
+        ControllerState::Base { pose: Pose::new(at.x, at.y, at.z), velocity: self.mover.velocity() }
     }
 }
 

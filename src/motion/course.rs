@@ -30,16 +30,8 @@ pub(super) struct Leg<const N: usize> {
 impl<const N: usize> Leg<N> {
     /// Stays for a time.
     pub(super) fn wait(at: SVector<f64, N>, duration_s: f64) -> Self {
-        let axis = Axis {
-            profile: Profile::STILL,
-            share: 0.0,
-        };
-        Self {
-            from: at,
-            to: at,
-            axes: [axis; N],
-            duration_s,
-        }
+        let axis = Axis { profile: Profile::STILL, share: 0.0 };
+        Self { from: at, to: at, axes: [axis; N], duration_s }
     }
 
     /// Lets a group of coordinates go straight to where `to` has them, together under one limit.
@@ -51,11 +43,7 @@ impl<const N: usize> Leg<N> {
         self.duration_s = self.duration_s.max(profile.duration_s());
         for axis in group {
             self.to[axis] = to[axis];
-            let share = if length > 0.0 {
-                way[axis] / length
-            } else {
-                0.0
-            };
+            let share = if length > 0.0 { way[axis] / length } else { 0.0 };
             self.axes[axis] = Axis { profile, share };
         }
         self
@@ -69,11 +57,7 @@ impl<const N: usize> Leg<N> {
     /// Steps that it takes; at least one, so that every leg is seen to end.
     fn ticks(&self) -> Result<u64, Rejection> {
         let ticks = (self.duration_s / STEP.as_secs_f64()).ceil().max(1.0);
-        if ticks <= MAX_LEG_TICKS {
-            Ok(ticks as u64)
-        } else {
-            Err(Rejection::Malformed)
-        }
+        if ticks <= MAX_LEG_TICKS { Ok(ticks as u64) } else { Err(Rejection::Malformed) }
     }
 
     fn at(&self, time_s: f64) -> (SVector<f64, N>, SVector<f64, N>) {
@@ -139,11 +123,7 @@ pub(super) struct Stepped {
 impl<const N: usize> Mover<N> {
     /// At rest.
     pub(super) fn at(position: SVector<f64, N>) -> Self {
-        Self {
-            position,
-            velocity: SVector::zeros(),
-            course: None,
-        }
+        Self { position, velocity: SVector::zeros(), course: None }
     }
 
     /// Where it is.
@@ -166,10 +146,7 @@ impl<const N: usize> Mover<N> {
         if self.is_busy() {
             return Err(Rejection::Busy);
         }
-        let legs = legs
-            .into_iter()
-            .map(|leg| leg.ticks().map(|ticks| (leg, ticks)))
-            .collect::<Result<Vec<_>, _>>()?;
+        let legs = legs.into_iter().map(|leg| leg.ticks().map(|ticks| (leg, ticks))).collect::<Result<Vec<_>, _>>()?;
         self.course = Some(Course {
             leg: 0,
             tick: 0,
@@ -208,10 +185,7 @@ impl<const N: usize> Mover<N> {
     /// Moves on by one step.
     pub(super) fn step(&mut self) -> Stepped {
         let Some(course) = &mut self.course else {
-            return Stepped {
-                progress: Progress::Idle,
-                passed: None,
-            };
+            return Stepped { progress: Progress::Idle, passed: None };
         };
         let (sample, passed) = course.step();
         if let Some((position, velocity)) = sample {

@@ -1,9 +1,7 @@
 //! A controller with the command that it works on: the same in a process and in a simulation.
 
 use super::{Controller, Progress};
-use crate::model::{
-    Command, CommandId, ControllerState, FromController, Mode, PartEnd, Rejection, Time,
-};
+use crate::model::{Command, CommandId, ControllerState, FromController, Mode, PartEnd, Rejection, Time};
 
 /// Carries out one command at a time and tells of it.
 #[derive(Debug)]
@@ -23,10 +21,7 @@ struct Active {
 impl<C: Controller> Executor<C> {
     /// A controller with nothing to do.
     pub fn new(controller: C) -> Self {
-        Self {
-            controller,
-            active: None,
-        }
+        Self { controller, active: None }
     }
 
     /// Takes the start state of a new attachment and gives the true one.
@@ -54,23 +49,12 @@ impl<C: Controller> Executor<C> {
     ///
     /// # Errors
     /// [`Rejection::Busy`] while another is under way, or why the controller cannot.
-    pub fn begin(
-        &mut self,
-        id: CommandId,
-        mode: Mode,
-        command: &Command,
-        now: Time,
-    ) -> Result<(), Rejection> {
+    pub fn begin(&mut self, id: CommandId, mode: Mode, command: &Command, now: Time) -> Result<(), Rejection> {
         if self.is_busy() {
             return Err(Rejection::Busy);
         }
         self.controller.start(command, mode)?;
-        self.active = Some(Active {
-            id,
-            began: now,
-            progress: 0.0,
-            is_canceled: false,
-        });
+        self.active = Some(Active { id, began: now, progress: 0.0, is_canceled: false });
         Ok(())
     }
 
@@ -97,24 +81,14 @@ impl<C: Controller> Executor<C> {
             Progress::Idle => PartEnd::Aborted,
         };
         let Active { id, began, .. } = self.active.take()?;
-        Some(FromController::Result {
-            id,
-            end,
-            began,
-            ended: now,
-            state: self.state(),
-        })
+        Some(FromController::Result { id, end, began, ended: now, state: self.state() })
     }
 
     /// How far the command is.
     pub fn feedback(&self) -> Option<FromController> {
         let active = self.active.as_ref()?;
         let state = self.state();
-        Some(FromController::Feedback {
-            id: active.id,
-            progress: active.progress,
-            state,
-        })
+        Some(FromController::Feedback { id: active.id, progress: active.progress, state })
     }
 }
 

@@ -17,10 +17,7 @@ pub struct Head {
 impl Head {
     /// Looking straight ahead.
     pub fn new(spec: HeadSpec) -> Self {
-        Self {
-            spec,
-            mover: Mover::at(Vector2::zeros()),
-        }
+        Self { spec, mover: Mover::at(Vector2::zeros()) }
     }
 
     fn look(&mut self, at: Point3<f64>, mode: Mode) -> Result<(), Rejection> {
@@ -28,13 +25,8 @@ impl Head {
         if !to.iter().all(|value| value.is_finite()) {
             return Err(Rejection::NotFinite);
         }
-        let limits = Limits {
-            speed: self.spec.speed,
-            acceleration: self.spec.acceleration,
-        };
-        let leg = Leg::wait(self.mover.position(), 0.0)
-            .with(0..1, to, limits)
-            .with(1..2, to, limits);
+        let limits = Limits { speed: self.spec.speed, acceleration: self.spec.acceleration };
+        let leg = Leg::wait(self.mover.position(), 0.0).with(0..1, to, limits).with(1..2, to, limits);
         self.mover.follow(vec![leg], mode)
     }
 }
@@ -55,10 +47,9 @@ impl Controller for Head {
         }
         match *command {
             Command::Look { at } => self.look(at, mode),
-            Command::Drive { .. }
-            | Command::Stand
-            | Command::Grasp { .. }
-            | Command::Put { .. } => Err(Rejection::Unsupported),
+            Command::Drive { .. } | Command::Stand | Command::Grasp { .. } | Command::Put { .. } => {
+                Err(Rejection::Unsupported)
+            }
         }
     }
 
@@ -71,10 +62,7 @@ impl Controller for Head {
     }
 
     fn state(&self) -> ControllerState {
-        ControllerState::Head {
-            angles: self.mover.position().into(),
-            velocity: self.mover.velocity().into(),
-        }
+        ControllerState::Head { angles: self.mover.position().into(), velocity: self.mover.velocity().into() }
     }
 }
 

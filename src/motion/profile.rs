@@ -25,14 +25,8 @@ pub(super) struct Profile {
 
 impl Profile {
     /// No motion at all.
-    pub(super) const STILL: Self = Self {
-        length: 0.0,
-        acceleration: 0.0,
-        top_speed: 0.0,
-        accelerate_s: 0.0,
-        cruise_s: 0.0,
-        brake_s: 0.0,
-    };
+    pub(super) const STILL: Self =
+        Self { length: 0.0, acceleration: 0.0, top_speed: 0.0, accelerate_s: 0.0, cruise_s: 0.0, brake_s: 0.0 };
 
     /// The fastest motion from rest to rest over `length`.
     pub(super) fn over(length: f64, limits: Limits) -> Self {
@@ -107,10 +101,7 @@ mod tests {
 
     #[test]
     fn a_long_way_cruises_and_a_short_one_does_not() {
-        let limits = Limits {
-            speed: 1.0,
-            acceleration: 0.5,
-        };
+        let limits = Limits { speed: 1.0, acceleration: 0.5 };
         for (length, duration_s) in [(8.0, 10.0), (2.0, 4.0), (0.5, 2.0), (0.0, 0.0)] {
             let found = Profile::over(length, limits).duration_s();
             assert!((found - duration_s).abs() < 1e-6, "{length}: {found}");

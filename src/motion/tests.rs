@@ -6,12 +6,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::model::{ArmSpec, BaseSpec, HeadSpec, ObjectId, Pose};
 
-const BASE: BaseSpec = BaseSpec {
-    speed: 0.8,
-    acceleration: 0.5,
-    turn_speed: 1.0,
-    turn_acceleration: 1.5,
-};
+const BASE: BaseSpec = BaseSpec { speed: 0.8, acceleration: 0.5, turn_speed: 1.0, turn_acceleration: 1.5 };
 const ARM: ArmSpec = ArmSpec {
     shoulder: Point3::new(-0.05, 0.188, 0.79),
     tuck: Point3::new(0.25, 0.3, 0.9),
@@ -21,25 +16,15 @@ const ARM: ArmSpec = ArmSpec {
     grip_s: 1.0,
     lift_m: 0.1,
 };
-const HEAD: HeadSpec = HeadSpec {
-    neck: Point3::new(-0.02, 0.0, 1.2),
-    speed: 1.5,
-    acceleration: 5.0,
-};
+const HEAD: HeadSpec = HeadSpec { neck: Point3::new(-0.02, 0.0, 1.2), speed: 1.5, acceleration: 5.0 };
 /// More steps than any goal of these tests takes.
 const MAX_STEPS: usize = 100_000;
 
 fn moving(state: &ControllerState) -> (Vec<f64>, f64, f64) {
     match state {
-        ControllerState::Base { velocity, .. } => {
-            (velocity.as_slice().to_vec(), BASE.speed, BASE.acceleration)
-        }
-        ControllerState::Arm { velocity, .. } => {
-            (velocity.as_slice().to_vec(), ARM.speed, ARM.acceleration)
-        }
-        ControllerState::Head { velocity, .. } => {
-            (velocity.to_vec(), HEAD.speed, HEAD.acceleration)
-        }
+        ControllerState::Base { velocity, .. } => (velocity.as_slice().to_vec(), BASE.speed, BASE.acceleration),
+        ControllerState::Arm { velocity, .. } => (velocity.as_slice().to_vec(), ARM.speed, ARM.acceleration),
+        ControllerState::Head { velocity, .. } => (velocity.to_vec(), HEAD.speed, HEAD.acceleration),
     }
 }
 
@@ -56,11 +41,8 @@ fn speeds(of: &[f64], state: &ControllerState) -> Vec<f64> {
 
 fn assert_limits(before: &ControllerState, now: &ControllerState) {
     let (velocity, speed, acceleration) = moving(now);
-    let change: Vec<f64> = velocity
-        .iter()
-        .zip(moving(before).0)
-        .map(|(now, before)| (now - before) / STEP.as_secs_f64())
-        .collect();
+    let change: Vec<f64> =
+        velocity.iter().zip(moving(before).0).map(|(now, before)| (now - before) / STEP.as_secs_f64()).collect();
     for found in speeds(&velocity, now) {
         assert!(found.abs() <= speed, "{now:?} is faster than {speed}");
     }
@@ -68,18 +50,12 @@ fn assert_limits(before: &ControllerState, now: &ControllerState) {
     for (group, found) in speeds(&change, now).into_iter().enumerate() {
         let is_turn = group == 1 && matches!(now, ControllerState::Base { .. });
         let allowed = if is_turn { turn_allowed } else { acceleration };
-        assert!(
-            found.abs() <= allowed,
-            "{before:?} to {now:?} is more than {allowed}"
-        );
+        assert!(found.abs() <= allowed, "{before:?} to {now:?} is more than {allowed}");
     }
 }
 
 /// Steps until the command ends or is maintained, told to stop after `cancel_at` steps; gives each state.
-fn run(
-    controller: &mut dyn Controller,
-    cancel_at: Option<usize>,
-) -> (Progress, Vec<ControllerState>) {
+fn run(controller: &mut dyn Controller, cancel_at: Option<usize>) -> (Progress, Vec<ControllerState>) {
     let mut states = vec![controller.state()];
     let mut done = 0.0;
     for step in 0..MAX_STEPS {
@@ -104,38 +80,23 @@ fn run(
 }
 
 fn look(x: f64, y: f64, z: f64) -> Command {
-    Command::Look {
-        at: Point3::new(x, y, z),
-    }
+    Command::Look { at: Point3::new(x, y, z) }
 }
 
 fn grasp(object: u32, x: f64, y: f64, z: f64) -> Command {
-    Command::Grasp {
-        object: ObjectId(object),
-        at: Point3::new(x, y, z),
-    }
+    Command::Grasp { object: ObjectId(object), at: Point3::new(x, y, z) }
 }
 
 fn put(object: u32, x: f64, y: f64, z: f64) -> Command {
-    Command::Put {
-        object: ObjectId(object),
-        at: Point3::new(x, y, z),
-    }
+    Command::Put { object: ObjectId(object), at: Point3::new(x, y, z) }
 }
 
 fn drive(path: &[(f64, f64, f64)]) -> Command {
-    Command::Drive {
-        path: path.iter().map(|&(x, y, h)| Pose::new(x, y, h)).collect(),
-    }
+    Command::Drive { path: path.iter().map(|&(x, y, h)| Pose::new(x, y, h)).collect() }
 }
 
 fn all() -> [Box<dyn Controller + Send>; 3] {
-    [
-        ControllerKind::Arm(ARM),
-        ControllerKind::Base(BASE),
-        ControllerKind::Head(HEAD),
-    ]
-    .map(|kind| simulated(&kind))
+    [ControllerKind::Arm(ARM), ControllerKind::Base(BASE), ControllerKind::Head(HEAD)].map(|kind| simulated(&kind))
 }
 
 /// A command and what arm, base and head say to it.
@@ -208,10 +169,7 @@ fn an_arm_takes_and_gives_back() {
         ControllerState::Base { .. } | ControllerState::Head { .. } => panic!("not an arm"),
     };
     let taken = states.iter().find(|state| held(state).0.is_some()).unwrap();
-    assert_eq!(
-        held(taken),
-        (Some(ObjectId(3)), Point3::new(0.6, 0.1, 0.75))
-    );
+    assert_eq!(held(taken), (Some(ObjectId(3)), Point3::new(0.6, 0.1, 0.75)));
     assert_eq!(held(&arm.state()), (Some(ObjectId(3)), ARM.tuck));
 
     let other = arm.start(&put(4, 0.6, 0.1, 0.75), Mode::Achieve);
@@ -233,18 +191,12 @@ fn maintained_commands_last_until_they_are_cancelled() {
         controller.start(&command, Mode::Maintain).unwrap();
         assert_eq!(run(controller.as_mut(), None).0, Progress::Running(1.0));
         assert_eq!(controller.step(), Progress::Running(1.0));
-        assert_eq!(
-            controller.start(&command, Mode::Maintain),
-            Err(Rejection::Busy)
-        );
+        assert_eq!(controller.start(&command, Mode::Maintain), Err(Rejection::Busy));
         controller.cancel();
         assert_eq!(controller.step(), Progress::Ended(PartEnd::Canceled));
         assert_eq!(controller.step(), Progress::Idle);
         controller.start(&command, Mode::Achieve).unwrap();
-        assert_eq!(
-            run(controller.as_mut(), None).0,
-            Progress::Ended(PartEnd::Succeeded)
-        );
+        assert_eq!(run(controller.as_mut(), None).0, Progress::Ended(PartEnd::Succeeded));
     }
 }
 
@@ -253,15 +205,11 @@ fn a_head_looks_left_and_down() {
     let mut head = Head::new(HEAD);
     head.start(&look(0.98, 1.0, 1.2), Mode::Achieve).unwrap();
     run(&mut head, None);
-    let ControllerState::Head { angles, .. } = head.state() else {
-        panic!("not a head")
-    };
+    let ControllerState::Head { angles, .. } = head.state() else { panic!("not a head") };
     assert!((angles[0] - std::f64::consts::FRAC_PI_4).abs() < 1e-12 && angles[1].abs() < 1e-12);
     head.start(&look(0.98, 0.0, 0.2), Mode::Achieve).unwrap();
     run(&mut head, None);
-    let ControllerState::Head { angles, .. } = head.state() else {
-        panic!("not a head")
-    };
+    let ControllerState::Head { angles, .. } = head.state() else { panic!("not a head") };
     assert!(angles[0].abs() < 1e-12 && (angles[1] - std::f64::consts::FRAC_PI_4).abs() < 1e-12);
 }
 
@@ -273,14 +221,8 @@ fn a_start_state_is_taken_only_by_its_own_kind() {
             velocity: Vector3::zeros(),
             holds: Some(ObjectId(2)),
         },
-        ControllerState::Base {
-            pose: Pose::new(1.0, 2.0, 3.0),
-            velocity: Vector3::zeros(),
-        },
-        ControllerState::Head {
-            angles: [0.1, 0.2],
-            velocity: [0.0; 2],
-        },
+        ControllerState::Base { pose: Pose::new(1.0, 2.0, 3.0), velocity: Vector3::zeros() },
+        ControllerState::Head { angles: [0.1, 0.2], velocity: [0.0; 2] },
     ];
     for (kind, mut controller) in all().into_iter().enumerate() {
         for (index, &state) in states.iter().enumerate() {
@@ -295,13 +237,10 @@ fn a_start_state_is_taken_only_by_its_own_kind() {
 #[test]
 fn a_turn_takes_the_shorter_way() {
     let mut base = Base::new(BASE);
-    base.start(&drive(&[(0.0, 0.0, 3.0), (0.0, 0.0, -3.0)]), Mode::Achieve)
-        .unwrap();
+    base.start(&drive(&[(0.0, 0.0, 3.0), (0.0, 0.0, -3.0)]), Mode::Achieve).unwrap();
     let (_, states) = run(&mut base, None);
     assert!(states.len() < 500, "{} steps", states.len());
-    let ControllerState::Base { pose, .. } = base.state() else {
-        panic!("not a base")
-    };
+    let ControllerState::Base { pose, .. } = base.state() else { panic!("not a base") };
     assert_eq!(pose, Pose::new(0.0, 0.0, -3.0));
 }
 

@@ -18,11 +18,7 @@ pub struct Clock {
 impl Clock {
     /// A clock that is at zero now; `speed` in robot seconds per wall second, finite and above zero.
     pub fn start(speed: f64) -> Self {
-        Self {
-            origin: ClockOrigin::now(),
-            start: Instant::now(),
-            speed,
-        }
+        Self { origin: ClockOrigin::now(), start: Instant::now(), speed }
     }
 
     /// What makes the controllers' clocks agree with this one.

@@ -25,11 +25,7 @@ impl Journal {
     /// A journal and the task that writes it; the task ends when the last handle is gone.
     pub(super) fn new(mut sink: Sink) -> (Self, impl Future<Output = ()>) {
         let (to, mut from) = mpsc::unbounded_channel::<Record>();
-        let journal = Self {
-            to,
-            waiting: Arc::default(),
-            drained: Arc::default(),
-        };
+        let journal = Self { to, waiting: Arc::default(), drained: Arc::default() };
         let (waiting, drained) = (Arc::clone(&journal.waiting), Arc::clone(&journal.drained));
         let task = async move {
             while let Some(record) = from.recv().await {

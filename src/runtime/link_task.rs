@@ -42,11 +42,7 @@ impl LinkTask {
         let wakeups = watched(self.link.as_fd().try_clone_to_owned()?)?;
         let mut beat = interval(BEAT_EVERY);
         beat.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        let mut watch = Watch {
-            waiting: VecDeque::new(),
-            life: None,
-            is_attached: false,
-        };
+        let mut watch = Watch { waiting: VecDeque::new(), life: None, is_attached: false };
         loop {
             let mut has_died = false;
             tokio::select! {
@@ -81,9 +77,7 @@ impl LinkTask {
         match (watch.is_attached, self.link.is_attached()) {
             (false, Some(pid)) if !has_died => {
                 watch.is_attached = true;
-                watch.life = Pidfd::open(pid)
-                    .ok()
-                    .and_then(|life| watched(life.into()).ok());
+                watch.life = Pidfd::open(pid).ok().and_then(|life| watched(life.into()).ok());
                 drop(self.dispatch.send(Input::Attached(self.id)));
             }
             (true, Some(_)) if !has_died => {}
@@ -104,14 +98,9 @@ impl LinkTask {
             match self.link.send(message) {
                 Ok(()) => {}
                 Err(LinkError::Absent | LinkError::Full) => return,
-                Err(
-                    LinkError::PathLength(_) | LinkError::Generation(_) | LinkError::Transport(_),
-                ) => {
+                Err(LinkError::PathLength(_) | LinkError::Generation(_) | LinkError::Transport(_)) => {
                     if let ToController::Goal { id, .. } = message {
-                        let rejected = FromController::Rejected {
-                            id: *id,
-                            why: Rejection::Malformed,
-                        };
+                        let rejected = FromController::Rejected { id: *id, why: Rejection::Malformed };
                         drop(self.dispatch.send(Input::Heard(self.id, rejected)));
                     }
                 }

@@ -94,34 +94,27 @@ pub(super) struct NodeTask {
 /// Wires the machines of a tree; gives the tasks and the ways to them, both by node.
 pub(super) fn wire(nodes: Vec<Node>, around: &Surroundings) -> (Vec<NodeTask>, Vec<ToNode>) {
     let topology = &around.topology;
-    let (ways, inboxes): (Vec<_>, Vec<_>) = (0..nodes.len())
-        .map(|index| mpsc::channel(capacity(topology, NodeId::from(index))))
-        .unzip();
-    let tasks = std::iter::zip(nodes, inboxes)
-        .enumerate()
-        .map(|(index, (node, inbox))| {
-            let id = NodeId::from(index);
-            let child = |child: NodeId| (child, ToChild(ways[child.index()].clone()));
-            NodeTask {
-                id,
-                node,
-                inbox,
-                parent: ToParent(ways[topology.parent(id).index()].clone()),
-                children: topology.children(id).map(child).collect(),
-                around: around.clone(),
-            }
-        });
+    let (ways, inboxes): (Vec<_>, Vec<_>) =
+        (0..nodes.len()).map(|index| mpsc::channel(capacity(topology, NodeId::from(index)))).unzip();
+    let tasks = std::iter::zip(nodes, inboxes).enumerate().map(|(index, (node, inbox))| {
+        let id = NodeId::from(index);
+        let child = |child: NodeId| (child, ToChild(ways[child.index()].clone()));
+        NodeTask {
+            id,
+            node,
+            inbox,
+            parent: ToParent(ways[topology.parent(id).index()].clone()),
+            children: topology.children(id).map(child).collect(),
+            around: around.clone(),
+        }
+    });
     (tasks.collect(), ways.iter().cloned().map(ToNode).collect())
 }
 
 /// Each child has at most one answer on its way, and each node below at most one end per round, over two rounds.
 fn capacity(topology: &Topology, id: NodeId) -> usize {
     let below = topology.end(id).index() - id.index() - 1;
-    let fixed = if id == NodeId(0) || below == 0 {
-        FROM_RUNTIME
-    } else {
-        0
-    };
+    let fixed = if id == NodeId(0) || below == 0 { FROM_RUNTIME } else { 0 };
     fixed + FROM_PARENT + 3 * below
 }
 
@@ -147,8 +140,7 @@ impl NodeTask {
 
     fn carry(&self, effect: Effect) {
         if let Some(journal) = &self.around.journal
-            && let Some(record) =
-                effect.message(self.around.clock.now(), self.id, &self.around.topology)
+            && let Some(record) = effect.message(self.around.clock.now(), self.id, &self.around.topology)
         {
             journal.write(record);
         }

@@ -14,9 +14,7 @@ use super::journal_task::{Journal, Sink};
 use super::link_task::{LinkTask, Port};
 use super::node_task::{Surroundings, ToNode, wire};
 use crate::dispatch::{self, Dispatch, Limits};
-use crate::model::{
-    Change, ControllerId, Header, MissionEnd, MissionSpec, NodeId, Record, Situation,
-};
+use crate::model::{Change, ControllerId, Header, MissionEnd, MissionSpec, NodeId, Record, Situation};
 use crate::tree::{self, Begin, Settings};
 
 /// How a run is carried.
@@ -81,12 +79,8 @@ pub async fn run(
         let header = Header::new(&mission, options.settings.allocator.name());
         journal.write(Record::Header(Box::new(header)));
     }
-    let timing = Timing {
-        clock: options.clock,
-        grace: options.grace,
-    };
-    let supervisor =
-        Supervisor::start(&mission, links, &options.settings, timing, journal, control);
+    let timing = Timing { clock: options.clock, grace: options.grace };
+    let supervisor = Supervisor::start(&mission, links, &options.settings, timing, journal, control);
     let ended = supervisor.watch(options.attach_timeout).await;
     if let Some(writer) = writer {
         // All handles are gone with the supervisor, so the writer comes to its end.
@@ -146,16 +140,10 @@ impl Supervisor {
             ids.insert(handle.id(), id);
             aborts.push(handle);
         }
-        let (orders, inboxes): (Vec<_>, Vec<_>) =
-            links.iter().map(|_| mpsc::unbounded_channel()).unzip();
+        let (orders, inboxes): (Vec<_>, Vec<_>) = links.iter().map(|_| mpsc::unbounded_channel()).unzip();
         for (index, (link, orders)) in std::iter::zip(links, inboxes).enumerate() {
             let id = ControllerId::from(index);
-            let task = LinkTask {
-                id,
-                link,
-                orders,
-                dispatch: to_dispatch.clone(),
-            };
+            let task = LinkTask { id, link, orders, dispatch: to_dispatch.clone() };
             let to_dispatch = to_dispatch.clone();
             others.spawn(async move {
                 if let Err(error) = task.run().await {
@@ -175,9 +163,7 @@ impl Supervisor {
         };
         others.spawn(dispatch.run());
         if mission.robot.controllers.is_empty() {
-            root.begin(Begin {
-                situation: mission.start.clone(),
-            });
+            root.begin(Begin { situation: mission.start.clone() });
         }
         Self {
             timing,
@@ -190,9 +176,7 @@ impl Supervisor {
             signals,
             control,
             journal,
-            missing: (0..mission.robot.controllers.len())
-                .map(ControllerId::from)
-                .collect(),
+            missing: (0..mission.robot.controllers.len()).map(ControllerId::from).collect(),
             end: None,
             has_begun: false,
         }
@@ -270,10 +254,7 @@ impl Supervisor {
             self.end = Some(end);
             self.root.cancel();
             if let Some(journal) = &self.journal {
-                journal.write(Record::Ended {
-                    at: self.timing.clock.now(),
-                    end,
-                });
+                journal.write(Record::Ended { at: self.timing.clock.now(), end });
             }
         }
     }

@@ -4,8 +4,7 @@ use std::collections::VecDeque;
 
 use crate::dispatch::{self, Dispatch, Limits};
 use crate::model::{
-    Change, ControllerId, FromController, Header, MissionEnd, MissionSpec, NodeId, Record, Time,
-    ToController,
+    Change, ControllerId, FromController, Header, MissionEnd, MissionSpec, NodeId, Record, Time, ToController,
 };
 use crate::motion::{self, Controller, Executor, STEP};
 use crate::tree::{self, Begin, Effect, Input, Node, Outbox, Settings};
@@ -13,8 +12,8 @@ use crate::tree::{self, Begin, Effect, Input, Node, Outbox, Settings};
 /// A controller of the fake plant.
 type Plant = Executor<Box<dyn Controller + Send>>;
 
-/// Steps between two feedbacks of a command.
-const FEEDBACK_STEPS: u64 = 10;
+/// Robot time between two feedbacks of a command, microseconds.
+const FEEDBACK_EVERY_US: u64 = 100_000;
 
 /// What happens besides the mission, at a moment of robot time.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,17 +59,10 @@ impl<'a> Simulation<'a> {
         mut events: Vec<(Time, Event)>,
         journal: &'a mut dyn FnMut(&Record),
     ) -> Self {
-        journal(&Record::Header(Box::new(Header::new(
-            mission,
-            settings.allocator.name(),
-        ))));
+        journal(&Record::Header(Box::new(Header::new(mission, settings.allocator.name()))));
         let controllers = &mission.robot.controllers;
-        if !events
-            .iter()
-            .any(|(_, event)| matches!(event, Event::Attach(_)))
-        {
-            let all = (0..controllers.len())
-                .map(|index| (Time::ZERO, Event::Attach(ControllerId::from(index))));
+        if !events.iter().any(|(_, event)| matches!(event, Event::Attach(_))) {
+            let all = (0..controllers.len()).map(|index| (Time::ZERO, Event::Attach(ControllerId::from(index))));
             events.extend(all);
         }
         events.sort_by_key(|(at, _)| *at);
@@ -78,10 +70,7 @@ impl<'a> Simulation<'a> {
             mission,
             nodes: tree::build(mission, settings),
             dispatch: Dispatch::new(mission, Limits::at_speed(1.0)),
-            plants: controllers
-                .iter()
-                .map(|spec| Executor::new(motion::simulated(&spec.kind)))
-                .collect(),
+            plants: controllers.iter().map(|spec| Executor::new(motion::simulated(&spec.kind))).collect(),
             inbox: VecDeque::new(),
             events: events.into(),
             now: Time::ZERO,
@@ -93,9 +82,7 @@ impl<'a> Simulation<'a> {
 
     fn run(mut self) -> MissionEnd {
         if self.plants.is_empty() {
-            let begin = Begin {
-                situation: self.mission.start.clone(),
-            };
+            let begin = Begin { situation: self.mission.start.clone() };
             self.inbox.push_back((NodeId(0), Input::Begin(begin)));
         }
         loop {
@@ -143,9 +130,7 @@ impl<'a> Simulation<'a> {
         }
         match effect {
             Effect::Down(to, down) => self.inbox.push_back((to, Input::Down(down))),
-            Effect::Up(up) => self
-                .inbox
-                .push_back((topology.parent(from), Input::Up(from, up))),
+            Effect::Up(up) => self.inbox.push_back((topology.parent(from), Input::Up(from, up))),
             Effect::Start(goal) => self.dispatch(dispatch::Input::Start(goal)),
             Effect::Stop(leaf) => self.dispatch(dispatch::Input::Stop(leaf)),
             Effect::Record(record) => (self.journal)(&record),
@@ -165,15 +150,10 @@ impl<'a> Simulation<'a> {
             match effect {
                 dispatch::Effect::Tell(id, message) => self.tell(id, &message),
                 dispatch::Effect::Ready(situation) => {
-                    self.inbox
-                        .push_back((NodeId(0), Input::Begin(Begin { situation })));
+                    self.inbox.push_back((NodeId(0), Input::Begin(Begin { situation })));
                 }
-                dispatch::Effect::Ended(leaf, outcome) => {
-                    self.inbox.push_back((leaf, Input::Ended(outcome)))
-                }
-                dispatch::Effect::Observed(change) => {
-                    self.inbox.push_back((NodeId(0), Input::Observed(change)))
-                }
+                dispatch::Effect::Ended(leaf, outcome) => self.inbox.push_back((leaf, Input::Ended(outcome))),
+                dispatch::Effect::Observed(change) => self.inbox.push_back((NodeId(0), Input::Observed(change))),
                 dispatch::Effect::Lost(id) => {
                     let end = MissionEnd::ControllerLost(id);
                     (self.journal)(&Record::Ended { at: self.now, end });
@@ -189,24 +169,14 @@ impl<'a> Simulation<'a> {
     fn tell(&mut self, id: ControllerId, message: &ToController) {
         let plant = &mut self.plants[id.index()];
         let reply = match message {
-            ToController::Configure {
-                generation, start, ..
-            } => {
+            ToController::Configure { generation, start, .. } => {
                 let state = plant.configure(*start);
-                FromController::Configured {
-                    generation: *generation,
-                    state,
-                }
+                FromController::Configured { generation: *generation, state }
             }
-            ToController::Goal { id, mode, command } => {
-                match plant.begin(*id, *mode, command, self.now) {
-                    Ok(()) => FromController::Accepted {
-                        id: *id,
-                        at: self.now,
-                    },
-                    Err(why) => FromController::Rejected { id: *id, why },
-                }
-            }
+            ToController::Goal { id, mode, command } => match plant.begin(*id, *mode, command, self.now) {
+                Ok(()) => FromController::Accepted { id: *id, at: self.now },
+                Err(why) => FromController::Rejected { id: *id, why },
+            },
             ToController::Cancel { id } => {
                 if plant.is_doing(*id) {
                     plant.cancel();
@@ -226,11 +196,7 @@ impl<'a> Simulation<'a> {
         let is_moving = self.plants.iter().any(Executor::is_busy);
         let step = is_moving.then(|| self.now + STEP);
         let event = self.events.front().map(|(at, _)| *at);
-        let Some(next) = [step, self.dispatch.deadline(), event]
-            .into_iter()
-            .flatten()
-            .min()
-        else {
+        let Some(next) = [step, self.dispatch.deadline(), event].into_iter().flatten().min() else {
             return false;
         };
         self.now = next.max(self.now);
@@ -244,17 +210,14 @@ impl<'a> Simulation<'a> {
     }
 
     fn step(&mut self) {
-        let is_feedback_due =
-            self.now.0 / u64::try_from(STEP.as_micros()).unwrap_or(1) % FEEDBACK_STEPS == 0;
+        let is_feedback_due = self.now.0.is_multiple_of(FEEDBACK_EVERY_US);
         for index in 0..self.plants.len() {
             let id = ControllerId::from(index);
             if !self.plants[index].is_busy() {
                 continue;
             }
             let result = self.plants[index].step(self.now);
-            let feedback = is_feedback_due
-                .then(|| self.plants[index].feedback())
-                .flatten();
+            let feedback = is_feedback_due.then(|| self.plants[index].feedback()).flatten();
             for message in feedback.into_iter().chain(result) {
                 self.hear(id, message);
                 self.come_to_rest();

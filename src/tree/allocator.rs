@@ -47,18 +47,12 @@ impl Allocator for Greedy {
 
     fn merge(&self, view: &View, requests: Vec<Request>) -> Merged {
         let (packing, refused) = find_compatible(view, requests);
-        Merged {
-            kept: packing.into_accepted(),
-            refused,
-        }
+        Merged { kept: packing.into_accepted(), refused }
     }
 
     fn choose(&self, view: &View, requests: Vec<Request>) -> Chosen {
         let (packing, refused) = find_compatible(view, requests);
-        Chosen {
-            granted: packing.bind(),
-            refused,
-        }
+        Chosen { granted: packing.bind(), refused }
     }
 }
 
@@ -73,29 +67,17 @@ impl Allocator for Serial {
 
     fn merge(&self, view: &View, requests: Vec<Request>) -> Merged {
         let (packing, refused) = find_best(view, requests);
-        Merged {
-            kept: packing.into_accepted(),
-            refused,
-        }
+        Merged { kept: packing.into_accepted(), refused }
     }
 
     fn choose(&self, view: &View, requests: Vec<Request>) -> Chosen {
         let (packing, refused) = find_best(view, requests);
         let mut granted = packing.bind();
         for grant in &mut granted {
-            let free = view
-                .table
-                .iter()
-                .filter(|(_, resource)| !resource.is_locked())
-                .map(|(id, _)| id);
-            let unclaimed: Vec<_> = free
-                .filter(|id| grant.bindings.iter().all(|binding| binding.resource != *id))
-                .collect();
-            let whole = |resource| Binding {
-                resource,
-                access: Access::Exclusive,
-                keep: Keep::Release,
-            };
+            let free = view.table.iter().filter(|(_, resource)| !resource.is_locked()).map(|(id, _)| id);
+            let unclaimed: Vec<_> =
+                free.filter(|id| grant.bindings.iter().all(|binding| binding.resource != *id)).collect();
+            let whole = |resource| Binding { resource, access: Access::Exclusive, keep: Keep::Release };
             grant.bindings.extend(unclaimed.into_iter().map(whole));
         }
         Chosen { granted, refused }
@@ -106,9 +88,7 @@ impl Allocator for Serial {
 fn sort(requests: &mut [Request]) {
     requests.sort_by(|a, b| {
         let by_potential = b.potential.total_cmp(&a.potential);
-        by_potential
-            .then(b.heir.cmp(&a.heir))
-            .then(a.leaf.cmp(&b.leaf))
+        by_potential.then(b.heir.cmp(&a.heir)).then(a.leaf.cmp(&b.leaf))
     });
 }
 
@@ -118,10 +98,7 @@ fn find_compatible(view: &View, mut requests: Vec<Request>) -> (Packing<'_>, Vec
     let mut refused = Vec::new();
     for request in requests {
         if let Err((request, reason)) = packing.add(request) {
-            refused.push(Blocked {
-                leaf: request.leaf,
-                reason,
-            });
+            refused.push(Blocked { leaf: request.leaf, reason });
         }
     }
     (packing, refused)
@@ -135,10 +112,7 @@ fn find_best(view: &View, mut requests: Vec<Request>) -> (Packing<'_>, Vec<Block
     for request in requests {
         let leaf = request.leaf;
         match owner {
-            Some(by) => refused.push(Blocked {
-                leaf,
-                reason: Reason::WholeRobot { by },
-            }),
+            Some(by) => refused.push(Blocked { leaf, reason: Reason::WholeRobot { by } }),
             None => match packing.add(request) {
                 Ok(()) => owner = Some(leaf),
                 Err((_, reason)) => refused.push(Blocked { leaf, reason }),

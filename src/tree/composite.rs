@@ -21,14 +21,14 @@ pub struct Composite {
     held: Vec<(NodeId, Release)>,
     /// Leaves below that run.
     pub(super) running: BTreeSet<NodeId>,
-    /// Nodes below that count as done, as an OR sees them: behaviors that completed, first nodes of skips.
+    /// Nodes below that count as done, as an OR sees them: behaviors that completed, nodes that were skipped.
     pub(super) done_below: BTreeSet<NodeId>,
     /// OR: the child it is committed to.
     pub(super) committed: Option<usize>,
     /// OR: a lease lapsed below the committed child since the last activation.
     pub(super) has_lapsed: bool,
-    /// The child whose failure this node is waiting to pass on.
-    ending: Option<NodeId>,
+    /// The child whose failure this node is waiting to pass on, and the leaf that it began with.
+    ending: Option<(NodeId, NodeId)>,
 }
 
 /// A child as its parent sees it.
@@ -57,16 +57,8 @@ impl Composite {
         settings: &Settings,
     ) -> Self {
         let child = |id| {
-            let below = Span {
-                from: id,
-                to: tree.topology.end(id),
-            };
-            Child {
-                id,
-                below,
-                is_done: false,
-                has_failed: false,
-            }
+            let below = Span { from: id, to: tree.topology.end(id) };
+            Child { id, below, is_done: false, has_failed: false }
         };
         Self {
             id,
@@ -98,10 +90,7 @@ impl Composite {
     pub(super) fn answered(&mut self, child: NodeId, answer: Answer, out: &mut Outbox) {
         let index = self.index_of(child);
         let open = self.open.as_mut().expect("answers come to an open round");
-        let slot = open
-            .asked
-            .get_mut(&index)
-            .expect("only those answer that were asked");
+        let slot = open.asked.get_mut(&index).expect("only those answer that were asked");
         assert!(slot.replace(answer).is_none(), "{child:?} answered twice");
         match self.ordering.next(self, index) {
             Some((next, skips)) => self.ask(next, skips, out),
@@ -120,15 +109,8 @@ impl Composite {
     fn activated(&mut self, activation: Activation, out: &mut Outbox) {
         assert!(self.open.is_none(), "one round at a time");
         let skips = Arc::clone(&activation.skips);
-        self.open = Some(Open {
-            activation,
-            asked: BTreeMap::new(),
-        });
-        let first = if self.ending.is_some() {
-            Vec::new()
-        } else {
-            self.ordering.first(self)
-        };
+        self.open = Some(Open { activation, asked: BTreeMap::new() });
+        let first = if self.ending.is_some() { Vec::new() } else { self.ordering.first(self) };
         self.has_lapsed = false;
         for child in first {
             self.ask(child, Arc::clone(&skips), out);
@@ -137,16 +119,10 @@ impl Composite {
     }
 
     fn ask(&mut self, child: usize, skips: Arc<[Span]>, out: &mut Outbox) {
-        let open = self
-            .open
-            .as_mut()
-            .expect("children are asked in an open round");
+        let open = self.open.as_mut().expect("children are asked in an open round");
         open.asked.insert(child, None);
         let view = Arc::clone(&open.activation.view);
-        out.push(Effect::Down(
-            self.children[child].id,
-            Down::Activation(Activation { view, skips }),
-        ));
+        out.push(Effect::Down(self.children[child].id, Down::Activation(Activation { view, skips })));
     }
 
     fn answer_if_complete(&mut self, out: &mut Outbox) {
@@ -157,21 +133,13 @@ impl Composite {
         let answers: Vec<(usize, Answer)> = open
             .asked
             .iter_mut()
-            .map(|(&child, answer)| {
-                (
-                    child,
-                    std::mem::take(answer.as_mut().expect("all have answered")),
-                )
-            })
+            .map(|(&child, answer)| (child, std::mem::take(answer.as_mut().expect("all have answered"))))
             .collect();
         let view = Arc::clone(&open.activation.view);
         let mut answer = match self.ending {
-            Some(failed) => self.ending_answer(failed),
+            Some((failed, _)) => self.ending_answer(failed),
             // All children are done, and the word of it has not reached root yet.
-            None if answers.is_empty() => Answer {
-                is_running: true,
-                ..Answer::default()
-            },
+            None if answers.is_empty() => Answer { is_running: true, ..Answer::default() },
             None => self.ordering.answer(self, &view, answers),
         };
         answer.round = view.round;
@@ -181,42 +149,28 @@ impl Composite {
     /// A node that waits for its running children to end asks for nothing more.
     fn ending_answer(&self, failed: NodeId) -> Answer {
         let leaves = (self.id.0..self.tree.topology.end(self.id).0).map(NodeId);
-        let idle = leaves
-            .filter(|&leaf| self.tree.behavior(leaf).is_some() && !self.running.contains(&leaf));
-        let blocked = idle
-            .map(|leaf| Blocked {
-                leaf,
-                reason: Reason::Ending { failed },
-            })
-            .collect();
-        Answer {
-            is_running: true,
-            blocked,
-            ..Answer::default()
-        }
+        let idle = leaves.filter(|&leaf| self.tree.behavior(leaf).is_some() && !self.running.contains(&leaf));
+        let blocked = idle.map(|leaf| Blocked { leaf, reason: Reason::Ending { failed } }).collect();
+        Answer { is_running: true, blocked, ..Answer::default() }
     }
 
     fn judged(&mut self, verdict: &Arc<Verdict>, out: &mut Outbox) {
         let open = self.open.take().expect("a verdict ends an open round");
         for &child in open.asked.keys() {
-            out.push(Effect::Down(
-                self.children[child].id,
-                Down::Verdict(Arc::clone(verdict)),
-            ));
+            out.push(Effect::Down(self.children[child].id, Down::Verdict(Arc::clone(verdict))));
         }
         let below = self.below();
         for (&leaf, grant) in verdict.granted.range(below.from..below.to) {
             self.running.insert(leaf);
-            let skipped = grant.skips.iter().map(|skip| skip.from);
-            self.done_below
-                .extend(skipped.filter(|&node| below.contains(node)));
-            let child = self
-                .children
-                .iter()
-                .position(|child| child.below.contains(leaf));
+            let topology = &self.tree.topology;
+            let skipped = grant.skips.iter().flat_map(|skip| {
+                let children = topology.children(topology.parent(skip.from));
+                children.filter(|child| skip.contains(*child))
+            });
+            self.done_below.extend(skipped.filter(|&node| below.contains(node)));
+            let child = self.children.iter().position(|child| child.below.contains(leaf));
             let child = child.expect("what was granted below lies below a child");
-            self.ordering
-                .commit(child, &open, &mut self.committed, &mut self.children);
+            self.ordering.commit(child, &open, &mut self.committed, &mut self.children);
         }
         if let Some(reopened) = &verdict.reopened
             && reopened.holder == self.id
@@ -231,15 +185,8 @@ impl Composite {
 
     /// The behavior named in the verdict is not done any more, nor is the child it lies below.
     fn reopen(&mut self, verdict: &Arc<Verdict>, out: &mut Outbox) {
-        let leaf = verdict
-            .reopened
-            .as_ref()
-            .expect("a reopening says what it reopens")
-            .leaf;
-        let child = self
-            .children
-            .iter_mut()
-            .find(|child| child.below.contains(leaf));
+        let leaf = verdict.reopened.as_ref().expect("a reopening says what it reopens").leaf;
+        let child = self.children.iter_mut().find(|child| child.below.contains(leaf));
         let child = child.expect("what is reopened lies below a child");
         child.is_done = false;
         out.push(Effect::Down(child.id, Down::Reopen(Arc::clone(verdict))));
@@ -251,7 +198,11 @@ impl Composite {
         if let Some(reopened) = &verdict.reopened
             && self.below().contains(reopened.leaf)
         {
-            self.done_below.remove(&reopened.leaf);
+            let mut node = reopened.leaf;
+            while node != reopened.holder {
+                self.done_below.remove(&node);
+                node = self.tree.topology.parent(node);
+            }
             self.has_lapsed |= reopened.lapsed.is_some();
         }
     }
@@ -267,7 +218,7 @@ impl Composite {
             self.children[index].has_failed = true;
             let fails = self.ordering.fails(&mut self.committed, &self.children);
             if fails && self.ending.is_none() {
-                self.ending = Some(child);
+                self.ending = Some((child, release.cause));
                 self.cancel_running(Some(child), out);
             }
         }
@@ -279,19 +230,18 @@ impl Composite {
                 *completed = self.ordering.complete(self.id, &self.children, *completed);
             }
         }
-        if self.ending.is_some() && self.running.is_empty() {
+        if let Some((_, cause)) = self.ending
+            && self.running.is_empty()
+        {
             going.failed = Some(self.id);
+            release.cause = cause;
         }
         out.push(Effect::Up(Up::Release(Box::new(release))));
     }
 
     fn cancel_running(&self, except: Option<NodeId>, out: &mut Outbox) {
         for child in &self.children {
-            let is_running = self
-                .running
-                .range(child.below.from..child.below.to)
-                .next()
-                .is_some();
+            let is_running = self.running.range(child.below.from..child.below.to).next().is_some();
             if is_running && Some(child.id) != except {
                 out.push(Effect::Down(child.id, Down::Cancel(self.round)));
             }
@@ -300,22 +250,14 @@ impl Composite {
 
     /// Whether something below runs in the eyes of root.
     pub(super) fn is_busy(&self, view: &View) -> bool {
-        view.running
-            .range(self.below().from..self.below().to)
-            .next()
-            .is_some()
+        view.running.range(self.below().from..self.below().to).next().is_some()
     }
 
     fn below(&self) -> Span {
-        Span {
-            from: self.id,
-            to: self.tree.topology.end(self.id),
-        }
+        Span { from: self.id, to: self.tree.topology.end(self.id) }
     }
 
     fn index_of(&self, child: NodeId) -> usize {
-        self.children
-            .binary_search_by_key(&child, |child| child.id)
-            .expect("children speak to their parent")
+        self.children.binary_search_by_key(&child, |child| child.id).expect("children speak to their parent")
     }
 }

@@ -20,10 +20,7 @@ pub(super) struct Situated<'a> {
 impl Situated<'_> {
     /// The last intention lease in tree order for which waiting would not help, if there is one.
     pub(super) fn lapse(&self) -> Option<Reopened> {
-        let intentions = self
-            .table
-            .leases()
-            .filter(|(_, lease)| lease.hold == Hold::Intention);
+        let intentions = self.table.leases().filter(|(_, lease)| lease.hold == Hold::Intention);
         let mut lapsing: Vec<_> = intentions
             .filter_map(|(resource, lease)| {
                 let lacks = self.lacks(lease.holder)?;
@@ -32,12 +29,7 @@ impl Situated<'_> {
             .collect();
         lapsing.sort_by_key(|(holder, behavior, resource, _)| (*holder, *behavior, *resource));
         let (holder, leaf, resource, lacks) = lapsing.pop()?;
-        Some(Reopened {
-            holder,
-            leaf,
-            lapsed: Some(resource),
-            lacks: Some(Box::new(lacks)),
-        })
+        Some(Reopened { holder, leaf, lapsed: Some(resource), lacks: Some(Box::new(lacks)) })
     }
 
     /// The first heir below a holder with what it lacks; none while an heir runs or waits for something that runs.
@@ -50,20 +42,17 @@ impl Situated<'_> {
         if heirs().any(|(_, reason)| self.can_wait(reason)) {
             return None;
         }
-        let wanting = heirs()
-            .find(|(_, reason)| **reason != Reason::Satisfied)
-            .or_else(|| heirs().next());
-        wanting.map(|(&leaf, reason)| Blocked {
-            leaf,
-            reason: reason.clone(),
-        })
+        let wanting = heirs().find(|(_, reason)| **reason != Reason::Satisfied).or_else(|| heirs().next());
+        wanting.map(|(&leaf, reason)| Blocked { leaf, reason: reason.clone() })
     }
 
     /// Whether it was refused for what a running behavior holds, so that waiting may help.
     fn can_wait(&self, reason: &Reason) -> bool {
         let runs_on = |resource| self.table.resource(resource).is_running();
         match reason {
-            Reason::Held { resource, .. } | Reason::Outbid { resource, .. } => runs_on(*resource),
+            Reason::Held { resource, .. } => runs_on(*resource),
+            // Root may bind the other request to another resource than the AND that compared the two.
+            Reason::Outbid { resource, by, .. } => runs_on(*resource) || self.running.contains(by),
             Reason::NoneFree { of } | Reason::NothingAvailable { of } => {
                 self.view.geometry.robot.of_type(*of).any(runs_on)
             }
@@ -88,29 +77,23 @@ impl Situated<'_> {
         }
     }
 
-    /// The first THEN in tree order with an earlier child that kept an intention and no longer meets its goal.
+    /// The first THEN in tree order with an earlier child that kept an intention and no longer meets its goal, and the
+    /// last such behavior.
     pub(super) fn go_back(&self, keepers: &BTreeSet<(NodeId, NodeId)>) -> Option<Reopened> {
         let no_longer_met = |leaf: NodeId| {
             let spec = self.tree.behavior(leaf).expect("behaviors keep leases");
-            let line = Line {
-                topology: &self.tree.topology,
-                node: leaf,
-                skips: &[],
-            };
+            let line = Line { topology: &self.tree.topology, node: leaf, skips: &[] };
             !behavior::is_satisfied(spec, self.view, &line)
         };
         let is_earlier = |holder: NodeId, leaf| {
             let mut activated = self.refused.range(holder..self.tree.topology.end(holder));
             activated.next().is_some_and(|(&first, _)| leaf < first)
         };
-        let mut candidates = keepers.iter().copied();
-        let (holder, leaf) =
-            candidates.find(|&(holder, leaf)| is_earlier(holder, leaf) && no_longer_met(leaf))?;
-        Some(Reopened {
-            holder,
-            leaf,
-            lapsed: None,
-            lacks: None,
-        })
+        let is_lost = |&(holder, leaf): &(NodeId, NodeId)| is_earlier(holder, leaf) && no_longer_met(leaf);
+        let (first, _) = keepers.iter().copied().find(is_lost)?;
+        // Of several the last: what the earlier ones were done for has been done since.
+        let mut of_first = keepers.range((first, NodeId(0))..=(first, NodeId(u32::MAX)));
+        let (holder, leaf) = of_first.rfind(|&keeper| is_lost(keeper)).copied()?;
+        Some(Reopened { holder, leaf, lapsed: None, lacks: None })
     }
 }

@@ -5,8 +5,7 @@ use std::sync::Arc;
 use super::{Activation, Answer, Down, Effect, Outbox, Release, Up, Verdict};
 use crate::behavior;
 use crate::model::{
-    BehaviorSpec, Blocked, Completion, End, Going, Grant, Line, NodeId, Outcome, Reason, Request,
-    TreeSpec,
+    BehaviorSpec, Blocked, Completion, End, Going, Grant, Line, NodeId, Outcome, Reason, Request, TreeSpec,
 };
 use crate::world::View;
 
@@ -31,15 +30,7 @@ struct Lapsed {
 
 impl Leaf {
     pub(super) fn new(id: NodeId, tree: &Arc<TreeSpec>) -> Self {
-        Self {
-            id,
-            tree: Arc::clone(tree),
-            round: 0,
-            proposal: None,
-            grant: None,
-            failures: 0,
-            lapsed: None,
-        }
+        Self { id, tree: Arc::clone(tree), round: 0, proposal: None, grant: None, failures: 0, lapsed: None }
     }
 
     pub(super) fn told(&mut self, down: Down, out: &mut Outbox) {
@@ -60,31 +51,16 @@ impl Leaf {
     pub(super) fn ended(&mut self, outcome: Outcome, out: &mut Outbox) {
         let grant = self.grant.take().expect("only what was granted ends");
         let going = match outcome.end {
-            End::Succeeded => Going {
-                completed: Some(Completion {
-                    node: self.id,
-                    heir: None,
-                }),
-                failed: None,
-            },
+            End::Succeeded => Going { completed: Some(Completion { node: self.id, heir: None }), failed: None },
             End::Failed(_) => {
                 self.failures += 1;
                 let is_final = self.failures > self.spec().retries;
-                Going {
-                    completed: None,
-                    failed: is_final.then_some(self.id),
-                }
+                Going { completed: None, failed: is_final.then_some(self.id) }
             }
             End::Canceled => Going::default(),
         };
         let changes = behavior::changes(self.spec(), &grant, &outcome);
-        let release = Release {
-            round: self.round,
-            leaf: self.id,
-            outcome,
-            changes,
-            going,
-        };
+        let release = Release { round: self.round, leaf: self.id, outcome, changes, going, cause: self.id };
         out.push(Effect::Up(Up::Release(Box::new(release))));
     }
 
@@ -93,15 +69,8 @@ impl Leaf {
     }
 
     fn activated(&mut self, Activation { view, skips }: Activation, out: &mut Outbox) {
-        let line = Line {
-            topology: &self.tree.topology,
-            node: self.id,
-            skips: &skips,
-        };
-        let mut answer = Answer {
-            round: view.round,
-            ..Answer::default()
-        };
+        let line = Line { topology: &self.tree.topology, node: self.id, skips: &skips };
+        let mut answer = Answer { round: view.round, ..Answer::default() };
         // What ended while this round was on its way still runs in the eyes of root.
         if view.running.contains_key(&self.id) {
             answer.is_running = true;
@@ -110,16 +79,10 @@ impl Leaf {
                 behavior::Answer::Request(request) => answer.requests.push(request),
                 behavior::Answer::Satisfied => {
                     answer.is_satisfied = true;
-                    answer.blocked.push(Blocked {
-                        leaf: self.id,
-                        reason: Reason::Satisfied,
-                    });
+                    answer.blocked.push(Blocked { leaf: self.id, reason: Reason::Satisfied });
                 }
                 behavior::Answer::Blocked(reason) => {
-                    answer.blocked.push(Blocked {
-                        leaf: self.id,
-                        reason,
-                    });
+                    answer.blocked.push(Blocked { leaf: self.id, reason });
                 }
             }
         }
@@ -130,20 +93,14 @@ impl Leaf {
     }
 
     fn proposal(&self, view: &View, line: &Line<'_>) -> behavior::Answer {
-        let lapsed = self
-            .lapsed
-            .as_ref()
-            .filter(|lapsed| lapsed.progress == view.progress);
+        let lapsed = self.lapsed.as_ref().filter(|lapsed| lapsed.progress == view.progress);
         match (behavior::answer(self.spec(), view, line), lapsed) {
             (behavior::Answer::Satisfied, _) => behavior::Answer::Satisfied,
             (_, Some(Lapsed { for_whom, .. })) => behavior::Answer::Blocked(Reason::AlreadyDone {
                 heir: for_whom.leaf,
                 lacks: Box::new(for_whom.reason.root_cause().clone()),
             }),
-            (
-                answer @ (behavior::Answer::Request(Request { .. }) | behavior::Answer::Blocked(_)),
-                None,
-            ) => answer,
+            (answer @ (behavior::Answer::Request(Request { .. }) | behavior::Answer::Blocked(_)), None) => answer,
         }
     }
 
@@ -157,13 +114,7 @@ impl Leaf {
     }
 
     fn reopened(&mut self, verdict: &Verdict) {
-        let lacks = verdict
-            .reopened
-            .as_ref()
-            .and_then(|reopened| reopened.lacks.clone());
-        self.lapsed = lacks.map(|for_whom| Lapsed {
-            progress: verdict.progress,
-            for_whom: *for_whom,
-        });
+        let lacks = verdict.reopened.as_ref().and_then(|reopened| reopened.lacks.clone());
+        self.lapsed = lacks.map(|for_whom| Lapsed { progress: verdict.progress, for_whom: *for_whom });
     }
 }

@@ -3,9 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::model::{
-    Blocked, Change, Going, Grant, Message, NodeId, Outcome, Reason, Reopened, Request, Span,
-};
+use crate::model::{Blocked, Change, Going, Grant, Message, NodeId, Outcome, Reason, Reopened, Request, Span};
 use crate::world::View;
 
 /// From a parent to a child.
@@ -69,6 +67,8 @@ pub struct Release {
     pub changes: Vec<Change>,
     /// What it means for the nodes above so far.
     pub going: Going,
+    /// Where something fails: the leaf that it began with, which may have ended before this one.
+    pub cause: NodeId,
 }
 
 /// What root decided in a round.
@@ -89,10 +89,7 @@ pub struct Verdict {
 impl Answer {
     /// Potential of the node: the greatest of what it asks for; none where nothing does (`semantics` 4).
     pub fn potential(&self) -> Option<f64> {
-        self.requests
-            .iter()
-            .map(|request| request.potential)
-            .max_by(f64::total_cmp)
+        self.requests.iter().map(|request| request.potential).max_by(f64::total_cmp)
     }
 
     /// Takes in what a child said of its leaves, but not its requests.
@@ -117,21 +114,12 @@ impl Down {
         match self {
             Self::Activation(_) => Message::Activation,
             Self::Verdict(verdict) => Message::Verdict {
-                granted: verdict
-                    .granted
-                    .range(below.from..below.to)
-                    .map(|(&leaf, _)| leaf)
-                    .collect(),
+                granted: verdict.granted.range(below.from..below.to).map(|(&leaf, _)| leaf).collect(),
                 refused: verdict.refused.get(&below.from).cloned(),
             },
             Self::Reopen(verdict) => {
-                let reopened = verdict
-                    .reopened
-                    .as_ref()
-                    .expect("a reopening says what it reopens");
-                Message::Reopen {
-                    leaf: reopened.leaf,
-                }
+                let reopened = verdict.reopened.as_ref().expect("a reopening says what it reopens");
+                Message::Reopen { leaf: reopened.leaf }
             }
             Self::Cancel(_) => Message::Cancel,
         }
@@ -155,19 +143,12 @@ impl Up {
                 satisfied: answer.is_satisfied,
                 potential: answer.potential(),
                 asking: answer.requests.iter().map(|request| request.leaf).collect(),
-                request: answer
-                    .requests
-                    .iter()
-                    .find(|request| request.leaf == from)
-                    .cloned()
-                    .map(Box::new),
+                request: answer.requests.iter().find(|request| request.leaf == from).cloned().map(Box::new),
                 blocked: answer.blocked[answer.passed_on..].to_vec(),
             },
-            Self::Release(release) => Message::Release {
-                leaf: release.leaf,
-                end: release.outcome.end,
-                going: release.going,
-            },
+            Self::Release(release) => {
+                Message::Release { leaf: release.leaf, end: release.outcome.end, going: release.going }
+            }
         }
     }
 }

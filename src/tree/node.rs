@@ -6,9 +6,7 @@ use super::composite::Composite;
 use super::leaf::Leaf;
 use super::ordering::Ordering;
 use super::{Begin, Down, Root, Settings, Up};
-use crate::model::{
-    Change, Goal, MissionEnd, MissionSpec, NodeId, NodeKind, Outcome, Record, Span, Time, Topology,
-};
+use crate::model::{Change, Goal, MissionEnd, MissionSpec, NodeId, NodeKind, Outcome, Record, Span, Time, Topology};
 
 /// What reaches a node.
 #[derive(Debug, Clone)]
@@ -51,22 +49,13 @@ impl Effect {
     pub fn message(&self, at: Time, from: NodeId, topology: &Topology) -> Option<Record> {
         let (to, round, message) = match self {
             Self::Down(to, down) => {
-                let below = Span {
-                    from: *to,
-                    to: topology.end(*to),
-                };
+                let below = Span { from: *to, to: topology.end(*to) };
                 (*to, down.round(), down.record(below))
             }
             Self::Up(up) => (topology.parent(from), up.round(), up.record(from)),
             Self::Start(_) | Self::Stop(_) | Self::Record(_) | Self::Finished(_) => return None,
         };
-        Some(Record::Sent {
-            at,
-            round,
-            from,
-            to,
-            message,
-        })
+        Some(Record::Sent { at, round, from, to, message })
     }
 }
 
@@ -106,20 +95,14 @@ impl Node {
     /// On an input that this kind of node never gets: a defect of whoever carries the messages.
     pub fn handle(&mut self, now: Time, input: Input, out: &mut Outbox) {
         match (self, input) {
-            (Self::Root(root), Input::Up(_, Up::Answer(answer))) => {
-                root.answered(now, *answer, out)
-            }
-            (Self::Root(root), Input::Up(_, Up::Release(release))) => {
-                root.released(now, *release, out)
-            }
+            (Self::Root(root), Input::Up(_, Up::Answer(answer))) => root.answered(now, *answer, out),
+            (Self::Root(root), Input::Up(_, Up::Release(release))) => root.released(now, *release, out),
             (Self::Root(root), Input::Begin(begin)) => root.begin(now, begin, out),
             (Self::Root(root), Input::World(change)) => root.world_changed(now, change, out),
             (Self::Root(root), Input::Observed(change)) => root.observed(change),
             (Self::Root(root), Input::Cancel) => root.cancel(now, out),
             (Self::Composite(node), Input::Down(down)) => node.told(down, out),
-            (Self::Composite(node), Input::Up(child, Up::Answer(answer))) => {
-                node.answered(child, *answer, out)
-            }
+            (Self::Composite(node), Input::Up(child, Up::Answer(answer))) => node.answered(child, *answer, out),
             (Self::Composite(node), Input::Up(child, Up::Release(release))) => {
                 node.released(child, *release, out);
             }
@@ -135,9 +118,7 @@ pub fn build(mission: &MissionSpec, settings: &Settings) -> Vec<Node> {
     let tree = Arc::new(mission.tree.clone());
     let composite = |id, ordering| {
         let children = tree.topology.children(id).collect();
-        Node::Composite(Box::new(Composite::new(
-            id, ordering, children, &tree, settings,
-        )))
+        Node::Composite(Box::new(Composite::new(id, ordering, children, &tree, settings)))
     };
     let nodes = tree.nodes.iter().enumerate().map(|(index, kind)| {
         let id = NodeId::from(index);

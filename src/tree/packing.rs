@@ -1,8 +1,6 @@
 //! A set of requests with a resource for every claim: what can go on at once, and the cheapest way to bind it.
 
-use crate::model::{
-    Access, Binding, Candidate, Grant, NodeId, ObjectId, Reason, Request, ResourceId,
-};
+use crate::model::{Access, Binding, Candidate, Grant, NodeId, ObjectId, Reason, Request, ResourceId};
 use crate::world::{Use, View};
 
 /// Requests that can be granted together, each claim with a resource that serves it (`semantics` 5).
@@ -19,11 +17,7 @@ const SAME_COST_M: f64 = 1e-9;
 
 impl<'a> Packing<'a> {
     pub(super) fn new(view: &'a View) -> Self {
-        Self {
-            view,
-            accepted: Vec::new(),
-            chosen: Vec::new(),
-        }
+        Self { view, accepted: Vec::new(), chosen: Vec::new() }
     }
 
     pub(super) fn into_accepted(self) -> Vec<Request> {
@@ -61,11 +55,7 @@ impl<'a> Packing<'a> {
         let best = search.best.map_or(self.chosen, |(_, chosen)| chosen);
         let grant = |(request, chosen): (Request, Vec<Candidate>)| Grant {
             bindings: std::iter::zip(&request.needs, chosen)
-                .map(|(need, choice)| Binding {
-                    resource: choice.resource,
-                    access: need.access,
-                    keep: need.keep,
-                })
+                .map(|(need, choice)| Binding { resource: choice.resource, access: need.access, keep: need.keep })
                 .collect(),
             leaf: request.leaf,
             potential: request.potential,
@@ -77,24 +67,14 @@ impl<'a> Packing<'a> {
 
     fn shares_object(&self, request: &Request) -> Option<Reason> {
         let changed = |object: &ObjectId| {
-            let with = self
-                .accepted
-                .iter()
-                .find(|other| other.changes.contains(object))?
-                .leaf;
-            Some(Reason::SameObject {
-                object: *object,
-                with,
-            })
+            let with = self.accepted.iter().find(|other| other.changes.contains(object))?.leaf;
+            Some(Reason::SameObject { object: *object, with })
         };
         request.changes.iter().find_map(changed)
     }
 
     fn has_alternatives(&self) -> bool {
-        self.accepted
-            .iter()
-            .flat_map(|request| &request.needs)
-            .any(|need| need.candidates.len() > 1)
+        self.accepted.iter().flat_map(|request| &request.needs).any(|need| need.candidates.len() > 1)
     }
 
     /// The first claim that an accepted request stands in the way of.
@@ -102,24 +82,13 @@ impl<'a> Packing<'a> {
         let users = || std::iter::zip(&self.accepted, &self.chosen);
         let contested = request.needs.iter().find_map(|need| {
             let users = users().flat_map(|(other, chosen)| {
-                std::iter::zip(&other.needs, chosen)
-                    .map(move |(used, choice)| (other, used.access, choice.resource))
+                std::iter::zip(&other.needs, chosen).map(move |(used, choice)| (other, used.access, choice.resource))
             });
             let mut in_the_way = users.filter(|(_, access, _)| !access.joins(need.access));
-            in_the_way.find(|(_, _, used)| {
-                need.candidates
-                    .iter()
-                    .any(|candidate| candidate.resource == *used)
-            })
+            in_the_way.find(|(_, _, used)| need.candidates.iter().any(|candidate| candidate.resource == *used))
         });
-        let (other, _, resource) =
-            contested.expect("what does not fit is in the way of something accepted");
-        Reason::Outbid {
-            by: other.leaf,
-            resource,
-            own: request.potential,
-            theirs: other.potential,
-        }
+        let (other, _, resource) = contested.expect("what does not fit is in the way of something accepted");
+        Reason::Outbid { by: other.leaf, resource, own: request.potential, theirs: other.potential }
     }
 }
 
@@ -176,11 +145,7 @@ impl<'a> Search<'a> {
     fn cheapest(&mut self) {
         self.chosen = vec![Vec::new()];
         self.walk(0, 0.0, &mut |search, cost_m| {
-            if search
-                .best
-                .as_ref()
-                .is_none_or(|(best, _)| cost_m < best - SAME_COST_M)
-            {
+            if search.best.as_ref().is_none_or(|(best, _)| cost_m < best - SAME_COST_M) {
                 search.best = Some((cost_m, search.chosen.clone()));
             }
             false
@@ -192,12 +157,7 @@ impl<'a> Search<'a> {
     }
 
     /// Tries every choice from the claim after the last chosen one on, until `found` says that it is enough.
-    fn walk(
-        &mut self,
-        request: usize,
-        cost_m: f64,
-        found: &mut impl FnMut(&mut Self, f64) -> bool,
-    ) -> bool {
+    fn walk(&mut self, request: usize, cost_m: f64, found: &mut impl FnMut(&mut Self, f64) -> bool) -> bool {
         let claim = self.chosen[request].len();
         let Some(need) = self.requests[request].needs.get(claim) else {
             return self.next_request(request, cost_m, found);
@@ -205,10 +165,7 @@ impl<'a> Search<'a> {
         let leaf = self.requests[request].leaf;
         for &candidate in &need.candidates {
             let cost_m = cost_m + candidate.cost_m;
-            let is_hopeless = self
-                .best
-                .as_ref()
-                .is_some_and(|(best, _)| cost_m >= best - SAME_COST_M);
+            let is_hopeless = self.best.as_ref().is_some_and(|(best, _)| cost_m >= best - SAME_COST_M);
             if is_hopeless || !self.is_free(candidate.resource, leaf, need.access) {
                 continue;
             }
@@ -223,12 +180,7 @@ impl<'a> Search<'a> {
         false
     }
 
-    fn next_request(
-        &mut self,
-        request: usize,
-        cost_m: f64,
-        found: &mut impl FnMut(&mut Self, f64) -> bool,
-    ) -> bool {
+    fn next_request(&mut self, request: usize, cost_m: f64, found: &mut impl FnMut(&mut Self, f64) -> bool) -> bool {
         if request + 1 == self.requests.len() {
             return self.is_allowed() && found(self, cost_m);
         }
@@ -248,16 +200,10 @@ impl<'a> Search<'a> {
 
     fn is_allowed(&mut self) -> bool {
         let running = self.view.running.values().flat_map(|grant| {
-            grant.bindings.iter().map(|binding| Use {
-                leaf: grant.leaf,
-                resource: binding.resource,
-            })
+            grant.bindings.iter().map(|binding| Use { leaf: grant.leaf, resource: binding.resource })
         });
         let asked = std::iter::zip(&self.requests, &self.chosen).flat_map(|(request, chosen)| {
-            chosen.iter().map(|choice| Use {
-                leaf: request.leaf,
-                resource: choice.resource,
-            })
+            chosen.iter().map(|choice| Use { leaf: request.leaf, resource: choice.resource })
         });
         let uses: Vec<Use> = running.chain(asked).collect();
         match self.view.rules.check(&self.view.situation, &uses) {
@@ -272,28 +218,14 @@ impl<'a> Search<'a> {
     /// A quick no: the exclusive claims alone find no resource each (Kuhn's augmenting paths).
     fn exclusives_match(&self) -> bool {
         let needs = self.requests.iter().flat_map(|request| &request.needs);
-        let exclusive: Vec<&[Candidate]> = needs
-            .filter(|need| need.access == Access::Exclusive)
-            .map(|need| need.candidates.as_slice())
-            .collect();
+        let exclusive: Vec<&[Candidate]> =
+            needs.filter(|need| need.access == Access::Exclusive).map(|need| need.candidates.as_slice()).collect();
         let mut owner: Vec<Option<usize>> = vec![None; self.users.len()];
-        (0..exclusive.len()).all(|claim| {
-            augment(
-                claim,
-                &exclusive,
-                &mut owner,
-                &mut vec![false; self.users.len()],
-            )
-        })
+        (0..exclusive.len()).all(|claim| augment(claim, &exclusive, &mut owner, &mut vec![false; self.users.len()]))
     }
 }
 
-fn augment(
-    claim: usize,
-    claims: &[&[Candidate]],
-    owner: &mut [Option<usize>],
-    seen: &mut [bool],
-) -> bool {
+fn augment(claim: usize, claims: &[&[Candidate]], owner: &mut [Option<usize>], seen: &mut [bool]) -> bool {
     claims[claim].iter().any(|candidate| {
         let resource = candidate.resource.index();
         if std::mem::replace(&mut seen[resource], true) {

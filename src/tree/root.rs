@@ -6,8 +6,8 @@ use std::sync::Arc;
 use super::lapse::Situated;
 use super::{Activation, Allocator, Answer, Down, Effect, Greedy, Outbox, Release, Verdict};
 use crate::model::{
-    Blocked, Change, Claim, Grant, Heir, Hold, Keep, MissionEnd, MissionSpec, NodeId, Record,
-    Reopened, ResourceTable, Situation, Time, TreeSpec,
+    Blocked, Change, Claim, Grant, Heir, Hold, Keep, MissionEnd, MissionSpec, NodeId, Reason, Record, Reopened,
+    ResourceTable, Situation, Time, TreeSpec,
 };
 use crate::world::{Compatible, Geometry, Unconstrained, View};
 
@@ -27,11 +27,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self {
-            allocator: Arc::new(Greedy),
-            rules: Arc::new(Unconstrained),
-            waits_when_stalled: false,
-        }
+        Self { allocator: Arc::new(Greedy), rules: Arc::new(Unconstrained), waits_when_stalled: false }
     }
 }
 
@@ -80,10 +76,7 @@ enum Phase {
 
 impl Root {
     pub(super) fn new(mission: &MissionSpec, tree: &Arc<TreeSpec>, settings: &Settings) -> Self {
-        let geometry = Geometry {
-            robot: mission.robot.clone(),
-            world: mission.world.clone(),
-        };
+        let geometry = Geometry { robot: mission.robot.clone(), world: mission.world.clone() };
         Self {
             tree: Arc::clone(tree),
             geometry: Arc::new(geometry),
@@ -185,10 +178,7 @@ impl Root {
             rules: Arc::clone(&self.settings.rules),
         });
         self.open = Some(Arc::clone(&view));
-        let activation = Activation {
-            view,
-            skips: Arc::from([]),
-        };
+        let activation = Activation { view, skips: Arc::from([]) };
         out.push(Effect::Down(TOP, Down::Activation(activation)));
     }
 
@@ -196,21 +186,15 @@ impl Root {
         let view = self.open.take().expect("an answer ends an open round");
         let is_complete = answer.is_satisfied;
         let verdict = self.decide(&view, answer);
-        let is_quiet =
-            verdict.granted.is_empty() && verdict.reopened.is_none() && self.running.is_empty();
-        self.is_wanted |= !verdict.granted.is_empty() || verdict.reopened.is_some();
+        let is_quiet = verdict.granted.is_empty() && verdict.reopened.is_none() && self.running.is_empty();
+        // What arrived meanwhile may change nothing: then another round says whether this is a stall.
+        let is_unsure = is_quiet && !self.held.is_empty();
+        self.is_wanted |= !verdict.granted.is_empty() || verdict.reopened.is_some() || is_unsure;
         out.push(Effect::Record(Box::new(Record::Decided {
             at: now,
             round: self.round,
             granted: verdict.granted.values().cloned().collect(),
-            refused: verdict
-                .refused
-                .iter()
-                .map(|(&leaf, reason)| Blocked {
-                    leaf,
-                    reason: reason.clone(),
-                })
-                .collect(),
+            refused: verdict.refused.iter().map(|(&leaf, reason)| Blocked { leaf, reason: reason.clone() }).collect(),
             reopened: verdict.reopened.clone(),
         })));
         out.push(Effect::Down(TOP, Down::Verdict(Arc::new(verdict))));
@@ -219,11 +203,7 @@ impl Root {
         }
         if self.phase == Phase::Going && is_complete {
             self.finish(now, MissionEnd::Done, out);
-        } else if self.phase == Phase::Going
-            && is_quiet
-            && self.held.is_empty()
-            && !self.settings.waits_when_stalled
-        {
+        } else if self.phase == Phase::Going && is_quiet && self.held.is_empty() && !self.settings.waits_when_stalled {
             self.finish(now, MissionEnd::Stalled, out);
         }
         self.go_on(now, out);
@@ -231,26 +211,18 @@ impl Root {
 
     /// Chooses, moves the leases, and finds what lapses or goes back.
     fn decide(&mut self, view: &View, answer: Answer) -> Verdict {
-        let mut verdict = Verdict {
-            round: self.round,
-            progress: self.progress,
-            ..Verdict::default()
-        };
+        let mut verdict = Verdict { round: self.round, progress: self.progress, ..Verdict::default() };
         for blocked in answer.blocked {
             verdict.refused.insert(blocked.leaf, blocked.reason);
         }
-        let requests = if self.phase == Phase::Going {
-            answer.requests
-        } else {
-            Vec::new()
-        };
+        let requests = if self.phase == Phase::Going { answer.requests } else { Vec::new() };
         let chosen = self.settings.allocator.choose(view, requests);
         for blocked in chosen.refused {
             verdict.refused.insert(blocked.leaf, blocked.reason);
         }
         for grant in chosen.granted {
             self.table.take(&self.tree.topology, &grant);
-            self.remember_skipped(&grant);
+            self.remember_skipped(view, &grant, &verdict.refused);
             self.running.insert(grant.leaf, grant.clone());
             verdict.granted.insert(grant.leaf, grant);
         }
@@ -263,20 +235,10 @@ impl Root {
     fn reopen(&mut self, view: &View, verdict: &Verdict) -> Option<Reopened> {
         let running: BTreeSet<NodeId> = self.running.keys().copied().collect();
         let (tree, table, refused) = (&*self.tree, &self.table, &verdict.refused);
-        let situated = Situated {
-            tree,
-            view,
-            table,
-            running: &running,
-            refused,
-        };
+        let situated = Situated { tree, view, table, running: &running, refused };
         let reopened = situated.lapse().or_else(|| {
             let is_stuck = running.is_empty() && self.held.is_empty();
-            if is_stuck {
-                situated.go_back(&self.keepers)
-            } else {
-                None
-            }
+            if is_stuck { situated.go_back(&self.keepers) } else { None }
         })?;
         if let Some(resource) = reopened.lapsed {
             self.table.lapse(resource, reopened.holder);
@@ -286,29 +248,18 @@ impl Root {
     }
 
     fn apply(&mut self, now: Time, release: Release, out: &mut Outbox) {
-        let grant = self
-            .running
-            .remove(&release.leaf)
-            .expect("only what runs ends");
+        let grant = self.running.remove(&release.leaf).expect("only what runs ends");
         let going = release.going;
-        let held_before: Vec<_> = self
-            .table
-            .iter()
-            .map(|(id, _)| self.situation.held_by(id).is_some())
-            .collect();
+        let held_before: Vec<_> = self.table.iter().map(|(id, _)| self.situation.held_by(id).is_some()).collect();
         for &change in &release.changes {
             self.situation.apply(change);
         }
         let tree = Arc::clone(&self.tree);
         let topology = &tree.topology;
         if let Some(completed) = going.completed {
-            let heir = Heir {
-                node: completed.heir.unwrap_or(completed.node),
-                goes_on: completed.heir.is_some(),
-            };
+            let heir = Heir { node: completed.heir.unwrap_or(completed.node), goes_on: completed.heir.is_some() };
             self.table.hand_over(topology, &grant, completed.node, heir);
-            self.keepers
-                .retain(|(holder, _)| !topology.is_within(*holder, completed.node));
+            self.keepers.retain(|(holder, _)| !topology.is_within(*holder, completed.node));
             self.remember_kept();
             if self.completed.insert(release.leaf) {
                 self.progress += 1;
@@ -316,12 +267,11 @@ impl Root {
         }
         if going.completed.is_none() || going.failed.is_some() {
             let is_full = |resource| self.situation.held_by(resource).is_some();
-            self.table
-                .take_back(topology, release.leaf, going.failed, is_full);
+            self.table.take_back(topology, release.leaf, going.failed, is_full);
         }
         if let Some(failed) = going.failed {
             self.keepers
-                .retain(|(holder, _)| !topology.is_within(*holder, failed));
+                .retain(|&(holder, leaf)| !topology.is_within(holder, failed) && !topology.is_within(leaf, failed));
         }
         self.empty(&held_before, &release.changes);
         self.is_wanted = true;
@@ -332,23 +282,15 @@ impl Root {
             going,
             changes: release.changes,
         })));
-        if self.phase != Phase::Over
-            && going
-                .completed
-                .is_some_and(|completed| completed.node == TOP)
-        {
+        if self.phase != Phase::Over && going.completed.is_some_and(|completed| completed.node == TOP) {
             self.finish(now, MissionEnd::Done, out);
         } else if self.phase == Phase::Going && going.failed == Some(TOP) {
-            self.finish(now, MissionEnd::Failed(release.leaf), out);
+            self.finish(now, MissionEnd::Failed(release.cause), out);
         }
     }
 
     fn apply_world(&mut self, now: Time, change: Change, out: &mut Outbox) {
-        let held_before: Vec<_> = self
-            .table
-            .iter()
-            .map(|(id, _)| self.situation.held_by(id).is_some())
-            .collect();
+        let held_before: Vec<_> = self.table.iter().map(|(id, _)| self.situation.held_by(id).is_some()).collect();
         if self.situation.apply(change) {
             self.empty(&held_before, &[change]);
             self.progress += 1;
@@ -369,23 +311,25 @@ impl Root {
     }
 
     fn remember_kept(&mut self) {
-        let kept = self
-            .table
-            .leases()
-            .filter(|(_, lease)| lease.hold == Hold::Intention);
-        self.keepers
-            .extend(kept.map(|(_, lease)| (lease.holder, lease.behavior)));
+        let kept = self.table.leases().filter(|(_, lease)| lease.hold == Hold::Intention);
+        self.keepers.extend(kept.map(|(_, lease)| (lease.holder, lease.behavior)));
     }
 
-    /// A skipped behavior counts as one that kept its intention: what it stood for may be undone as well.
-    fn remember_skipped(&mut self, grant: &Grant) {
+    /// Skipped behaviors count as ones that kept an intention, and what was kept for a skipped node is kept for the
+    /// THEN that skipped it: what they stand for may be undone as well. Ways that an OR did not take stand for nothing.
+    fn remember_skipped(&mut self, view: &View, grant: &Grant, refused: &BTreeMap<NodeId, Reason>) {
         for skip in &grant.skips {
             let holder = self.tree.topology.parent(skip.from);
-            for leaf in (skip.from.0..skip.to.0).map(NodeId) {
-                let spec = self.tree.behavior(leaf);
+            for (&leaf, reason) in refused.range(skip.from..skip.to) {
+                let spec = self.tree.behavior(leaf).expect("only leaves are refused");
                 let keeps = |claim: &Claim| matches!(claim.keep, Keep::Intention(_));
-                if spec.is_some_and(|spec| spec.claims.iter().any(keeps)) {
+                if *reason == Reason::Satisfied && spec.claims.iter().any(keeps) {
                     self.keepers.insert((holder, leaf));
+                }
+            }
+            for (_, lease) in view.table.leases() {
+                if lease.hold == Hold::Intention && skip.contains(lease.holder) {
+                    self.keepers.insert((holder, lease.behavior));
                 }
             }
         }

@@ -3,10 +3,7 @@
 use nalgebra::Point3;
 
 use super::paths;
-use crate::model::{
-    ControllerKind, ObjectId, PlaceId, Pose, ResourceId, RobotSpec, Situation, Whereabouts,
-    WorldSpec,
-};
+use crate::model::{ControllerKind, ObjectId, PlaceId, Pose, ResourceId, RobotSpec, Situation, Whereabouts, WorldSpec};
 
 /// The robot's body in the fixed part of the world.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,9 +26,7 @@ impl Geometry {
     /// Where an object lies, or would lie, at a place, map frame, metres.
     pub fn spot(&self, object: ObjectId, place: PlaceId) -> Point3<f64> {
         let place = &self.world.places[place.index()];
-        place
-            .stand
-            .to_map(place.surface + self.world.object_offsets[object.index()])
+        place.stand.to_map(place.surface + self.world.object_offsets[object.index()])
     }
 
     /// The middle of a place's surface, map frame, metres.
@@ -43,12 +38,7 @@ impl Geometry {
     /// How far the resource reaches out for the object, metres; none where it cannot.
     ///
     /// A resource that is no arm reaches at no cost whatever lies somewhere.
-    pub fn reach_m(
-        &self,
-        situation: &Situation,
-        resource: ResourceId,
-        object: ObjectId,
-    ) -> Option<f64> {
+    pub fn reach_m(&self, situation: &Situation, resource: ResourceId, object: ObjectId) -> Option<f64> {
         let object = situation.base.to_local(self.object(situation, object)?);
         let controller = self.robot.resources[resource.index()].controller;
         match controller.map(|id| self.robot.controllers[id.index()].kind) {

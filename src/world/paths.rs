@@ -14,31 +14,15 @@ const CELL_M: f64 = 0.1;
 const MARGIN_M: f64 = 2.0;
 
 /// Way points from `from` to `to`, the goal last, each with the goal's heading.
-pub(super) fn find(
-    obstacles: &[Obstacle],
-    radius_m: f64,
-    from: Pose,
-    to: Pose,
-) -> Option<Vec<Pose>> {
-    let room = Room {
-        obstacles,
-        radius_m,
-    };
+pub(super) fn find(obstacles: &[Obstacle], radius_m: f64, from: Pose, to: Pose) -> Option<Vec<Pose>> {
+    let room = Room { obstacles, radius_m };
     if room.is_free(from.at, to.at) {
         return Some(vec![to]);
     }
     let cells = room.search(from.at, to.at)?;
     let mut corners = room.tighten(from.at, &cells, to.at);
     corners.push(to.at);
-    Some(
-        corners
-            .into_iter()
-            .map(|at| Pose {
-                at,
-                heading: to.heading,
-            })
-            .collect(),
-    )
+    Some(corners.into_iter().map(|at| Pose { at, heading: to.heading }).collect())
 }
 
 struct Room<'a> {
@@ -58,9 +42,7 @@ impl Room<'_> {
             let cuboid = Cuboid::new(ParryVector::new(half.x as f32, half.y as f32, 1.0));
             let at = ParryPose::from_translation(flat(middle.xy()));
             let test = intersection_test(&ParryPose::IDENTITY, &swept, &at, &cuboid);
-            !test
-                .expect("parry tests capsules against boxes")
-                .intersecting
+            !test.expect("parry tests capsules against boxes").intersecting
         })
     }
 
@@ -73,9 +55,7 @@ impl Room<'_> {
             around
                 .filter(|&step| step != (0, 0))
                 .map(move |(dx, dy)| ((x + dx, y + dy), steps(dx, dy)))
-                .filter(|&(at, _)| {
-                    (low.0..=high.0).contains(&at.0) && (low.1..=high.1).contains(&at.1)
-                })
+                .filter(|&(at, _)| (low.0..=high.0).contains(&at.0) && (low.1..=high.1).contains(&at.1))
                 .filter(|&(at, _)| self.is_free(middle((x, y)), middle(at)))
                 .collect::<Vec<_>>()
         };
@@ -87,10 +67,7 @@ impl Room<'_> {
     }
 
     fn bounds(&self, from: Point2<f64>, to: Point2<f64>) -> (Cell, Cell) {
-        let boxes = self
-            .obstacles
-            .iter()
-            .flat_map(|obstacle| [obstacle.min.xy(), obstacle.max.xy()]);
+        let boxes = self.obstacles.iter().flat_map(|obstacle| [obstacle.min.xy(), obstacle.max.xy()]);
         let (mut low, mut high) = (from, from);
         for point in boxes.chain([to]) {
             low = low.inf(&point);
@@ -117,18 +94,12 @@ impl Room<'_> {
 
 /// Length of a step in hundredths of a cell, so that sums are exact.
 fn steps(dx: i32, dy: i32) -> u32 {
-    let (long, short) = (
-        dx.unsigned_abs().max(dy.unsigned_abs()),
-        dx.unsigned_abs().min(dy.unsigned_abs()),
-    );
+    let (long, short) = (dx.unsigned_abs().max(dy.unsigned_abs()), dx.unsigned_abs().min(dy.unsigned_abs()));
     100 * (long - short) + 141 * short
 }
 
 fn cell(at: Point2<f64>) -> Cell {
-    (
-        (at.x / CELL_M).round() as i32,
-        (at.y / CELL_M).round() as i32,
-    )
+    ((at.x / CELL_M).round() as i32, (at.y / CELL_M).round() as i32)
 }
 
 fn middle(at: Cell) -> Point2<f64> {
@@ -149,18 +120,12 @@ mod tests {
     fn check(obstacles: &[[f64; 4]], expected: Option<usize>) {
         let obstacles: Vec<_> = obstacles
             .iter()
-            .map(|&[x, y, to_x, to_y]| Obstacle {
-                min: Point3::new(x, y, 0.0),
-                max: Point3::new(to_x, to_y, 1.0),
-            })
+            .map(|&[x, y, to_x, to_y]| Obstacle { min: Point3::new(x, y, 0.0), max: Point3::new(to_x, to_y, 1.0) })
             .collect();
         let (from, to) = (Pose::new(0.0, 0.0, 0.0), Pose::new(4.0, 0.0, 1.0));
         let path = find(&obstacles, 0.3, from, to);
         assert_eq!(path.as_ref().map(Vec::len), expected, "{path:?}");
-        let room = Room {
-            obstacles: &obstacles,
-            radius_m: 0.3,
-        };
+        let room = Room { obstacles: &obstacles, radius_m: 0.3 };
         let mut last = from.at;
         for pose in path.into_iter().flatten() {
             assert!(room.is_free(last, pose.at), "{last} to {}", pose.at);
@@ -174,14 +139,6 @@ mod tests {
         check(&[[1.0, 1.0, 2.0, 2.0]], Some(1));
         check(&[[1.0, -0.5, 2.0, 0.5]], Some(4));
         check(&[[3.5, -0.5, 4.5, 0.5]], None);
-        check(
-            &[
-                [1.0, -1.0, 1.2, 1.0],
-                [-1.0, -1.0, -0.8, 1.0],
-                [-1.0, 0.8, 1.2, 1.0],
-                [-1.0, -1.0, 1.2, -0.8],
-            ],
-            None,
-        );
+        check(&[[1.0, -1.0, 1.2, 1.0], [-1.0, -1.0, -0.8, 1.0], [-1.0, 0.8, 1.2, 1.0], [-1.0, -1.0, 1.2, -0.8]], None);
     }
 }

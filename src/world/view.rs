@@ -5,9 +5,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use super::Geometry;
-use crate::model::{
-    Grant, Hold, Line, NodeId, Reason, ResourceId, ResourceTable, Situation, Task, Time, TreeSpec,
-};
+use crate::model::{Grant, Hold, Line, NodeId, Reason, ResourceId, ResourceTable, Situation, Task, Time, TreeSpec};
 
 /// The state of resources, world and time at the opening of a round.
 #[derive(Debug, Clone)]
@@ -37,10 +35,7 @@ impl View {
     pub fn driver(&self) -> Option<NodeId> {
         self.running.keys().copied().find(|&leaf| {
             let behavior = self.tree.behavior(leaf).expect("only leaves run");
-            behavior
-                .commands
-                .iter()
-                .any(|term| matches!(term.task, Task::DriveTo(_)))
+            behavior.commands.iter().any(|term| matches!(term.task, Task::DriveTo(_)))
         })
     }
 

@@ -18,27 +18,14 @@ fn check(node: NodeId, in_round: u32) {
     };
     let live = live::run(&mission, 100.0, body, abort);
     let name = mission.names.node(node);
-    assert_eq!(
-        live.ended,
-        Ended::Mission(MissionEnd::NodeLost(node)),
-        "{name}"
-    );
-    let is_of_round =
-        |record: &&Record| matches!(record, Record::Decided { round, .. } if *round == in_round);
-    assert_eq!(
-        live.records.iter().find(is_of_round),
-        None,
-        "{name}: it was in mid-round"
-    );
+    assert_eq!(live.ended, Ended::Mission(MissionEnd::NodeLost(node)), "{name}");
+    let is_of_round = |record: &&Record| matches!(record, Record::Decided { round, .. } if *round == in_round);
+    assert_eq!(live.records.iter().find(is_of_round), None, "{name}: it was in mid-round");
     let end = live.records.iter().find_map(|record| match record {
         Record::Ended { end, .. } => Some(*end),
         _ => None,
     });
-    assert_eq!(
-        end,
-        Some(MissionEnd::NodeLost(node)),
-        "{name}: the journal tells it"
-    );
+    assert_eq!(end, Some(MissionEnd::NodeLost(node)), "{name}: the journal tells it");
 }
 
 #[test]

@@ -20,18 +20,12 @@ fn orders() -> Vec<[u64; 4]> {
     let mut orders = vec![Vec::new()];
     for _ in 0..4 {
         let longer = |order: Vec<u64>| {
-            let next = (0..4)
-                .filter(|number| !order.contains(number))
-                .collect::<Vec<_>>();
-            next.into_iter()
-                .map(move |number| [&order[..], &[number]].concat())
+            let next = (0..4).filter(|number| !order.contains(number)).collect::<Vec<_>>();
+            next.into_iter().map(move |number| [&order[..], &[number]].concat())
         };
         orders = orders.into_iter().flat_map(longer).collect();
     }
-    orders
-        .into_iter()
-        .map(|order| order.try_into().expect("four"))
-        .collect()
+    orders.into_iter().map(|order| order.try_into().expect("four")).collect()
 }
 
 #[test]
@@ -56,9 +50,6 @@ fn a_late_one_only_delays_the_mission() {
         let report = attached_at(moments);
         assert_eq!(report.steps, at_once.steps);
         assert_eq!(report.skipped, at_once.skipped);
-        assert!(
-            (report.makespan_s - at_once.makespan_s).abs() < 0.02,
-            "{report:?}"
-        );
+        assert!((report.makespan_s - at_once.makespan_s).abs() < 0.02, "{report:?}");
     }
 }

@@ -50,20 +50,14 @@ struct Experiments {
 
 /// The forty rooms by number.
 pub fn rooms() -> BTreeMap<u32, Room> {
-    let text =
-        std::fs::read_to_string(file("tests/data/layouts.yaml")).expect("the rooms are there");
-    serde_saphyr::from_str::<Rooms>(&text)
-        .expect("the rooms parse")
-        .rooms
+    let text = std::fs::read_to_string(file("tests/data/layouts.yaml")).expect("the rooms are there");
+    serde_saphyr::from_str::<Rooms>(&text).expect("the rooms parse").rooms
 }
 
 /// What must come out of the four experiments, by number.
 pub fn experiments() -> BTreeMap<u32, Expected> {
-    let text =
-        std::fs::read_to_string(file("tests/data/experiments.yaml")).expect("they are there");
-    serde_saphyr::from_str::<Experiments>(&text)
-        .expect("they parse")
-        .experiments
+    let text = std::fs::read_to_string(file("tests/data/experiments.yaml")).expect("they are there");
+    serde_saphyr::from_str::<Experiments>(&text).expect("they parse").experiments
 }
 
 /// A shipped mission.
@@ -103,15 +97,10 @@ pub fn mission(objects_and_task: &str) -> String {
 impl Room {
     /// The room as a mission file.
     pub fn mission(&self, number: u32) -> String {
-        let mut text = format!(
-            "mission: room-{number}\nrobot: {}\n",
-            file("config/robots/pr2.yaml").display()
-        );
+        let mut text = format!("mission: room-{number}\nrobot: {}\n", file("config/robots/pr2.yaml").display());
         let [x, y] = self.robot;
         let mut line = |line: String| writeln!(text, "{line}").expect("a string takes all");
-        line(format!(
-            "world:\n  tolerance: 0.25 m\n  robot: {{at: [{x}, {y}]}}\n  places:"
-        ));
+        line(format!("world:\n  tolerance: 0.25 m\n  robot: {{at: [{x}, {y}]}}\n  places:"));
         for (place, [x, y]) in &self.places {
             line(format!("    {place}: {{stand: [{x}, {y}]}}"));
         }
@@ -122,13 +111,9 @@ impl Room {
         line("task:\n  and:".into());
         for (object, Way { from, to }) in &self.objects {
             line("    - then:".into());
-            line(format!(
-                "        - {{move: {{to: {from}}}, name: move {object}-1}}"
-            ));
+            line(format!("        - {{move: {{to: {from}}}, name: move {object}-1}}"));
             line(format!("        - pick: {{object: {object}}}"));
-            line(format!(
-                "        - {{move: {{to: {to}}}, name: move {object}-2}}"
-            ));
+            line(format!("        - {{move: {{to: {to}}}, name: move {object}-2}}"));
             line(format!("        - place: {{object: {object}}}"));
         }
         text

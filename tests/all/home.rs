@@ -44,11 +44,7 @@ pub struct Finished {
 
 impl Home {
     pub fn new() -> Self {
-        Self {
-            dir: tempfile::tempdir().expect("a folder"),
-            instance: Instance::fresh(),
-            started: AtomicU32::new(0),
-        }
+        Self { dir: tempfile::tempdir().expect("a folder"), instance: Instance::fresh(), started: AtomicU32::new(0) }
     }
 
     pub fn path(&self, name: &str) -> PathBuf {
@@ -73,10 +69,7 @@ impl Home {
         adapt: impl FnOnce(&mut Command),
     ) -> Process {
         let number = self.started.fetch_add(1, Ordering::Relaxed);
-        let (out, err) = (
-            self.path(&format!("{number}.out")),
-            self.path(&format!("{number}.err")),
-        );
+        let (out, err) = (self.path(&format!("{number}.out")), self.path(&format!("{number}.err")));
         let mut command = Command::new(env!("CARGO_BIN_EXE_ambidex"));
         command
             .args(args)
@@ -90,12 +83,7 @@ impl Home {
         adapt(&mut command);
         let says = format!("{command:?}");
         let child = command.spawn().expect("the program starts");
-        Process {
-            child,
-            says,
-            out,
-            err,
-        }
+        Process { child, says, out, err }
     }
 
     /// Starts a daemon of this home's instance.
@@ -115,14 +103,10 @@ impl Home {
     pub fn processes(&self) -> Vec<(u32, String)> {
         let mark = format!("XDG_STATE_HOME={}", self.dir.path().display());
         let pids = fs::read_dir("/proc").expect("a list of processes");
-        let pids = pids
-            .flatten()
-            .filter_map(|entry| entry.file_name().to_str()?.parse().ok());
+        let pids = pids.flatten().filter_map(|entry| entry.file_name().to_str()?.parse().ok());
         pids.filter_map(|pid: u32| {
             let environment = fs::read(format!("/proc/{pid}/environ")).ok()?;
-            let is_ours = environment
-                .split(|byte| *byte == 0)
-                .any(|one| one == mark.as_bytes());
+            let is_ours = environment.split(|byte| *byte == 0).any(|one| one == mark.as_bytes());
             let command = fs::read_to_string(format!("/proc/{pid}/cmdline")).ok()?;
             is_ours.then(|| (pid, command.replace('\0', " ")))
         })
@@ -131,11 +115,7 @@ impl Home {
 
     /// The one process of this home whose command line has these words.
     pub fn process(&self, words: &str) -> u32 {
-        let found: Vec<_> = self
-            .processes()
-            .into_iter()
-            .filter(|(_, command)| command.contains(words))
-            .collect();
+        let found: Vec<_> = self.processes().into_iter().filter(|(_, command)| command.contains(words)).collect();
         let [(pid, _)] = found.as_slice() else {
             panic!("one process with \"{words}\" is wanted, there is {found:?}");
         };
@@ -144,10 +124,7 @@ impl Home {
 
     /// The instance of this home and those that its runs have chosen, which are told by the folders of their logs.
     pub fn instances(&self) -> Vec<Instance> {
-        let logs = fs::read_dir(self.path("ambidex"))
-            .into_iter()
-            .flatten()
-            .flatten();
+        let logs = fs::read_dir(self.path("ambidex")).into_iter().flatten().flatten();
         let names = logs.filter_map(|entry| entry.file_name().into_string().ok());
         let fresh = names.filter_map(|name| Instance::new(&name).ok());
         fresh.chain([self.instance.clone()]).collect()
@@ -158,11 +135,7 @@ impl Home {
         let logs: Vec<_> = self
             .instances()
             .iter()
-            .map(|instance| {
-                self.path("ambidex")
-                    .join(instance.name())
-                    .join("journal.jsonl")
-            })
+            .map(|instance| self.path("ambidex").join(instance.name()).join("journal.jsonl"))
             .filter(|path| path.exists())
             .collect();
         fs::read_to_string(logs.first().expect("a log")).expect("a log that can be read")
@@ -172,11 +145,7 @@ impl Home {
     pub fn is_empty(&self) {
         assert_eq!(self.processes(), [], "processes are left");
         for instance in self.instances() {
-            assert!(
-                !instance.has_left_anything(),
-                "{} is left in shared memory",
-                instance.name()
-            );
+            assert!(!instance.has_left_anything(), "{} is left in shared memory", instance.name());
         }
     }
 }
@@ -223,12 +192,7 @@ impl Process {
     pub fn wait(mut self) -> Finished {
         let by = Instant::now() + DEADLINE;
         while !self.has_ended() {
-            assert!(
-                Instant::now() < by,
-                "{} hangs:\n{}",
-                self.says,
-                self.stderr()
-            );
+            assert!(Instant::now() < by, "{} hangs:\n{}", self.says, self.stderr());
             thread::sleep(POLL);
         }
         Finished {
@@ -258,10 +222,7 @@ impl Drop for Process {
 
 /// Sends a signal to a process that may have ended.
 pub fn signal(pid: u32, with: Signal) {
-    let pid = i32::try_from(pid)
-        .ok()
-        .and_then(Pid::from_raw)
-        .expect("a process id");
+    let pid = i32::try_from(pid).ok().and_then(Pid::from_raw).expect("a process id");
     let _ = kill_process(pid, with);
 }
 

@@ -38,20 +38,12 @@ pub fn run(
     mut abort: impl FnMut(&Record) -> Option<NodeId> + Send + 'static,
 ) -> Live {
     let instance = Instance::fresh();
-    let names: Vec<_> = mission
-        .robot
-        .controllers
-        .iter()
-        .map(|spec| spec.name.clone())
-        .collect();
+    let names: Vec<_> = mission.robot.controllers.iter().map(|spec| spec.name.clone()).collect();
     let mut controllers = Vec::new();
     for (index, name) in names.iter().cloned().enumerate() {
         let (stop, stopper) = Stop::by_hand().expect("a pair");
         let (instance, body) = (instance.clone(), body(index));
-        let options = ServeOptions {
-            stop: Some(stop),
-            ..ServeOptions::default()
-        };
+        let options = ServeOptions { stop: Some(stop), ..ServeOptions::default() };
         let thread = thread::spawn(move || serve(&instance, &name, body, options));
         controllers.push((thread, stopper));
     }
@@ -67,19 +59,11 @@ pub fn run(
         (clock, names.iter().map(open).collect::<Vec<_>>())
     };
     let records = Arc::new(Mutex::new(Vec::new()));
-    let executor = tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build();
+    let executor = tokio::runtime::Builder::new_current_thread().enable_all().build();
     let (ended, published) = executor.expect("an executor").block_on(async {
         let (clock, links) = clock_and_links();
-        let published: Vec<_> = links
-            .iter()
-            .map(|link| Arc::clone(&link.published))
-            .collect();
-        let links = links
-            .into_iter()
-            .map(|link| Box::new(link) as Box<dyn Port>)
-            .collect();
+        let published: Vec<_> = links.iter().map(|link| Arc::clone(&link.published)).collect();
+        let links = links.into_iter().map(|link| Box::new(link) as Box<dyn Port>).collect();
         let (control, controlled) = mpsc::unbounded_channel();
         let to_records = Arc::clone(&records);
         let journal = Box::new(move |record: &Record| {
@@ -96,34 +80,18 @@ pub fn run(
             journal: Some(journal),
         };
         // A task like the others, so that it is woken in turn with them and not after many of their steps.
-        let run = tokio::spawn(runtime::run(
-            Arc::new(mission.clone()),
-            links,
-            options,
-            controlled,
-        ));
-        let ended = tokio::time::timeout(DEADLINE, run)
-            .await
-            .expect("the run hangs");
+        let run = tokio::spawn(runtime::run(Arc::new(mission.clone()), links, options, controlled));
+        let ended = tokio::time::timeout(DEADLINE, run).await.expect("the run hangs");
         (ended.expect("the run does not panic"), published)
     });
     for (thread, stopper) in controllers {
         stopper.stop();
-        thread
-            .join()
-            .expect("a controller does not panic")
-            .expect("it serves");
+        thread.join().expect("a controller does not panic").expect("it serves");
     }
     assert!(!instance.has_left_anything());
-    let taken = |published: &Arc<Mutex<Published>>| {
-        std::mem::take(&mut *published.lock().expect("no poison"))
-    };
+    let taken = |published: &Arc<Mutex<Published>>| std::mem::take(&mut *published.lock().expect("no poison"));
     let records = std::mem::take(&mut *records.lock().expect("no poison"));
-    Live {
-        ended,
-        records,
-        published: published.iter().map(taken).collect(),
-    }
+    Live { ended, records, published: published.iter().map(taken).collect() }
 }
 
 /// A link that keeps the states which came over it.
@@ -140,12 +108,7 @@ impl Link for Overheard {
     fn drain(&mut self) -> Vec<Heard> {
         let heard = self.port.drain();
         let states = heard.iter().filter_map(|heard| match heard {
-            Heard::State {
-                at,
-                state,
-                generation: 1..,
-                ..
-            } => Some((*at, *state)),
+            Heard::State { at, state, generation: 1.., .. } => Some((*at, *state)),
             Heard::State { .. } | Heard::Message(_) | Heard::Refused(_) | Heard::Closed(_) => None,
         });
         self.published.lock().expect("no poison").extend(states);

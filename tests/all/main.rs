@@ -2,11 +2,16 @@
 
 mod aborts;
 mod attach;
+mod driver;
 mod fixtures;
 mod home;
 mod journals;
 mod live;
 mod processes;
+mod property;
 mod published;
 mod rebuilt;
 mod rooms;
+mod rules;
+mod support;
+mod tidy;

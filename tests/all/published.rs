@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
 use ambidex::model::{
-    Command, CommandId, ControllerId, ControllerKind, ControllerMessage, ControllerState,
-    FromController, MissionEnd, MissionSpec, Mode, NodeId, Record, Rejection, Tally, Time,
-    ToController,
+    Command, CommandId, ControllerId, ControllerKind, ControllerMessage, ControllerState, FromController, MissionEnd,
+    MissionSpec, Mode, NodeId, Record, Rejection, Tally, Time, ToController,
 };
 use ambidex::motion::{self, Controller, Progress, STEP};
 use ambidex::runtime::Ended;
@@ -74,18 +73,8 @@ fn axes(kind: &ControllerKind, state: &ControllerState) -> Vec<Axis> {
             };
             vec![drive, turn]
         }
-        (
-            ControllerKind::Arm(spec),
-            ControllerState::Arm {
-                gripper, velocity, ..
-            },
-        ) => {
-            vec![Axis {
-                at: gripper.coords,
-                velocity: *velocity,
-                speed: spec.speed,
-                acceleration: spec.acceleration,
-            }]
+        (ControllerKind::Arm(spec), ControllerState::Arm { gripper, velocity, .. }) => {
+            vec![Axis { at: gripper.coords, velocity: *velocity, speed: spec.speed, acceleration: spec.acceleration }]
         }
         (ControllerKind::Head(spec), ControllerState::Head { angles, velocity }) => {
             let axis = |(at, velocity): (f64, f64)| Axis {
@@ -107,16 +96,10 @@ fn check_pair(kind: &ControllerKind, pair: [&ControllerState; 2], seconds: f64) 
         let speed = after.velocity.norm();
         assert!(speed <= after.speed + ROUNDING, "{speed} in {pair:?}");
         let gained = (after.velocity - before.velocity).norm();
-        assert!(
-            gained <= after.acceleration * seconds + ROUNDING,
-            "{gained} in {seconds} s, {pair:?}"
-        );
+        assert!(gained <= after.acceleration * seconds + ROUNDING, "{gained} in {seconds} s, {pair:?}");
         // The direction of a heading may come under another number; a step is never that long.
         let way = Vector2::new((after.at - before.at).norm(), 0.0).x;
-        assert!(
-            way <= after.speed * seconds + ROUNDING,
-            "{way} in {seconds} s, {pair:?}"
-        );
+        assert!(way <= after.speed * seconds + ROUNDING, "{way} in {seconds} s, {pair:?}");
     }
 }
 
@@ -127,18 +110,11 @@ fn mission(number: u32) -> MissionSpec {
 #[test]
 fn no_state_is_beyond_a_limit() {
     let mission = mission(1);
-    let steps: Vec<Arc<Mutex<Vec<ControllerState>>>> = mission
-        .robot
-        .controllers
-        .iter()
-        .map(|_| Arc::default())
-        .collect();
+    let steps: Vec<Arc<Mutex<Vec<ControllerState>>>> =
+        mission.robot.controllers.iter().map(|_| Arc::default()).collect();
     let body = |index: usize| -> live::Body {
         let body = motion::simulated(&mission.robot.controllers[index].kind);
-        Box::new(Watched {
-            body,
-            steps: Arc::clone(&steps[index]),
-        })
+        Box::new(Watched { body, steps: Arc::clone(&steps[index]) })
     };
     let live = live::run(&mission, 20.0, body, |_| None);
     assert_eq!(live.ended, Ended::Mission(MissionEnd::Done));
@@ -152,12 +128,7 @@ fn no_state_is_beyond_a_limit() {
             let [(from, before), (to, after)] = [pair[0], pair[1]];
             check_pair(&spec.kind, [&before, &after], (to - from).as_secs_f64());
         }
-        println!(
-            "{}: {} steps, {} published",
-            spec.name,
-            steps.len(),
-            published.len()
-        );
+        println!("{}: {} steps, {} published", spec.name, steps.len(), published.len());
         assert!(steps.len() > 100 && published.len() > 20, "{}", spec.name);
     }
     let fed_back = check_feedback(&mission, &live);
@@ -169,12 +140,7 @@ fn no_state_is_beyond_a_limit() {
 fn check_feedback(mission: &MissionSpec, live: &Live) -> usize {
     let mut count = 0;
     for record in &live.records {
-        let Record::Controller {
-            controller,
-            message: ControllerMessage::Heard { message },
-            ..
-        } = record
-        else {
+        let Record::Controller { controller, message: ControllerMessage::Heard { message }, .. } = record else {
             continue;
         };
         let state = match message {
@@ -183,11 +149,7 @@ fn check_feedback(mission: &MissionSpec, live: &Live) -> usize {
             | FromController::Result { state, .. } => state,
             FromController::Accepted { .. } | FromController::Rejected { .. } => continue,
         };
-        check_pair(
-            &mission.robot.controllers[controller.index()].kind,
-            [state, state],
-            0.0,
-        );
+        check_pair(&mission.robot.controllers[controller.index()].kind, [state, state], 0.0);
         count += 1;
     }
     count
@@ -207,34 +169,16 @@ fn works(records: &[Record]) -> Vec<Work> {
     let mut told: BTreeMap<(ControllerId, CommandId), (NodeId, Mode)> = BTreeMap::new();
     let mut works = Vec::new();
     for record in records {
-        let Record::Controller {
-            controller,
-            message,
-            ..
-        } = record
-        else {
+        let Record::Controller { controller, message, .. } = record else {
             continue;
         };
         match message {
-            ControllerMessage::Told {
-                leaf: Some(leaf),
-                message: ToController::Goal { id, mode, .. },
-            } => {
+            ControllerMessage::Told { leaf: Some(leaf), message: ToController::Goal { id, mode, .. } } => {
                 told.insert((*controller, *id), (*leaf, *mode));
             }
-            ControllerMessage::Heard {
-                message:
-                    FromController::Result {
-                        id, began, ended, ..
-                    },
-            } => {
+            ControllerMessage::Heard { message: FromController::Result { id, began, ended, .. } } => {
                 let (leaf, mode) = told[&(*controller, *id)];
-                works.push(Work {
-                    leaf,
-                    mode,
-                    began: *began,
-                    ended: *ended,
-                });
+                works.push(Work { leaf, mode, began: *began, ended: *ended });
             }
             _ => {}
         }
@@ -254,10 +198,7 @@ fn granted_together_they_work_together() {
         let works = works(&live.records);
         let achieved = |leaf: &NodeId| {
             let is_it = |work: &&Work| work.leaf == *leaf && work.mode == Mode::Achieve;
-            *works
-                .iter()
-                .find(is_it)
-                .expect("every behavior achieves something")
+            *works.iter().find(is_it).expect("every behavior achieves something")
         };
         for step in tally.steps.iter().filter(|step| step.len() > 1) {
             let works: Vec<_> = step.iter().map(achieved).collect();
@@ -278,13 +219,9 @@ fn check_maintained(works: &[Work], mission: &MissionSpec) {
         work.mode == Mode::Achieve && !name.starts_with("move")
     });
     for work in handling {
-        let lasting = works.iter().filter(|other| {
-            other.mode == Mode::Maintain && other.began < work.ended && work.began < other.ended
-        });
-        assert!(
-            lasting.count() >= 2,
-            "base and head for {}",
-            mission.names.node(work.leaf)
-        );
+        let lasting = works
+            .iter()
+            .filter(|other| other.mode == Mode::Maintain && other.began < work.ended && work.began < other.ended);
+        assert!(lasting.count() >= 2, "base and head for {}", mission.names.node(work.leaf));
     }
 }

@@ -25,10 +25,7 @@ struct Story {
 impl Story {
     fn read(path: &Path) -> Self {
         let text = std::fs::read_to_string(path).expect("a log");
-        let mut story = Self {
-            is_closed: true,
-            ..Self::default()
-        };
+        let mut story = Self { is_closed: true, ..Self::default() };
         for line in text.lines() {
             story.add(&serde_json::from_str(line).expect("a record"));
         }
@@ -47,10 +44,7 @@ impl Story {
             }
             Some("ended") if self.end.is_null() => {
                 self.end = record["end"].clone();
-                let met = self
-                    .reasons
-                    .iter()
-                    .filter(|(_, reason)| **reason == "satisfied");
+                let met = self.reasons.iter().filter(|(_, reason)| **reason == "satisfied");
                 let met: Vec<_> = met.map(|(leaf, _)| *leaf).collect();
                 if self.end == "done" {
                     met.into_iter().for_each(|leaf| self.skip(leaf));
@@ -74,12 +68,10 @@ impl Story {
             }
         }
         for refused in list(&record["refused"]) {
-            self.reasons
-                .insert(id(&refused["leaf"]), refused["reason"].clone());
+            self.reasons.insert(id(&refused["leaf"]), refused["reason"].clone());
         }
         if let Some(reopened) = record["reopened"].as_object() {
-            self.skipped
-                .retain(|skipped| *skipped != id(&reopened["leaf"]));
+            self.skipped.retain(|skipped| *skipped != id(&reopened["leaf"]));
             self.is_closed |= !reopened["lapsed"].is_null();
         }
     }
@@ -93,9 +85,7 @@ impl Story {
     }
 
     fn name(&self, node: &u64) -> &str {
-        self.header["names"]["nodes"][*node as usize]
-            .as_str()
-            .expect("a name")
+        self.header["names"]["nodes"][*node as usize].as_str().expect("a name")
     }
 
     fn named_steps(&self) -> Vec<BTreeSet<&str>> {
@@ -126,12 +116,7 @@ fn check(home: &Home, log: &Path, finished: &Finished) -> Story {
     let reasons: BTreeMap<u64, Value> = tally
         .reasons
         .iter()
-        .map(|(leaf, reason)| {
-            (
-                u64::from(leaf.0),
-                serde_json::to_value(reason).expect("JSON"),
-            )
-        })
+        .map(|(leaf, reason)| (u64::from(leaf.0), serde_json::to_value(reason).expect("JSON")))
         .collect();
     assert_eq!(story.reasons, reasons);
     home.is_empty();
@@ -143,28 +128,17 @@ fn check_printed(story: &Story, finished: &Finished) {
     let names: Names = serde_json::from_value(story.header["names"].clone()).expect("names");
     let flat = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     let printed = flat(&finished.stderr);
-    let open = story
-        .reasons
-        .iter()
-        .filter(|(leaf, _)| !story.succeeded.contains(leaf));
+    let open = story.reasons.iter().filter(|(leaf, _)| !story.succeeded.contains(leaf));
     for (leaf, reason) in open {
         let reason: Reason = serde_json::from_value(reason.clone()).expect("a reason");
         let sentence = flat(&reason.sentence(&names));
-        assert!(
-            printed.contains(&sentence),
-            "{}: {sentence}\n{}",
-            story.name(leaf),
-            finished.stderr
-        );
+        assert!(printed.contains(&sentence), "{}: {sentence}\n{}", story.name(leaf), finished.stderr);
     }
 }
 
 fn played(home: &Home, verb: &[&str], mission: &Path, code: i32) -> (Story, Finished) {
     let log = home.path("log.jsonl");
-    let args = verb
-        .iter()
-        .map(AsRef::as_ref)
-        .chain(["--json", "--log"].map(AsRef::as_ref));
+    let args = verb.iter().map(AsRef::as_ref).chain(["--json", "--log"].map(AsRef::as_ref));
     let args = args.chain([log.as_os_str(), mission.as_os_str()]);
     let finished = home.start(args).ends(code);
     (check(home, &log, &finished), finished)
@@ -174,11 +148,7 @@ fn played(home: &Home, verb: &[&str], mission: &Path, code: i32) -> (Story, Fini
 fn the_log_of_an_experiment_tells_its_report() {
     let home = Home::new();
     for number in 1..=4 {
-        for verb in [
-            &["run", "--speed", "100"][..],
-            &["simulate"],
-            &["simulate", "--allocator", "serial"],
-        ] {
+        for verb in [&["run", "--speed", "100"][..], &["simulate"], &["simulate", "--allocator", "serial"]] {
             let (story, _) = played(&home, verb, &experiment_file(number), 0);
             assert_eq!(story.end, "done");
         }
@@ -204,32 +174,17 @@ fn the_log_of_a_stalled_mission_tells_every_reason() {
 fn the_log_of_a_failed_mission_tells_its_report() {
     let home = Home::new();
     let robot = std::fs::read_to_string(file("config/robots/pr2.yaml")).expect("the robot file");
-    let robot = home.write(
-        "robot.yaml",
-        &robot.replacen("reach: 0.95 m", "reach: 0.5 m", 1),
-    );
+    let robot = home.write("robot.yaml", &robot.replacen("reach: 0.95 m", "reach: 0.5 m", 1));
     let robot = robot.to_str().expect("a path in UTF-8");
     let names = ["left_arm", "right_arm", "head", "base"];
     let controllers = names.map(|name| home.controller(name, &["--once", "--robot", robot]));
     let log = home.path("log.jsonl");
-    let args = [
-        "--json",
-        "--speed",
-        "100",
-        "--log",
-        log.to_str().expect("a path in UTF-8"),
-    ];
+    let args = ["--json", "--speed", "100", "--log", log.to_str().expect("a path in UTF-8")];
     let finished = home.daemon(&experiment_file(1), &args).ends(1);
     for controller in controllers {
         controller.ends(0);
     }
     let story = check(&home, &log, &finished);
     assert!(story.end["failed"].is_u64(), "{}", story.end);
-    assert!(
-        story
-            .reasons
-            .values()
-            .any(|reason| reason["gave_up"].is_object()),
-        "{story:#?}"
-    );
+    assert!(story.reasons.values().any(|reason| reason["gave_up"].is_object()), "{story:#?}");
 }

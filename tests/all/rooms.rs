@@ -16,11 +16,7 @@ fn check(name: &str, file: &std::path::Path, expected: &Expected) {
 #[test]
 fn experiments_come_out_as_in_the_paper() {
     for (number, expected) in experiments() {
-        check(
-            &format!("experiment {number}"),
-            &experiment_file(number),
-            &expected,
-        );
+        check(&format!("experiment {number}"), &experiment_file(number), &expected);
     }
 }
 
@@ -36,18 +32,11 @@ fn forty_rooms_come_out_as_foretold() {
 
 #[test]
 fn serial_delivers_everything_one_behavior_at_a_time() {
-    let settings = Settings {
-        allocator: Arc::new(Serial),
-        ..Settings::default()
-    };
+    let settings = Settings { allocator: Arc::new(Serial), ..Settings::default() };
     for number in experiments().into_keys() {
         let (records, report) = simulate(&load(&experiment_file(number)), &settings, Vec::new());
         assert_eq!(report.outcome, "done");
-        assert!(
-            report.steps.iter().all(|step| step.len() == 1),
-            "{:?}",
-            report.steps
-        );
+        assert!(report.steps.iter().all(|step| step.len() == 1), "{:?}", report.steps);
         let mut running = 0;
         for record in records {
             match record {
@@ -55,15 +44,8 @@ fn serial_delivers_everything_one_behavior_at_a_time() {
                 ambidex::model::Record::Released { .. } => running -= 1,
                 _ => {}
             }
-            assert!(
-                running <= 1,
-                "two behaviors run at once in experiment {number}"
-            );
+            assert!(running <= 1, "two behaviors run at once in experiment {number}");
         }
-        println!(
-            "experiment {number}: {} steps, {} skipped",
-            report.steps.len(),
-            report.skipped.len()
-        );
+        println!("experiment {number}: {} steps, {} skipped", report.steps.len(), report.skipped.len());
     }
 }

@@ -67,19 +67,9 @@ pub(super) enum Kind {
 /// What a behavior does.
 #[derive(Debug, Clone)]
 pub(super) enum Behavior {
-    Move {
-        to: Name,
-        offset: [f64; 2],
-        scale_by: Option<Name>,
-    },
-    Pick {
-        object: Name,
-        at: Option<Name>,
-    },
-    Place {
-        object: Name,
-        at: Option<Name>,
-    },
+    Move { to: Name, offset: [f64; 2], scale_by: Option<Name> },
+    Pick { object: Name, at: Option<Name> },
+    Place { object: Name, at: Option<Name> },
 }
 
 /// A robot file.
@@ -126,7 +116,5 @@ fn each<'a, T>(
 ) -> Vec<(Name, Option<T>)> {
     let entries = map.and_then(|item| item.named(what, faults));
     let entries = entries.into_iter().flatten();
-    entries
-        .map(|(name, item)| (name, read(item, faults)))
-        .collect()
+    entries.map(|(name, item)| (name, read(item, faults))).collect()
 }

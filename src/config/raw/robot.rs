@@ -3,9 +3,7 @@
 use nalgebra::Point3;
 
 use super::super::fault::Faults;
-use super::super::quantity::{
-    ACCELERATION, EXTENT, GRIP, LIFT, NEAR, Quantity, SPEED, TURN_ACCELERATION, TURN_SPEED,
-};
+use super::super::quantity::{ACCELERATION, EXTENT, GRIP, LIFT, NEAR, Quantity, SPEED, TURN_ACCELERATION, TURN_SPEED};
 use super::super::reader::{Fields, Item};
 use super::{Resource, Robot, each};
 use crate::model::{ArmSpec, BaseSpec, ControllerKind, HeadSpec};
@@ -38,10 +36,7 @@ impl Resource {
             None => Some(None),
         };
         let ty = fields.required("type", faults)?;
-        Some(Self {
-            ty: ty.name("a type", faults)?,
-            controller: controller?,
-        })
+        Some(Self { ty: ty.name("a type", faults)?, controller: controller? })
     }
 }
 
@@ -70,15 +65,7 @@ fn point(fields: &Fields<'_>, key: &str, faults: &mut Faults) -> Option<Point3<f
 }
 
 fn arm(item: Item<'_>, faults: &mut Faults) -> Option<ArmSpec> {
-    let keys = [
-        "shoulder",
-        "tuck",
-        "reach",
-        "speed",
-        "acceleration",
-        "grip",
-        "lift",
-    ];
+    let keys = ["shoulder", "tuck", "reach", "speed", "acceleration", "grip", "lift"];
     let fields = item.fields("an arm", &keys, faults)?;
     let shoulder = point(&fields, "shoulder", faults);
     let tuck = point(&fields, "tuck", faults);
@@ -124,9 +111,5 @@ fn head(item: Item<'_>, faults: &mut Faults) -> Option<HeadSpec> {
     let neck = point(&fields, "neck", faults);
     let speed = number(&fields, "speed", &TURN_SPEED, faults);
     let acceleration = number(&fields, "acceleration", &TURN_ACCELERATION, faults);
-    Some(HeadSpec {
-        neck: neck?,
-        speed: speed?,
-        acceleration: acceleration?,
-    })
+    Some(HeadSpec { neck: neck?, speed: speed?, acceleration: acceleration? })
 }

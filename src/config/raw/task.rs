@@ -8,9 +8,7 @@ use super::{Behavior, Kind, Task};
 const MAX_RETRIES: u32 = 1000;
 const COMPOSITES: [&str; 3] = ["and", "or", "then"];
 const NODES: [&str; 6] = ["and", "or", "then", "move", "pick", "place"];
-const NODE_KEYS: [&str; 9] = [
-    "and", "or", "then", "move", "pick", "place", "name", "retries", "timeout",
-];
+const NODE_KEYS: [&str; 9] = ["and", "or", "then", "move", "pick", "place", "name", "retries", "timeout"];
 
 impl Task {
     pub(super) fn read(item: Item<'_>, faults: &mut Faults) -> Option<Self> {
@@ -56,10 +54,7 @@ impl Kind {
 
     fn children(item: Item<'_>, faults: &mut Faults) -> Option<Vec<Task>> {
         let list = item.list("a list of nodes, each with a dash", faults)?;
-        let children: Vec<_> = list
-            .into_iter()
-            .map(|item| Task::read(item, faults))
-            .collect();
+        let children: Vec<_> = list.into_iter().map(|item| Task::read(item, faults)).collect();
         Some(children.into_iter().flatten().collect())
     }
 }
@@ -77,19 +72,13 @@ impl Behavior {
         if item.is_scalar() {
             let to = item.name("a place", faults)?;
             let (offset, scale_by) = ([0.0; 2], None);
-            return Some(Self::Move {
-                to,
-                offset,
-                scale_by,
-            });
+            return Some(Self::Move { to, offset, scale_by });
         }
         let fields = item.fields("a move", &["to", "offset", "scale_by"], faults)?;
         let to = fields.required("to", faults);
         let to = to.and_then(|item| item.name("a place", faults));
         let offset = match fields.optional("offset") {
-            Some(item) => item
-                .vector(2..=2, &NEAR, faults)
-                .map(|offset| [offset[0], offset[1]]),
+            Some(item) => item.vector(2..=2, &NEAR, faults).map(|offset| [offset[0], offset[1]]),
             None => Some([0.0; 2]),
         };
         let scale_by = fields.optional("scale_by");
@@ -104,11 +93,7 @@ impl Behavior {
         if item.is_scalar() {
             return Some((item.name("an object", faults)?, None));
         }
-        let what = if item.key == "pick" {
-            "a pick"
-        } else {
-            "a place"
-        };
+        let what = if item.key == "pick" { "a pick" } else { "a place" };
         let fields = item.fields(what, &["object", "at"], faults)?;
         let object = fields.required("object", faults);
         let object = object.and_then(|item| item.name("an object", faults));

@@ -15,14 +15,7 @@ const SURFACE: Point3<f64> = Point3::new(0.5, 0.0, 0.75);
 
 impl World {
     pub(super) fn read(item: Item<'_>, faults: &mut Faults) -> Option<Self> {
-        let keys = [
-            "tolerance",
-            "robot",
-            "places",
-            "objects",
-            "obstacles",
-            "facts",
-        ];
+        let keys = ["tolerance", "robot", "places", "objects", "obstacles", "facts"];
         let fields = item.fields("the world", &keys, faults)?;
         let tolerance_m = match fields.optional("tolerance") {
             Some(item) => item.quantity(&TOLERANCE, faults),
@@ -37,19 +30,9 @@ impl World {
             tolerance_m,
             robot,
             places: each(places, "a map of places", faults, Place::read),
-            objects: each(
-                fields.optional("objects"),
-                "a map of objects",
-                faults,
-                Object::read,
-            ),
+            objects: each(fields.optional("objects"), "a map of objects", faults, Object::read),
             obstacles: obstacles(&fields, faults),
-            facts: each(
-                fields.optional("facts"),
-                "a map of facts",
-                faults,
-                |item, faults| item.flag(faults),
-            ),
+            facts: each(fields.optional("facts"), "a map of facts", faults, |item, faults| item.flag(faults)),
         })
     }
 }
@@ -59,9 +42,7 @@ fn pose(fields: &Fields<'_>, at: &str, faults: &mut Faults) -> Option<Pose> {
         Some(item) => item.quantity(&HEADING, faults),
         None => Some(0.0),
     };
-    let at = fields
-        .required(at, faults)?
-        .vector(2..=2, &COORDINATE, faults)?;
+    let at = fields.required(at, faults)?.vector(2..=2, &COORDINATE, faults)?;
     Some(Pose::new(at[0], at[1], heading?))
 }
 
@@ -70,15 +51,10 @@ impl Place {
         let fields = item.fields("a place", &["stand", "heading", "surface"], faults)?;
         let stand = pose(&fields, "stand", faults);
         let surface = match fields.optional("surface") {
-            Some(item) => item
-                .vector(3..=3, &NEAR, faults)
-                .map(|at| Point3::from_slice(&at)),
+            Some(item) => item.vector(3..=3, &NEAR, faults).map(|at| Point3::from_slice(&at)),
             None => Some(SURFACE),
         };
-        Some(Self {
-            stand: stand?,
-            surface: surface?,
-        })
+        Some(Self { stand: stand?, surface: surface? })
     }
 }
 
@@ -90,10 +66,7 @@ impl Object {
             None => Some(None),
         };
         let at = fields.required("at", faults)?.name("a place", faults)?;
-        Some(Self {
-            at,
-            offset: offset?.map(|at| Vector3::new(at[0], at[1], at.get(2).copied().unwrap_or(0.0))),
-        })
+        Some(Self { at, offset: offset?.map(|at| Vector3::new(at[0], at[1], at.get(2).copied().unwrap_or(0.0))) })
     }
 }
 
@@ -107,14 +80,8 @@ fn obstacles(world: &Fields<'_>, faults: &mut Faults) -> Vec<Obstacle> {
 fn obstacle(item: Item<'_>, faults: &mut Faults) -> Option<Obstacle> {
     let fields = item.fields("an obstacle", &["min", "max"], faults)?;
     let mut corner = |key, tall_m| {
-        let at = fields
-            .required(key, faults)?
-            .vector(2..=3, &COORDINATE, faults)?;
-        Some(Point3::new(
-            at[0],
-            at[1],
-            at.get(2).copied().unwrap_or(tall_m),
-        ))
+        let at = fields.required(key, faults)?.vector(2..=3, &COORDINATE, faults)?;
+        Some(Point3::new(at[0], at[1], at.get(2).copied().unwrap_or(tall_m)))
     };
     let (min, max) = (corner("min", 0.0), corner("max", TALL_M));
     let (min, max) = (min?, max?);

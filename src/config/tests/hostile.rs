@@ -17,14 +17,8 @@ fn what_is_too_much_is_refused() {
         (deep(66), "nested more than"),
         (deep(5000), ""),
         (format!("{GOOD}#{}", " ".repeat(1 << 20)), "larger than"),
-        (
-            format!("{head}task: {{and: [{}]}}", "{},".repeat(90_000)),
-            "0 kinds instead of one",
-        ),
-        (
-            format!("{head}task: {{and: [{}]}}", "1,".repeat(300_000)),
-            "",
-        ),
+        (format!("{head}task: {{and: [{}]}}", "{},".repeat(90_000)), "0 kinds instead of one"),
+        (format!("{head}task: {{and: [{}]}}", "1,".repeat(300_000)), ""),
     ] {
         let error = load(&mission, ROBOT).unwrap_err();
         let found = error.faults()[0].message();
@@ -41,9 +35,7 @@ fn aliases_stay_within_bounds() {
         bomb += &format!("a{level}: &a{level} [{items}]\n");
     }
     assert!(load(&bomb, ROBOT).is_err());
-    let anchored = GOOD
-        .replace("pick: cup", "&it pick: cup")
-        .replace("    - place:", "    - *nothing\n    - place:");
+    let anchored = GOOD.replace("pick: cup", "&it pick: cup").replace("    - place:", "    - *nothing\n    - place:");
     assert!(load(&anchored, ROBOT).is_err());
 }
 

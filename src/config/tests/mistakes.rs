@@ -11,144 +11,46 @@ fn assert_found(error: &ConfigError, (found, by, line, words): &Mistake<'_>) {
         .faults()
         .iter()
         .map(|fault| {
-            let help =
-                miette::Diagnostic::help(fault).map_or_else(String::new, |help| help.to_string());
+            let help = miette::Diagnostic::help(fault).map_or_else(String::new, |help| help.to_string());
             format!("{}:{fault} {help}", fault.position().map_or(0, |at| at.0))
         })
         .collect();
     let expected = format!("{line}:");
     assert!(
-        rendered
-            .iter()
-            .any(|fault| fault.starts_with(&expected) && fault.contains(words)),
+        rendered.iter().any(|fault| fault.starts_with(&expected) && fault.contains(words)),
         "`{found}` -> `{by}`: expected line {line} and `{words}` in {rendered:#?}"
     );
 }
 
 const IN_MISSIONS: &[Mistake<'_>] = &[
-    (
-        "mission: good\n",
-        "",
-        1,
-        "a mission lacks the key `mission`",
-    ),
-    (
-        "mission: good",
-        "mision: good",
-        1,
-        "no key `mision` did you mean `mission`?",
-    ),
-    (
-        "mission: good",
-        "mission: [good]",
-        1,
-        "found a list instead of the name",
-    ),
+    ("mission: good\n", "", 1, "a mission lacks the key `mission`"),
+    ("mission: good", "mision: good", 1, "no key `mision` did you mean `mission`?"),
+    ("mission: good", "mission: [good]", 1, "found a list instead of the name"),
     ("mission: good", "mission: ''", 1, "a name cannot be empty"),
     ("mission: good", "mission:", 1, "found nothing"),
     ("robot: robot.yaml", "robot: rowboat.yaml", 0, "cannot read"),
-    (
-        "at: [0, 0]",
-        "at: [0, 0, 1]",
-        4,
-        "found 3 numbers instead of two numbers",
-    ),
-    (
-        "at: [0, 0]",
-        "at: [0, zero]",
-        4,
-        "found `zero` instead of a length",
-    ),
+    ("at: [0, 0]", "at: [0, 0, 1]", 4, "found 3 numbers instead of two numbers"),
+    ("at: [0, 0]", "at: [0, zero]", 4, "found `zero` instead of a length"),
     ("at: [0, 0]", "at: [.inf, 0]", 4, "out of bounds"),
-    (
-        "at: [0, 0]",
-        "at: [1e99 m, 0]",
-        4,
-        "allowed: -10000.00000 to 10000.00000 m",
-    ),
+    ("at: [0, 0]", "at: [1e99 m, 0]", 4, "allowed: -10000.00000 to 10000.00000 m"),
     ("90 deg", "90 degrees", 4, "units: rad, deg"),
     ("90 deg", "1 m", 4, "found `1 m` instead of an angle"),
-    (
-        "1 m, 200 cm",
-        "1 m, deg(90)",
-        6,
-        "found `deg(90)` instead of a length",
-    ),
-    (
-        "{stand: [3, 2]}",
-        "{stand: 3}",
-        7,
-        "found `3` instead of two numbers",
-    ),
+    ("1 m, 200 cm", "1 m, deg(90)", 6, "found `deg(90)` instead of a length"),
+    ("{stand: [3, 2]}", "{stand: 3}", 7, "found `3` instead of two numbers"),
     ("{stand: [3, 2]}", "{}", 7, "a place lacks the key `stand`"),
     ("    table: {", "    shelf: {", 7, "duplicate"),
-    (
-        "cup: {at: shelf,",
-        "cup: {at: shelve,",
-        9,
-        "there is no place `shelve` did you mean `shelf`?",
-    ),
-    (
-        "cup: {at: shelf,",
-        "cup: {at: moon,",
-        9,
-        "allowed: `shelf`, `table`",
-    ),
-    (
-        "door_open: true",
-        "door_open: 7",
-        11,
-        "instead of `true` or `false`",
-    ),
-    (
-        "    - move: shelf",
-        "    - moev: shelf",
-        14,
-        "no key `moev` did you mean `move`?",
-    ),
-    (
-        "    - move: shelf",
-        "    - move: shelf\n      pick: cup",
-        14,
-        "2 kinds instead of one",
-    ),
-    (
-        "    - move: shelf",
-        "    - move:",
-        14,
-        "found nothing instead of a move",
-    ),
+    ("cup: {at: shelf,", "cup: {at: shelve,", 9, "there is no place `shelve` did you mean `shelf`?"),
+    ("cup: {at: shelf,", "cup: {at: moon,", 9, "allowed: `shelf`, `table`"),
+    ("door_open: true", "door_open: 7", 11, "instead of `true` or `false`"),
+    ("    - move: shelf", "    - moev: shelf", 14, "no key `moev` did you mean `move`?"),
+    ("    - move: shelf", "    - move: shelf\n      pick: cup", 14, "2 kinds instead of one"),
+    ("    - move: shelf", "    - move:", 14, "found nothing instead of a move"),
     ("    - move: shelf", "    - or: []", 14, "an empty list"),
-    (
-        "    - move: shelf",
-        "    - {or: [{move: shelf}], retries: 1}",
-        14,
-        "belongs to move, pick and place",
-    ),
-    (
-        "    - move: shelf",
-        "    - {move: shelf, name: root}",
-        14,
-        "another node is called `root`",
-    ),
-    (
-        "    - pick: cup",
-        "    - pick: cub",
-        15,
-        "did you mean `cup`?",
-    ),
-    (
-        "    - pick: cup",
-        "    - pick: {objekt: cup}",
-        15,
-        "did you mean `object`?",
-    ),
-    (
-        "scale_by: gripper",
-        "scale_by: griper",
-        16,
-        "did you mean `gripper`?",
-    ),
+    ("    - move: shelf", "    - {or: [{move: shelf}], retries: 1}", 14, "belongs to move, pick and place"),
+    ("    - move: shelf", "    - {move: shelf, name: root}", 14, "another node is called `root`"),
+    ("    - pick: cup", "    - pick: cub", 15, "did you mean `cup`?"),
+    ("    - pick: cup", "    - pick: {objekt: cup}", 15, "did you mean `object`?"),
+    ("scale_by: gripper", "scale_by: griper", 16, "did you mean `gripper`?"),
     ("timeout: 2 min", "timeout: -1 s", 17, "out of bounds"),
     ("retries: 0", "retries: 0.5", 19, "a whole number"),
     (
@@ -158,24 +60,9 @@ const IN_MISSIONS: &[Mistake<'_>] = &[
         "did you mean `table`?",
     ),
     ("  then:", "  and:", 18, "not told where to"),
-    (
-        "facts: {door_open: true}",
-        "obstacles: [{min: [0, 0], max: [1, 0]}]",
-        11,
-        "`max` is not beyond `min`",
-    ),
-    (
-        "facts: {door_open: true}",
-        "tolerance: 1 mm",
-        11,
-        "allowed: 0.02000 to",
-    ),
-    (
-        "facts: {door_open: true}",
-        "facts: {door_open: true",
-        12,
-        "",
-    ),
+    ("facts: {door_open: true}", "obstacles: [{min: [0, 0], max: [1, 0]}]", 11, "`max` is not beyond `min`"),
+    ("facts: {door_open: true}", "tolerance: 1 mm", 11, "allowed: 0.02000 to"),
+    ("facts: {door_open: true}", "facts: {door_open: true", 12, ""),
 ];
 
 #[test]
@@ -189,46 +76,16 @@ fn mistakes_in_a_mission_are_found() {
 
 const IN_ROBOTS: &[Mistake<'_>] = &[
     ("radius: 0.3 m", "radius: 0 m", 2, "out of bounds"),
-    (
-        "controller: arm",
-        "controller: amr",
-        4,
-        "there is no controller `amr` did you mean `arm`?",
-    ),
-    (
-        ", controller: arm",
-        "",
-        7,
-        "no resource has this controller",
-    ),
+    ("controller: arm", "controller: amr", 4, "there is no controller `amr` did you mean `arm`?"),
+    (", controller: arm", "", 7, "no resource has this controller"),
     ("type: gripper", "type: head", 4, "moves an arm, not a head"),
-    (
-        "{type: base}",
-        "{type: base, controller: arm}",
-        5,
-        "moves `hand` already",
-    ),
-    (
-        "{type: base}",
-        "{type: gripper}",
-        5,
-        "some have a controller and some have none",
-    ),
-    (
-        "{type: base}",
-        "{type: wheels}",
-        14,
-        "the robot has no resource of type `base`",
-    ),
+    ("{type: base}", "{type: base, controller: arm}", 5, "moves `hand` already"),
+    ("{type: base}", "{type: gripper}", 5, "some have a controller and some have none"),
+    ("{type: base}", "{type: wheels}", 14, "the robot has no resource of type `base`"),
     ("  arm:\n", "  a/b:\n", 7, "at most 32 letters"),
     ("    arm: {", "    leg: {", 8, "no key `leg`"),
     ("lift: 10 cm", "lift: 10 s", 8, "instead of a length"),
-    (
-        "tuck: [0.3, 0, 0.9]",
-        "tuck: [3, 0, 0.9]",
-        8,
-        "farther from the shoulder",
-    ),
+    ("tuck: [0.3, 0, 0.9]", "tuck: [3, 0, 0.9]", 8, "farther from the shoulder"),
     (", grip: 1 s", "", 8, "an arm lacks the key `grip`"),
 ];
 
@@ -243,16 +100,10 @@ fn mistakes_in_a_robot_are_found() {
 
 #[test]
 fn all_mistakes_come_at_once_with_their_files() {
-    let mission = GOOD
-        .replace("90 deg", "90 dog")
-        .replace("at: shelf}", "at: shell}")
-        .replace("pick: cup", "pick: cub");
+    let mission =
+        GOOD.replace("90 deg", "90 dog").replace("at: shelf}", "at: shell}").replace("pick: cup", "pick: cub");
     let error = load(&mission, &ROBOT.replace("0.3 m", "big")).unwrap_err();
-    let lines: Vec<_> = error
-        .faults()
-        .iter()
-        .map(|fault| fault.position().unwrap().0)
-        .collect();
+    let lines: Vec<_> = error.faults().iter().map(|fault| fault.position().unwrap().0).collect();
     assert_eq!(lines, [4, 10, 15, 2]);
     assert!(error.faults()[3].file().ends_with("robot.yaml"));
     assert_eq!(error.faults()[2].key(), "pick");

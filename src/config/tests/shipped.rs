@@ -6,46 +6,29 @@ use std::time::Duration;
 use super::super::{load_mission, load_robot};
 use super::{GOOD, ROBOT, load};
 use crate::model::{
-    Access, ChannelId, Claim, Condition, ControllerKind, EffectTerm, Keep, MissionSpec, Mode,
-    NodeId, NodeKind, ObjectId, PlaceId, Pose, Potential, ResourceId, Task, TypeId, Wanted,
-    Whereabouts,
+    Access, ChannelId, Claim, Condition, ControllerKind, EffectTerm, Keep, MissionSpec, Mode, NodeId, NodeKind,
+    ObjectId, PlaceId, Pose, Potential, ResourceId, Task, TypeId, Wanted, Whereabouts,
 };
 
 fn shipped(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("config")
-        .join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("config").join(name)
 }
 
 fn experiment_1() -> MissionSpec {
-    load_mission(&shipped("missions/experiment-1.yaml"), None)
-        .unwrap()
-        .mission
+    load_mission(&shipped("missions/experiment-1.yaml"), None).unwrap().mission
 }
 
 fn stop(place: u32, x: f64, y: f64) -> Condition {
-    Condition::At {
-        place: PlaceId(place),
-        stand: Pose::new(x, y, 0.0),
-        tolerance_m: 0.25,
-    }
+    Condition::At { place: PlaceId(place), stand: Pose::new(x, y, 0.0), tolerance_m: 0.25 }
 }
 
 fn claim(resource: u32, access: Access, keep: Keep) -> Claim {
-    Claim {
-        wanted: Wanted::Named(ResourceId(resource)),
-        access,
-        keep,
-    }
+    Claim { wanted: Wanted::Named(ResourceId(resource)), access, keep }
 }
 
 fn commands(spec: &MissionSpec, node: u32) -> Vec<(usize, Mode, Task)> {
     let behavior = spec.tree.behavior(NodeId(node)).unwrap();
-    behavior
-        .commands
-        .iter()
-        .map(|term| (term.claim, term.mode, term.task))
-        .collect()
+    behavior.commands.iter().map(|term| (term.claim, term.mode, term.task)).collect()
 }
 
 #[test]
@@ -57,45 +40,27 @@ fn every_shipped_mission_loads() {
         assert_eq!(spec.tree.leaves().count(), 16);
         let expected: Vec<String> = (1..=4)
             .flat_map(|object| {
-                ["move I-1", "pick I", "move I-2", "place I"]
-                    .map(|name| name.replace('I', &object.to_string()))
+                ["move I-1", "pick I", "move I-2", "place I"].map(|name| name.replace('I', &object.to_string()))
             })
             .collect();
         let names = spec.tree.leaves().map(|leaf| spec.names.node(leaf));
         assert_eq!(names.collect::<Vec<_>>(), expected);
         let offsets = &spec.world.object_offsets;
-        assert!(
-            offsets
-                .windows(2)
-                .all(|pair| (pair[0] - pair[1]).norm() > 0.13)
-        );
+        assert!(offsets.windows(2).all(|pair| (pair[0] - pair[1]).norm() > 0.13));
     }
 }
 
 #[test]
 fn the_shipped_robot_has_four_controllers_and_reaches() {
     let file = load_robot(&shipped("robots/pr2.yaml")).unwrap();
-    assert_eq!(
-        file.names.resources,
-        ["left_gripper", "right_gripper", "head", "base"]
-    );
-    assert_eq!(
-        file.names.controllers,
-        ["left_arm", "right_arm", "head", "base"]
-    );
+    assert_eq!(file.names.resources, ["left_gripper", "right_gripper", "head", "base"]);
+    assert_eq!(file.names.controllers, ["left_arm", "right_arm", "head", "base"]);
     assert_eq!(file.names.types, ["gripper", "head", "base"]);
     for controller in &file.robot.controllers {
         let ControllerKind::Arm(arm) = controller.kind else {
             continue;
         };
-        for (x, y) in [
-            (0.25, 0.0),
-            (-0.25, 0.0),
-            (0.0, 0.25),
-            (0.0, -0.25),
-            (0.2, 0.15),
-            (0.2, -0.15),
-        ] {
+        for (x, y) in [(0.25, 0.0), (-0.25, 0.0), (0.0, 0.25), (0.0, -0.25), (0.2, 0.15), (0.2, -0.15)] {
             for aside in [-0.2, 0.2] {
                 let at = nalgebra::Point3::new(0.5 + x, aside + y, 0.75);
                 let far = (at - arm.shoulder).norm();
@@ -113,14 +78,8 @@ fn experiment_1_has_its_world_and_tree() {
     assert_eq!(spec.names.channels[1], "at counter");
     let starts = [0, 0, 2, 4].map(|place| Whereabouts::At(PlaceId(place)));
     assert_eq!(spec.start.objects, starts);
-    assert_eq!(
-        spec.names.nodes[..4],
-        ["root", "and", "object 1", "move 1-1"]
-    );
-    assert_eq!(
-        spec.tree.nodes[..3],
-        [NodeKind::Root, NodeKind::And, NodeKind::Then]
-    );
+    assert_eq!(spec.names.nodes[..4], ["root", "and", "object 1", "move 1-1"]);
+    assert_eq!(spec.tree.nodes[..3], [NodeKind::Root, NodeKind::And, NodeKind::Then]);
     assert_eq!(spec.tree.topology.parent(NodeId(3)), NodeId(2));
 }
 
@@ -132,31 +91,12 @@ fn a_move_is_as_the_paper_tells() {
     let kept = Keep::Intention(at_shelf);
     assert_eq!(drive.claims, [claim(3, Access::Exclusive, kept)]);
     let stand = Pose::new(3.5 - 0.043, 1.5 - 0.025, 0.0);
-    assert_eq!(
-        drive.potential,
-        Potential::Nearness {
-            to: stand,
-            floor_m: 0.25,
-            scale_by: Some(TypeId(0))
-        }
-    );
+    assert_eq!(drive.potential, Potential::Nearness { to: stand, floor_m: 0.25, scale_by: Some(TypeId(0)) });
     assert_eq!(drive.satisfied, stop(0, stand.at.x, stand.at.y));
-    assert_eq!(
-        drive.precondition,
-        Condition::Path {
-            place: PlaceId(0),
-            stand
-        }
-    );
+    assert_eq!(drive.precondition, Condition::Path { place: PlaceId(0), stand });
     assert_eq!(drive.effects, []);
-    assert_eq!(
-        commands(&spec, 3),
-        [(0, Mode::Achieve, Task::DriveTo(stand))]
-    );
-    assert_eq!(
-        (drive.timeout, drive.retries),
-        (Duration::from_secs(600), 2)
-    );
+    assert_eq!(commands(&spec, 3), [(0, Mode::Achieve, Task::DriveTo(stand))]);
+    assert_eq!((drive.timeout, drive.retries), (Duration::from_secs(600), 2));
 }
 
 #[test]
@@ -166,10 +106,7 @@ fn a_pick_is_as_the_paper_tells() {
     let stand = Pose::new(3.5 - 0.043, 1.5 - 0.025, 0.0);
     let pick = spec.tree.behavior(NodeId(4)).unwrap();
     let hand = Claim {
-        wanted: Wanted::AnyEmpty {
-            of: TypeId(0),
-            reaches: Some(ObjectId(0)),
-        },
+        wanted: Wanted::AnyEmpty { of: TypeId(0), reaches: Some(ObjectId(0)) },
         access: Access::Exclusive,
         keep: Keep::Physical(Access::Exclusive),
     };
@@ -178,10 +115,7 @@ fn a_pick_is_as_the_paper_tells() {
     assert!(pick.claims.iter().all(Claim::is_sound));
     assert_eq!(pick.potential, Potential::Constant(9.0));
     assert_eq!(pick.satisfied, Condition::Held(ObjectId(0)));
-    let ready = Condition::All(vec![
-        stop(0, stand.at.x, stand.at.y),
-        Condition::Free(ObjectId(0)),
-    ]);
+    let ready = Condition::All(vec![stop(0, stand.at.x, stand.at.y), Condition::Free(ObjectId(0))]);
     assert_eq!(pick.precondition, ready);
     assert_eq!(pick.effects, [EffectTerm::Taken(ObjectId(0), 2)]);
     assert_eq!(pick.changes, [ObjectId(0)]);
@@ -203,36 +137,20 @@ fn a_place_is_as_the_paper_tells() {
     assert_eq!(place.effects, [EffectTerm::Lies(ObjectId(0), PlaceId(1))]);
     let ready = Condition::All(vec![stop(1, 6.5, 1.5), Condition::Held(ObjectId(0))]);
     assert_eq!(place.precondition, ready);
-    assert_eq!(
-        commands(&spec, 6)[0],
-        (2, Mode::Achieve, Task::Put(ObjectId(0), PlaceId(1)))
-    );
+    assert_eq!(commands(&spec, 6)[0], (2, Mode::Achieve, Task::Put(ObjectId(0), PlaceId(1))));
 }
 
 #[test]
 fn a_robot_without_head_and_base_controller_is_bound_so() {
     let spec = load(GOOD, ROBOT).unwrap();
-    let names = [
-        "root",
-        "then",
-        "move to shelf",
-        "pick cup",
-        "move to table",
-        "place cup",
-    ];
+    let names = ["root", "then", "move to shelf", "pick cup", "move to table", "place cup"];
     assert_eq!(spec.names.nodes, names);
     let drive = spec.tree.behavior(NodeId(2)).unwrap();
-    assert_eq!(
-        drive.effects,
-        [EffectTerm::Stands(Pose::new(1.0, 2.0, 0.0))]
-    );
+    assert_eq!(drive.effects, [EffectTerm::Stands(Pose::new(1.0, 2.0, 0.0))]);
     assert_eq!(commands(&spec, 2), []);
     let pick = spec.tree.behavior(NodeId(3)).unwrap();
     assert_eq!(pick.claims.len(), 2);
-    assert_eq!(
-        commands(&spec, 3),
-        [(1, Mode::Achieve, Task::Grasp(ObjectId(0)))]
-    );
+    assert_eq!(commands(&spec, 3), [(1, Mode::Achieve, Task::Grasp(ObjectId(0)))]);
     let second = spec.tree.behavior(NodeId(4)).unwrap();
     assert_eq!(second.timeout, Duration::from_secs(120));
     assert_eq!(spec.tree.behavior(NodeId(5)).unwrap().retries, 0);

@@ -3,8 +3,8 @@
 use crate::draw::fault_sentence;
 use crate::draw::text::count;
 use crate::model::{
-    Access, Change, CommandId, ControllerId, ControllerMessage, End, FromController, Grant, Header,
-    MissionEnd, Names, NodeId, Record, Rejection, Reopened, Time, Whereabouts,
+    Access, Change, CommandId, ControllerId, ControllerMessage, End, FromController, Grant, Header, MissionEnd, Names,
+    NodeId, Record, Rejection, Reopened, Time, Whereabouts,
 };
 
 use super::Progress;
@@ -16,19 +16,12 @@ impl Progress {
         let (at, text) = match record {
             Record::Header(header) => (Time::ZERO, self.begins(header)),
             Record::Sent { .. } => return None,
-            Record::Decided {
-                at,
-                granted,
-                reopened,
-                ..
-            } => (*at, self.decided(*at, granted, reopened.as_ref(), names)?),
+            Record::Decided { at, granted, reopened, .. } => {
+                (*at, self.decided(*at, granted, reopened.as_ref(), names)?)
+            }
             Record::Released { at, leaf, end, .. } => (*at, released(*leaf, *end, names)),
             Record::World { at, change } => (*at, changed(change, names)?),
-            Record::Controller {
-                at,
-                controller,
-                message,
-            } => (*at, self.said(*controller, message, names)?),
+            Record::Controller { at, controller, message } => (*at, self.said(*controller, message, names)?),
             Record::Ended { at, end } => (*at, self.ended(*at, *end, names)),
         };
         Some(format!("{:>7.2} s  {text}", at.seconds()))
@@ -36,30 +29,15 @@ impl Progress {
 
     fn begins(&self, header: &Header) -> String {
         let behaviors = count(self.behaviors, "behavior");
-        let Header {
-            mission,
-            robot,
-            allocator,
-            ..
-        } = header;
+        let Header { mission, robot, allocator, .. } = header;
         format!("{mission}: {behaviors} on {robot}, {allocator}")
     }
 
-    fn decided(
-        &self,
-        at: Time,
-        granted: &[Grant],
-        reopened: Option<&Reopened>,
-        names: &Names,
-    ) -> Option<String> {
+    fn decided(&self, at: Time, granted: &[Grant], reopened: Option<&Reopened>, names: &Names) -> Option<String> {
         let mut parts = Vec::new();
         if !granted.is_empty() {
             let grants: Vec<String> = granted.iter().map(|grant| granting(grant, names)).collect();
-            parts.push(format!(
-                "step {}: {}",
-                self.tally.steps.len(),
-                grants.join(", ")
-            ));
+            parts.push(format!("step {}: {}", self.tally.steps.len(), grants.join(", ")));
         }
         if !granted.is_empty() {
             parts.extend(self.skipped(at, names));
@@ -76,34 +54,20 @@ impl Progress {
 
     /// What was found done without running at this moment.
     fn skipped(&self, at: Time, names: &Names) -> Option<String> {
-        let now = self
-            .tally
-            .skipped
-            .iter()
-            .rev()
-            .take_while(|(_, when)| *when == at);
+        let now = self.tally.skipped.iter().rev().take_while(|(_, when)| *when == at);
         let mut skipped: Vec<&str> = now.map(|(leaf, _)| names.node(*leaf)).collect();
         skipped.reverse();
         (!skipped.is_empty()).then(|| format!("skipped {}", skipped.join(", ")))
     }
 
-    fn said(
-        &self,
-        controller: ControllerId,
-        message: &ControllerMessage,
-        names: &Names,
-    ) -> Option<String> {
+    fn said(&self, controller: ControllerId, message: &ControllerMessage, names: &Names) -> Option<String> {
         let name = names.controller(controller);
         match message {
             ControllerMessage::Attached => Some(format!("attached {name}")),
             ControllerMessage::Lost => Some(format!("lost {name}")),
-            ControllerMessage::Refused { why } => {
-                Some(format!("refused a message of {name}: {why}"))
-            }
+            ControllerMessage::Refused { why } => Some(format!("refused a message of {name}: {why}")),
             ControllerMessage::Heard { message } => match message {
-                FromController::Rejected { id, why } => {
-                    Some(self.rejected(controller, *id, *why, names))
-                }
+                FromController::Rejected { id, why } => Some(self.rejected(controller, *id, *why, names)),
                 FromController::Configured { .. }
                 | FromController::Accepted { .. }
                 | FromController::Feedback { .. }
@@ -113,13 +77,7 @@ impl Progress {
         }
     }
 
-    fn rejected(
-        &self,
-        controller: ControllerId,
-        id: CommandId,
-        why: Rejection,
-        names: &Names,
-    ) -> String {
+    fn rejected(&self, controller: ControllerId, id: CommandId, why: Rejection, names: &Names) -> String {
         let command = self.commands.get(&(controller, id));
         let goal = match command.and_then(|command| command.leaf) {
             Some(leaf) => names.node(leaf),
@@ -141,9 +99,7 @@ impl Progress {
                 format!("failed: the task of {} is gone", names.node(node))
             }
         };
-        let skipped = (end == MissionEnd::Done)
-            .then(|| self.skipped(at, names))
-            .flatten();
+        let skipped = (end == MissionEnd::Done).then(|| self.skipped(at, names)).flatten();
         match skipped {
             Some(skipped) => format!("{text}; {skipped}"),
             None => text,
@@ -154,18 +110,11 @@ impl Progress {
 /// A behavior with the resources that it has alone, or with all where it has none alone.
 fn granting(grant: &Grant, names: &Names) -> String {
     let name = names.node(grant.leaf);
-    let alone = grant
-        .bindings
-        .iter()
-        .filter(|binding| binding.access == Access::Exclusive);
-    let mut resources: Vec<&str> = alone
-        .map(|binding| names.resource(binding.resource))
-        .collect();
+    let alone = grant.bindings.iter().filter(|binding| binding.access == Access::Exclusive);
+    let mut resources: Vec<&str> = alone.map(|binding| names.resource(binding.resource)).collect();
     if resources.is_empty() {
         let all = grant.bindings.iter();
-        resources = all
-            .map(|binding| names.resource(binding.resource))
-            .collect();
+        resources = all.map(|binding| names.resource(binding.resource)).collect();
     }
     match resources.len() {
         0 => name.to_owned(),

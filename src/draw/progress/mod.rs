@@ -8,11 +8,9 @@ mod tests;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::model::{
-    Binding, Change, Command, CommandId, ControllerId, ControllerMessage, End, FromController,
-    Grant, Mode, NodeId, ObjectId, Record, ResourceId, RobotSpec, Tally, ToController, Whereabouts,
+    Binding, Change, Command, CommandId, ControllerId, ControllerMessage, End, FromController, Grant, Mode, NodeEntry,
+    NodeId, ObjectId, Record, ResourceId, RobotSpec, Tally, ToController, Whereabouts,
 };
-
-use super::course::is_composite;
 
 /// A running fold of records for the live display.
 #[derive(Debug, Clone, Default)]
@@ -48,10 +46,7 @@ impl Progress {
     /// Nothing has happened yet; the robot says which controller moves which resource.
     pub fn new(robot: &RobotSpec) -> Self {
         let controllers = robot.resources.iter().map(|resource| resource.controller);
-        Self {
-            controllers: controllers.collect(),
-            ..Self::default()
-        }
+        Self { controllers: controllers.collect(), ..Self::default() }
     }
 
     /// Takes the next record.
@@ -59,21 +54,17 @@ impl Progress {
         self.tally.add(record);
         match record {
             Record::Header(header) => {
-                let kinds = header.nodes.iter().map(|node| node.kind.as_str());
-                self.behaviors = kinds.filter(|kind| !is_composite(kind)).count();
+                let is_behavior = |node: &&NodeEntry| node.kind.is_behavior();
+                self.behaviors = header.nodes.iter().filter(is_behavior).count();
             }
             Record::Sent { .. } | Record::Ended { .. } => {}
-            Record::Decided {
-                granted, reopened, ..
-            } => {
+            Record::Decided { granted, reopened, .. } => {
                 if let Some(reopened) = reopened {
                     self.done.remove(&reopened.leaf);
                 }
                 granted.iter().for_each(|grant| self.grant(grant));
             }
-            Record::Released {
-                leaf, end, changes, ..
-            } => {
+            Record::Released { leaf, end, changes, .. } => {
                 self.running.remove(leaf);
                 self.commands.retain(|_, command| !command.is_rejected);
                 if *end == End::Succeeded {
@@ -82,11 +73,7 @@ impl Progress {
                 changes.iter().for_each(|change| self.change(*change));
             }
             Record::World { change, .. } => self.change(*change),
-            Record::Controller {
-                controller,
-                message,
-                ..
-            } => self.controller(*controller, message),
+            Record::Controller { controller, message, .. } => self.controller(*controller, message),
         }
     }
 
@@ -103,7 +90,7 @@ impl Progress {
         let skipped = grant.skips.iter().flat_map(|skip| skip.from.0..skip.to.0);
         let behaviors = skipped.map(NodeId).filter(|node| {
             let entry = header.nodes.get(node.index());
-            entry.is_some_and(|entry| !is_composite(&entry.kind))
+            entry.is_some_and(|entry| entry.kind.is_behavior())
         });
         self.done.extend(behaviors);
     }
@@ -129,13 +116,8 @@ impl Progress {
             }
             ControllerMessage::Told { leaf, message } => match message {
                 ToController::Goal { id, mode, command } => {
-                    let under_way = UnderWay {
-                        leaf: *leaf,
-                        mode: *mode,
-                        verb: verb(command),
-                        progress: 0.0,
-                        is_rejected: false,
-                    };
+                    let under_way =
+                        UnderWay { leaf: *leaf, mode: *mode, verb: verb(command), progress: 0.0, is_rejected: false };
                     self.commands.insert((controller, *id), under_way);
                 }
                 ToController::Configure { .. } | ToController::Cancel { .. } => {}
@@ -167,10 +149,7 @@ impl Progress {
     /// Behaviors that are done, by running or by being skipped.
     fn done(&self) -> usize {
         let skipped = self.tally.skipped.iter();
-        self.done.len()
-            + skipped
-                .filter(|(leaf, _)| !self.done.contains(leaf))
-                .count()
+        self.done.len() + skipped.filter(|(leaf, _)| !self.done.contains(leaf)).count()
     }
 }
 

@@ -42,21 +42,13 @@ impl Progress {
             return clip("no mission yet", width);
         };
         let mission = clip(&header.mission, width / 3);
-        let figures = format!(
-            "{} · step {} · {}/{} done",
-            tally.now,
-            tally.steps.len(),
-            self.done(),
-            self.behaviors
-        );
+        let figures = format!("{} · step {} · {}/{} done", tally.now, tally.steps.len(), self.done(), self.behaviors);
         let ended = match tally.end {
             None => "",
             Some(MissionEnd::Done) => " · done",
             Some(MissionEnd::Stalled) => " · stalled",
             Some(MissionEnd::Canceled) => " · cancelled",
-            Some(
-                MissionEnd::Failed(_) | MissionEnd::ControllerLost(_) | MissionEnd::NodeLost(_),
-            ) => " · failed",
+            Some(MissionEnd::Failed(_) | MissionEnd::ControllerLost(_) | MissionEnd::NodeLost(_)) => " · failed",
         };
         let rest = clip(&(figures + ended), width - columns(&mission) - 2);
         format!("{}  {rest}", Palette::paint(palette.strong, mission))
@@ -64,8 +56,7 @@ impl Progress {
 
     /// By resource: the behaviors that use it and for what.
     fn using(&self, names: &Names) -> Vec<String> {
-        let mut users: Vec<(Vec<NodeId>, Option<&str>)> =
-            vec![(Vec::new(), None); names.resources.len()];
+        let mut users: Vec<(Vec<NodeId>, Option<&str>)> = vec![(Vec::new(), None); names.resources.len()];
         for (&leaf, bindings) in &self.running {
             for binding in bindings {
                 let Some((leaves, channel)) = users.get_mut(binding.resource.index()) else {
@@ -74,10 +65,7 @@ impl Progress {
                 if leaves.last() != Some(&leaf) {
                     leaves.push(leaf);
                 }
-                *channel = binding
-                    .access
-                    .channel()
-                    .map(|channel| names.channel(channel));
+                *channel = binding.access.channel().map(|channel| names.channel(channel));
             }
         }
         let text = |(leaves, channel): (Vec<NodeId>, Option<&str>)| {
@@ -89,14 +77,7 @@ impl Progress {
     }
 
     /// What stands behind the name of a resource.
-    fn row(
-        &self,
-        resource: ResourceId,
-        users: &str,
-        room: usize,
-        bar_width: usize,
-        palette: &Palette,
-    ) -> String {
+    fn row(&self, resource: ResourceId, users: &str, room: usize, bar_width: usize, palette: &Palette) -> String {
         let controller = self.controllers.get(resource.index()).copied().flatten();
         if let Some(absent) = controller.and_then(|id| self.absent(id, room, palette)) {
             return absent;
@@ -140,8 +121,7 @@ impl Progress {
     fn command(&self, controller: ControllerId) -> Option<&UnderWay> {
         let own = || {
             let commands = self.commands.iter().rev();
-            commands
-                .filter(move |((owner, _), command)| *owner == controller && !command.is_rejected)
+            commands.filter(move |((owner, _), command)| *owner == controller && !command.is_rejected)
         };
         let achieve = own().find(|(_, command)| command.mode == Mode::Achieve);
         achieve.or_else(|| own().next()).map(|(_, command)| command)

@@ -8,26 +8,15 @@ use crate::draw::{Palette, Progress};
 use crate::model::*;
 
 fn controller(controller: u32, message: ControllerMessage) -> Record {
-    Record::Controller {
-        at: seconds(9.0),
-        controller: ControllerId(controller),
-        message,
-    }
+    Record::Controller { at: seconds(9.0), controller: ControllerId(controller), message }
 }
 
 fn id(number: u32) -> CommandId {
-    CommandId {
-        generation: 1,
-        number,
-    }
+    CommandId { generation: 1, number }
 }
 
 fn goal(to: u32, leaf: &str, mode: Mode, command: Command) -> Record {
-    let message = ToController::Goal {
-        id: id(1),
-        mode,
-        command,
-    };
+    let message = ToController::Goal { id: id(1), mode, command };
     let leaf = Some(named(leaf));
     controller(to, ControllerMessage::Told { leaf, message })
 }
@@ -39,25 +28,11 @@ fn heard(from: u32, message: FromController) -> Record {
 /// The robot picks two objects at once: the left arm is at 45 %, the right arm at 80 %.
 fn picking() -> Progress {
     let at = nalgebra::Point3::origin();
-    let grasp = |object| Command::Grasp {
-        object: ObjectId(object),
-        at,
-    };
+    let grasp = |object| Command::Grasp { object: ObjectId(object), at };
     let feedback = |from, progress| {
-        let state = ControllerState::Arm {
-            gripper: at,
-            velocity: Vector3::zeros(),
-            holds: None,
-        };
+        let state = ControllerState::Arm { gripper: at, velocity: Vector3::zeros(), holds: None };
         let id = id(1);
-        heard(
-            from,
-            FromController::Feedback {
-                id,
-                progress,
-                state,
-            },
-        )
+        heard(from, FromController::Feedback { id, progress, state })
     };
     let mut progress = Progress::new(&sample::robot());
     let attached = (0..4).map(|id| controller(id, ControllerMessage::Attached));
@@ -80,10 +55,7 @@ fn check(progress: &Progress, width: usize, expected: &[&str]) {
     let lines = progress.lines(width, &Palette::plain());
     let trimmed: Vec<&str> = lines.iter().map(|line| line.trim_end()).collect();
     assert_eq!(trimmed, expected, "\n{}", trimmed.join("\n"));
-    assert!(
-        lines.iter().all(|line| columns(line) <= width),
-        "{lines:#?}"
-    );
+    assert!(lines.iter().all(|line| columns(line) <= width), "{lines:#?}");
 }
 
 #[test]
@@ -120,10 +92,7 @@ fn absent_controllers_and_held_objects_are_told() {
     let (at, change) = (seconds(9.0), held);
     let mut records = vec![Record::Header(Box::new(sample::header()))];
     records.extend((1..4).map(|id| controller(id, ControllerMessage::Attached)));
-    records.extend([
-        Record::World { at, change },
-        controller(3, ControllerMessage::Lost),
-    ]);
+    records.extend([Record::World { at, change }, controller(3, ControllerMessage::Lost)]);
     for record in &records {
         progress.add(record);
     }
@@ -179,10 +148,7 @@ fn what_goes_wrong_has_its_line() {
         sample::released(9.0, "pick 1", end),
         Some("   9.00 s  failed pick 1: left_arm would not take its goal: it is doing something else"),
     );
-    check(
-        controller(3, ControllerMessage::Lost),
-        Some("   9.00 s  lost right_arm"),
-    );
+    check(controller(3, ControllerMessage::Lost), Some("   9.00 s  lost right_arm"));
     let why = Rejection::Stale;
     check(
         controller(0, ControllerMessage::Refused { why }),
@@ -191,12 +157,8 @@ fn what_goes_wrong_has_its_line() {
              it is from an earlier life of the daemon or the controller",
         ),
     );
-    let reopened = Reopened {
-        holder: named("object 1"),
-        leaf: named("move 1-1"),
-        lapsed: Some(ResourceId(0)),
-        lacks: None,
-    };
+    let reopened =
+        Reopened { holder: named("object 1"), leaf: named("move 1-1"), lapsed: Some(ResourceId(0)), lacks: None };
     check(
         Record::Decided {
             at: seconds(9.5),

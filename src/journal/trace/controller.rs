@@ -2,9 +2,7 @@
 
 use tracing::{info, trace, warn};
 
-use crate::model::{
-    CommandId, ControllerMessage, FromController, Names, NodeId, PartEnd, Time, ToController,
-};
+use crate::model::{CommandId, ControllerMessage, FromController, Names, NodeId, PartEnd, Time, ToController};
 
 use super::{CONTROLLER, words};
 
@@ -32,9 +30,7 @@ pub(super) fn said(at_s: f64, controller: &str, message: &ControllerMessage, nam
 
 fn told(at_s: f64, controller: &str, leaf: Option<NodeId>, message: &ToController, names: &Names) {
     match message {
-        ToController::Configure {
-            generation, speed, ..
-        } => trace!(
+        ToController::Configure { generation, speed, .. } => trace!(
             target: CONTROLLER,
             controller,
             generation,
@@ -92,13 +88,7 @@ fn heard(at_s: f64, controller: &str, message: &FromController) {
             at_s,
             "feedback"
         ),
-        FromController::Result {
-            id,
-            end,
-            began,
-            ended,
-            ..
-        } => result(at_s, controller, *id, *end, (*began, *ended)),
+        FromController::Result { id, end, began, ended, .. } => result(at_s, controller, *id, *end, (*began, *ended)),
     }
 }
 

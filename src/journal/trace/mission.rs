@@ -59,18 +59,8 @@ pub(super) fn reopened(at_s: f64, round: u32, reopened: &Reopened, names: &Names
     );
 }
 
-pub(super) fn released(
-    at_s: f64,
-    leaf: NodeId,
-    end: End,
-    going: Going,
-    changes: &[Change],
-    names: &Names,
-) {
-    let (completes, fails) = (
-        going.completed.map(|completion| completion.node),
-        going.failed,
-    );
+pub(super) fn released(at_s: f64, leaf: NodeId, end: End, going: Going, changes: &[Change], names: &Names) {
+    let (completes, fails) = (going.completed.map(|completion| completion.node), going.failed);
     macro_rules! released {
         ($level:ident) => {
             $level!(

@@ -24,46 +24,23 @@ const MISSION: &str = "ambidex::mission";
 pub fn emit(record: &Record, names: &Names) {
     match record {
         Record::Header(header) => mission::started(header),
-        Record::Sent {
-            at,
-            round,
-            from,
-            to,
-            message,
-        } => {
-            let edge = tree::Edge {
-                at_s: at.seconds(),
-                round: *round,
-                from: *from,
-                to: *to,
-            };
+        Record::Sent { at, round, from, to, message } => {
+            let edge = tree::Edge { at_s: at.seconds(), round: *round, from: *from, to: *to };
             tree::sent(&edge, message, names);
         }
-        Record::Decided {
-            at,
-            round,
-            granted,
-            refused,
-            reopened,
-        } => {
+        Record::Decided { at, round, granted, refused, reopened } => {
             mission::decided(at.seconds(), *round, granted, refused.len(), names);
             if let Some(reopened) = reopened {
                 mission::reopened(at.seconds(), *round, reopened, names);
             }
         }
-        Record::Released {
-            at,
-            leaf,
-            end,
-            going,
-            changes,
-        } => mission::released(at.seconds(), *leaf, *end, *going, changes, names),
+        Record::Released { at, leaf, end, going, changes } => {
+            mission::released(at.seconds(), *leaf, *end, *going, changes, names)
+        }
         Record::World { at, change } => mission::changed(at.seconds(), change, names),
-        Record::Controller {
-            at,
-            controller,
-            message,
-        } => controller::said(at.seconds(), names.controller(*controller), message, names),
+        Record::Controller { at, controller, message } => {
+            controller::said(at.seconds(), names.controller(*controller), message, names)
+        }
         Record::Ended { at, end } => mission::ended(at.seconds(), *end, names),
     }
 }

@@ -62,30 +62,16 @@ fn check(record: Record, expected: &[&str]) {
 
 #[test]
 fn messages_between_nodes_name_who_tells_whom() {
-    let from_leaf = |message| Record::Sent {
-        at: Time(1_500_000),
-        round: 3,
-        from: NodeId(2),
-        to: NodeId(1),
-        message,
-    };
-    check(
-        samples::activation(),
-        &["TRACE ambidex::tree activation round=[3] from=[root] to=[both] at_s=[1.5]"],
-    );
+    let from_leaf = |message| Record::Sent { at: Time(1_500_000), round: 3, from: NodeId(2), to: NodeId(1), message };
+    check(samples::activation(), &["TRACE ambidex::tree activation round=[3] from=[root] to=[both] at_s=[1.5]"]);
     check(
         from_leaf(samples::answer(Some(samples::request()), Vec::new())),
-        &[
-            "DEBUG ambidex::tree answer round=[3] from=[pick 1] to=[both] at_s=[1.5] \
+        &["DEBUG ambidex::tree answer round=[3] from=[pick 1] to=[both] at_s=[1.5] \
            feasible=[true] potential=[8.5] running=[false] satisfied=[false] asking=[pick 1] \
-           claims=[base for \"at shelf\", left_gripper or right_gripper alone] skips=[pick 1]",
-        ],
+           claims=[base for \"at shelf\", left_gripper or right_gripper alone] skips=[pick 1]"],
     );
     let reason = Reason::NotAt { place: PlaceId(0) };
-    let blocked = |leaf| Blocked {
-        leaf,
-        reason: reason.clone(),
-    };
+    let blocked = |leaf| Blocked { leaf, reason: reason.clone() };
     let says_no = |leaf| samples::answer(None, vec![blocked(leaf)]);
     let expected = |level| {
         format!(
@@ -97,14 +83,9 @@ fn messages_between_nodes_name_who_tells_whom() {
     check(from_leaf(says_no(NodeId(2))), &[&expected("DEBUG")]);
     check(from_leaf(says_no(NodeId(3))), &[&expected("TRACE")]);
     check(
-        samples::sent(Message::Verdict {
-            granted: vec![NodeId(2), NodeId(3)],
-            refused: Some(reason.clone()),
-        }),
-        &[
-            "TRACE ambidex::tree verdict round=[3] from=[root] to=[both] at_s=[1.5] \
-           granted=[pick 1, pick 2] reason=[the base does not stand at shelf]",
-        ],
+        samples::sent(Message::Verdict { granted: vec![NodeId(2), NodeId(3)], refused: Some(reason.clone()) }),
+        &["TRACE ambidex::tree verdict round=[3] from=[root] to=[both] at_s=[1.5] \
+           granted=[pick 1, pick 2] reason=[the base does not stand at shelf]"],
     );
 }
 
@@ -114,34 +95,21 @@ fn a_release_says_how_and_what_follows() {
         samples::sent(Message::Release {
             leaf: NodeId(2),
             end: End::Succeeded,
-            going: Going {
-                completed: Some(Completion {
-                    node: NodeId(2),
-                    heir: Some(NodeId(1)),
-                }),
-                failed: None,
-            },
+            going: Going { completed: Some(Completion { node: NodeId(2), heir: Some(NodeId(1)) }), failed: None },
         }),
-        &[
-            "TRACE ambidex::tree release round=[3] from=[root] to=[both] at_s=[1.5] \
-           leaf=[pick 1] end=[succeeded] completes=[pick 1] heir=[both]",
-        ],
+        &["TRACE ambidex::tree release round=[3] from=[root] to=[both] at_s=[1.5] \
+           leaf=[pick 1] end=[succeeded] completes=[pick 1] heir=[both]"],
     );
     check(
         Record::Released {
             at: Time(2_000_000),
             leaf: NodeId(2),
             end: End::Failed(Fault::Aborted(ControllerId(1))),
-            going: Going {
-                completed: None,
-                failed: Some(NodeId(1)),
-            },
+            going: Going { completed: None, failed: Some(NodeId(1)) },
             changes: vec![Change::Object(ObjectId(0), Whereabouts::Unknown)],
         },
-        &[
-            "WARN ambidex::mission goal ended leaf=[pick 1] end=[failed: aborted] \
-           controller=[left_arm] fails=[both] changes=[cup nobody knows where] at_s=[2.0]",
-        ],
+        &["WARN ambidex::mission goal ended leaf=[pick 1] end=[failed: aborted] \
+           controller=[left_arm] fails=[both] changes=[cup nobody knows where] at_s=[2.0]"],
     );
 }
 
@@ -164,48 +132,26 @@ fn messages_of_controllers_name_controller_and_goal() {
     let (object, at) = (ObjectId(0), nalgebra::Point3::origin());
     check(
         samples::told(samples::goal(Command::Grasp { object, at })),
-        &[
-            "TRACE ambidex::controller goal controller=[left_arm] goal=[1.7] leaf=[pick 1] \
-           mode=[achieve] command=[grasp cup] at_s=[1.75]",
-        ],
+        &["TRACE ambidex::controller goal controller=[left_arm] goal=[1.7] leaf=[pick 1] \
+           mode=[achieve] command=[grasp cup] at_s=[1.75]"],
     );
     check(
-        heard(FromController::Rejected {
-            id: samples::id(),
-            why: Rejection::OutOfReach,
-        }),
-        &[
-            "WARN ambidex::controller rejected controller=[left_arm] goal=[1.7] \
-           reason=[the point is out of reach] at_s=[1.75]",
-        ],
+        heard(FromController::Rejected { id: samples::id(), why: Rejection::OutOfReach }),
+        &["WARN ambidex::controller rejected controller=[left_arm] goal=[1.7] \
+           reason=[the point is out of reach] at_s=[1.75]"],
     );
-    let state = ControllerState::Head {
-        angles: [0.0; 2],
-        velocity: [0.0; 2],
-    };
+    let state = ControllerState::Head { angles: [0.0; 2], velocity: [0.0; 2] };
     check(
-        heard(FromController::Feedback {
-            id: samples::id(),
-            progress: 0.5,
-            state,
-        }),
-        &[
-            "TRACE ambidex::controller feedback controller=[left_arm] goal=[1.7] progress=[0.5] at_s=[1.75]",
-        ],
+        heard(FromController::Feedback { id: samples::id(), progress: 0.5, state }),
+        &["TRACE ambidex::controller feedback controller=[left_arm] goal=[1.7] progress=[0.5] at_s=[1.75]"],
     );
-    check(
-        samples::told(ControllerMessage::Lost),
-        &["WARN ambidex::controller lost controller=[left_arm] at_s=[1.75]"],
-    );
+    check(samples::told(ControllerMessage::Lost), &["WARN ambidex::controller lost controller=[left_arm] at_s=[1.75]"]);
 }
 
 #[test]
 fn every_record_has_its_event() {
     for record in samples::records() {
-        assert!(
-            !events(std::slice::from_ref(&record)).is_empty(),
-            "{record:?}"
-        );
+        assert!(!events(std::slice::from_ref(&record)).is_empty(), "{record:?}");
     }
 }
 

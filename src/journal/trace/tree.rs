@@ -47,15 +47,7 @@ pub(super) fn sent(edge: &Edge, message: &Message, names: &Names) {
 }
 
 fn answer(edge: &Edge, message: &Message, names: &Names) {
-    let Message::Answer {
-        running,
-        satisfied,
-        potential,
-        asking,
-        request,
-        blocked,
-    } = message
-    else {
+    let Message::Answer { running, satisfied, potential, asking, request, blocked } = message else {
         return;
     };
     let says_no_itself = blocked.first().is_some_and(|one| one.leaf == edge.from);

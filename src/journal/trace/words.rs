@@ -3,8 +3,8 @@
 use std::fmt::{self, Display, Formatter};
 
 use crate::model::{
-    Access, Binding, Blocked, Change, Command, CommandId, End, Fault, Mode, Names, NodeId, PartEnd,
-    Reason, Request, Whereabouts,
+    Access, Binding, Blocked, Change, Command, CommandId, End, Fault, Mode, Names, NodeId, PartEnd, Reason, Request,
+    Whereabouts,
 };
 
 /// Text made when it is asked for.
@@ -84,10 +84,7 @@ fn access(access: Access, names: &Names, f: &mut Formatter<'_>) -> fmt::Result {
 
 /// Nodes that a request skips: composites and leaves.
 pub(super) fn skips(request: &Request, names: &Names) -> impl Display {
-    let skipped = request
-        .skips
-        .iter()
-        .flat_map(|skip| (skip.from.0..skip.to.0).map(NodeId));
+    let skipped = request.skips.iter().flat_map(|skip| (skip.from.0..skip.to.0).map(NodeId));
     nodes(skipped, names)
 }
 

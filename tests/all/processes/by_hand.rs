@@ -53,10 +53,7 @@ fn controllers_around_the_daemon() {
 #[test]
 fn the_mission_waits_for_a_late_one() {
     let home = Home::new();
-    let mut controllers: Vec<_> = CONTROLLERS[1..]
-        .iter()
-        .map(|name| home.controller(name, &[]))
-        .collect();
+    let mut controllers: Vec<_> = CONTROLLERS[1..].iter().map(|name| home.controller(name, &[])).collect();
     let mut daemon = daemon(&home, 1);
     for name in &CONTROLLERS[1..] {
         daemon.says(&format!("attached {name}"));
@@ -70,17 +67,10 @@ fn the_mission_waits_for_a_late_one() {
 #[test]
 fn controllers_stay_for_the_next_daemon() {
     let home = Home::new();
-    let mut controllers: Vec<_> = CONTROLLERS
-        .iter()
-        .map(|name| home.controller(name, &[]))
-        .collect();
+    let mut controllers: Vec<_> = CONTROLLERS.iter().map(|name| home.controller(name, &[])).collect();
     for (number, expected) in experiments() {
         came_out(&daemon(&home, number).ends(0), &expected);
-        assert!(
-            controllers
-                .iter_mut()
-                .all(|controller| !controller.has_ended())
-        );
+        assert!(controllers.iter_mut().all(|controller| !controller.has_ended()));
     }
     stop(&home, controllers);
 }
@@ -88,10 +78,7 @@ fn controllers_stay_for_the_next_daemon() {
 #[test]
 fn told_to_serve_once_they_end_with_the_daemon() {
     let home = Home::new();
-    let controllers: Vec<_> = CONTROLLERS
-        .iter()
-        .map(|name| home.controller(name, &["--once"]))
-        .collect();
+    let controllers: Vec<_> = CONTROLLERS.iter().map(|name| home.controller(name, &["--once"])).collect();
     came_out(&daemon(&home, 3).ends(0), &experiments()[&3]);
     for controller in controllers {
         controller.ends(0);
@@ -107,26 +94,15 @@ fn a_place_is_taken_once() {
     first.says("attached head");
     let refused = home.controller("head", &[]).ends(2);
     let said = format!("\"head\" runs already (pid {})", head.pid());
-    assert!(
-        refused.stderr.replace('`', "\"").contains(&said),
-        "{}",
-        refused.stderr
-    );
+    assert!(refused.stderr.replace('`', "\"").contains(&said), "{}", refused.stderr);
     let refused = daemon(&home, 2).ends(2);
     let said = format!("runs already (pid {})", first.pid());
-    assert!(
-        refused.stderr.contains("a daemon of instance"),
-        "{}",
-        refused.stderr
-    );
+    assert!(refused.stderr.contains("a daemon of instance"), "{}", refused.stderr);
     assert!(refused.stderr.contains(&said), "{}", refused.stderr);
     assert_eq!(refused.stdout, "");
     // Neither refusal harmed those who have the places.
     let others = ["left_arm", "right_arm", "base"];
-    let mut controllers: Vec<_> = others
-        .iter()
-        .map(|name| home.controller(name, &[]))
-        .collect();
+    let mut controllers: Vec<_> = others.iter().map(|name| home.controller(name, &[])).collect();
     came_out(&first.ends(0), &experiments()[&1]);
     controllers.push(head);
     stop(&home, controllers);

@@ -26,10 +26,7 @@ fn daemon(home: &Home, speed: &str) -> Process {
 }
 
 fn controllers(home: &Home) -> Vec<Process> {
-    CONTROLLERS
-        .iter()
-        .map(|name| home.controller(name, &[]))
-        .collect()
+    CONTROLLERS.iter().map(|name| home.controller(name, &[])).collect()
 }
 
 fn check_controller(name: &str, with: Signal, when: &str) {
@@ -44,10 +41,7 @@ fn check_controller(name: &str, with: Signal, when: &str) {
     assert!(finished.stderr.contains(&said), "{}", finished.stderr);
     assert_eq!(report(&finished)["outcome"], "failed");
     let log = home.log();
-    assert!(
-        log.contains("controller_lost") && log.contains("\"lost\""),
-        "the log tells it"
-    );
+    assert!(log.contains("controller_lost") && log.contains("\"lost\""), "the log tells it");
     home.is_empty();
 }
 
@@ -91,11 +85,7 @@ fn controllers_outlive_a_killed_daemon() {
         assert_eq!(killed.wait().code, None);
     }
     came_out(&daemon(&home, "100").ends(0), &experiments()[&1]);
-    assert!(
-        controllers
-            .iter_mut()
-            .all(|controller| !controller.has_ended())
-    );
+    assert!(controllers.iter_mut().all(|controller| !controller.has_ended()));
     for controller in controllers {
         controller.signal(Signal::TERM);
         controller.ends(0);
@@ -111,13 +101,7 @@ fn a_stopped_controller_serves_again_when_it_goes_on() {
     first.says("step 1");
     controllers[3].signal(Signal::STOP);
     let finished = first.ends(4);
-    assert!(
-        finished
-            .stderr
-            .contains("error: the controller base is gone"),
-        "{}",
-        finished.stderr
-    );
+    assert!(finished.stderr.contains("error: the controller base is gone"), "{}", finished.stderr);
     controllers[3].signal(Signal::CONT);
     came_out(&daemon(&home, "100").ends(0), &experiments()[&1]);
 }

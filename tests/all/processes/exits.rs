@@ -28,11 +28,7 @@ fn who_did_not_attach_in_time_is_named() {
 fn wrong_usage_and_faulty_files_say_what_is_wrong() {
     let check = |args: &[&str], said: &str| {
         let finished = ambidex(args, 2);
-        assert!(
-            finished.stderr.contains(said),
-            "{args:?}: {}",
-            finished.stderr
-        );
+        assert!(finished.stderr.contains(said), "{args:?}: {}", finished.stderr);
         assert_eq!(finished.stdout, "", "{args:?}");
     };
     let mission = "config/missions/experiment-1.yaml";
@@ -42,27 +38,15 @@ fn wrong_usage_and_faulty_files_say_what_is_wrong() {
     check(&["run", "no-such-file.yaml"], "no-such-file.yaml");
     check(&["daemon", "no-such-file.yaml"], "no-such-file.yaml");
     check(&["simulate", "no-such-file.yaml"], "no-such-file.yaml");
-    check(
-        &["run", mission, "--robot", "no-such-robot.yaml"],
-        "no-such-robot.yaml",
-    );
+    check(&["run", mission, "--robot", "no-such-robot.yaml"], "no-such-robot.yaml");
     check(&["run", mission, "--speed", "0"], "0.01 to 1000");
     check(&["run", mission, "--speed", "inf"], "0.01 to 1000");
     check(&["run", mission, "--allocator", "best"], "greedy");
-    check(
-        &["run", mission, "--attach-timeout", "-1"],
-        "attach-timeout",
-    );
+    check(&["run", mission, "--attach-timeout", "-1"], "attach-timeout");
     check(&["run", mission, "--instance", "Not_A_Name"], "Not_A_Name");
-    check(
-        &["run", mission, "--log", "/proc/no/such.jsonl"],
-        "/proc/no",
-    );
+    check(&["run", mission, "--log", "/proc/no/such.jsonl"], "/proc/no");
     check(&["controller", "tail"], "left_arm, right_arm, head, base");
-    check(
-        &["controller", "head", "--robot", "no-such-robot.yaml"],
-        "no-such-robot.yaml",
-    );
+    check(&["controller", "head", "--robot", "no-such-robot.yaml"], "no-such-robot.yaml");
     check(&["run", "Cargo.toml"], "Cargo.toml");
 }
 
@@ -75,11 +59,7 @@ fn a_stall_tells_the_reason_of_every_leaf() {
         let finished = home.start(verb.iter().chain(&["--json", file])).ends(3);
         assert_eq!(report(&finished)["outcome"], "stalled");
         for said in ["pick 3", "every gripper is held or full"] {
-            assert!(
-                finished.stderr.contains(said),
-                "{said}: {}",
-                finished.stderr
-            );
+            assert!(finished.stderr.contains(said), "{said}: {}", finished.stderr);
         }
     }
     home.is_empty();
@@ -89,24 +69,14 @@ fn a_stall_tells_the_reason_of_every_leaf() {
 #[test]
 fn a_controller_that_refuses_fails_the_mission() {
     let home = Home::new();
-    let robot = std::fs::read_to_string(crate::fixtures::file("config/robots/pr2.yaml"))
-        .expect("the robot file");
-    let robot = home.write(
-        "robot.yaml",
-        &robot.replace("reach: 0.95 m", "reach: 0.5 m"),
-    );
+    let robot = std::fs::read_to_string(crate::fixtures::file("config/robots/pr2.yaml")).expect("the robot file");
+    let robot = home.write("robot.yaml", &robot.replace("reach: 0.95 m", "reach: 0.5 m"));
     let robot = robot.to_str().expect("a path in UTF-8");
     let controllers = CONTROLLERS.map(|name| home.controller(name, &["--once", "--robot", robot]));
-    let finished = home
-        .daemon(&experiment_file(1), &["--json", "--speed", "100"])
-        .ends(1);
+    let finished = home.daemon(&experiment_file(1), &["--json", "--speed", "100"]).ends(1);
     assert_eq!(report(&finished)["outcome"], "failed");
     let said = "would not take its goal: the point is out of reach";
-    let words = finished
-        .stderr
-        .split_whitespace()
-        .collect::<Vec<_>>()
-        .join(" ");
+    let words = finished.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(words.contains(said), "{}", finished.stderr);
     for controller in controllers {
         controller.ends(0);
@@ -118,10 +88,7 @@ fn a_controller_that_refuses_fails_the_mission() {
 fn the_version_names_that_of_the_wire() {
     let said = ambidex(&["--version"], 0).stdout;
     let wire = format!("(wire version {})", ambidex::ipc::WIRE_VERSION);
-    assert!(
-        said.starts_with("ambidex ") && said.trim_end().ends_with(&wire),
-        "{said}"
-    );
+    assert!(said.starts_with("ambidex ") && said.trim_end().ends_with(&wire), "{said}");
 }
 
 #[test]

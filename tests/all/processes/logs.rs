@@ -21,14 +21,8 @@ fn run(args: &[&str], environment: &[(&str, &str)]) -> Finished {
 
 /// An event and the fields that it must have.
 fn has_event(events: &[Value], message: &str, fields: &[&str]) {
-    let found = events
-        .iter()
-        .filter(|event| event["fields"]["message"] == message);
-    let has_all = |event: &Value| {
-        fields
-            .iter()
-            .all(|field| !event["fields"][*field].is_null())
-    };
+    let found = events.iter().filter(|event| event["fields"]["message"] == message);
+    let has_all = |event: &Value| fields.iter().all(|field| !event["fields"][*field].is_null());
     let found: Vec<_> = found.collect();
     assert!(
         found.iter().any(|event| has_all(event)),
@@ -50,11 +44,7 @@ fn every_message_is_an_event() {
     let edge = ["round", "from", "to"];
     let with = |more: &[&'static str]| [&edge[..], more].concat();
     has_event(&events, "activation", &edge);
-    has_event(
-        &events,
-        "answer",
-        &with(&["potential", "claims", "feasible"]),
-    );
+    has_event(&events, "answer", &with(&["potential", "claims", "feasible"]));
     has_event(&events, "answer", &with(&["reason", "feasible"]));
     has_event(&events, "verdict", &with(&["granted"]));
     has_event(&events, "verdict", &with(&["reason"]));
@@ -63,19 +53,13 @@ fn every_message_is_an_event() {
     has_event(&events, "attached", &["controller"]);
     has_event(&events, "configure", &["controller", "generation", "speed"]);
     has_event(&events, "configured", &["controller", "generation"]);
-    has_event(
-        &events,
-        "goal",
-        &["controller", "goal", "leaf", "mode", "command"],
-    );
+    has_event(&events, "goal", &["controller", "goal", "leaf", "mode", "command"]);
     has_event(&events, "joined", &["controller", "goal", "leaf"]);
     has_event(&events, "accepted", &["controller", "goal"]);
     has_event(&events, "feedback", &["controller", "goal", "progress"]);
     has_event(&events, "cancel", &["controller", "goal"]);
     has_event(&events, "result", &["controller", "goal", "end"]);
-    let sent = events
-        .iter()
-        .filter(|event| event["target"] == "ambidex::tree");
+    let sent = events.iter().filter(|event| event["target"] == "ambidex::tree");
     let report: Value = {
         let args = ["simulate", "--quiet", "--json"];
         serde_json::from_str(&run(&args, &[]).stdout).expect("a report")
@@ -86,10 +70,7 @@ fn every_message_is_an_event() {
 #[test]
 fn quiet_says_nothing_and_no_log_line_is_asked_for() {
     let finished = run(&["run", "--quiet", "--speed", "100"], &[]);
-    assert_eq!(
-        (finished.stdout.as_str(), finished.stderr.as_str()),
-        ("", "")
-    );
+    assert_eq!((finished.stdout.as_str(), finished.stderr.as_str()), ("", ""));
 }
 
 #[test]
@@ -99,17 +80,8 @@ fn without_a_terminal_there_are_plain_lines() {
         let environment = [environment, &[("RUST_LOG", "trace")]].concat();
         let finished = run(&args, &environment);
         assert!(!finished.stderr.contains(ESCAPE), "{}", finished.stderr);
-        for said in [
-            "waiting for",
-            "step 1: move 2-1 (base)",
-            "done in 10 steps",
-            "log: ",
-        ] {
-            assert!(
-                finished.stderr.contains(said),
-                "{said}: {}",
-                finished.stderr
-            );
+        for said in ["waiting for", "step 1: move 2-1 (base)", "done in 10 steps", "log: "] {
+            assert!(finished.stderr.contains(said), "{said}: {}", finished.stderr);
         }
         assert_eq!(finished.stdout, "");
     }

@@ -16,15 +16,7 @@ use crate::home::Finished;
 const CONTROLLERS: [&str; 4] = ["left_arm", "right_arm", "head", "base"];
 
 /// The keys of a report, in order.
-const KEYS: [&str; 7] = [
-    "makespan_s",
-    "messages",
-    "mission",
-    "outcome",
-    "rounds",
-    "skipped",
-    "steps",
-];
+const KEYS: [&str; 7] = ["makespan_s", "messages", "mission", "outcome", "rounds", "skipped", "steps"];
 
 /// The report on stdout, where nothing else may stand.
 fn report(finished: &Finished) -> Value {
@@ -43,9 +35,5 @@ fn came_out(finished: &Finished, expected: &Expected) {
     assert_eq!(report["outcome"], "done");
     assert_eq!(report["steps"], serde_json::json!(expected.steps));
     assert_eq!(report["skipped"], serde_json::json!(expected.skipped));
-    assert!(
-        report["makespan_s"]
-            .as_f64()
-            .is_some_and(|seconds| seconds > 10.0)
-    );
+    assert!(report["makespan_s"].as_f64().is_some_and(|seconds| seconds > 10.0));
 }

@@ -13,9 +13,7 @@ const ROOMS: [u32; 4] = [1, 14, 27, 40];
 
 fn run(home: &Home, mission: &Path) -> Finished {
     let args = ["run", "--json", "--quiet", "--speed", "100"].map(AsRef::as_ref);
-    let finished = home
-        .start(args.into_iter().chain([mission.as_os_str()]))
-        .ends(0);
+    let finished = home.start(args.into_iter().chain([mission.as_os_str()])).ends(0);
     assert_eq!(finished.stderr, "", "quiet, and nothing went wrong");
     home.is_empty();
     finished
@@ -25,9 +23,7 @@ fn run(home: &Home, mission: &Path) -> Finished {
 fn check(mission: &Path, expected: &Expected, times: u32) {
     let home = Home::new();
     let args = ["simulate", "--json", "--quiet"].map(AsRef::as_ref);
-    let simulated = home
-        .start(args.into_iter().chain([mission.as_os_str()]))
-        .ends(0);
+    let simulated = home.start(args.into_iter().chain([mission.as_os_str()])).ends(0);
     came_out(&simulated, expected);
     for _ in 0..times {
         let finished = run(&home, mission);
@@ -39,9 +35,7 @@ fn check(mission: &Path, expected: &Expected, times: u32) {
 }
 
 fn check_experiment(number: u32) {
-    let times = std::env::var(REPEAT)
-        .ok()
-        .map_or(3, |times| times.parse().expect("a number"));
+    let times = std::env::var(REPEAT).ok().map_or(3, |times| times.parse().expect("a number"));
     check(&experiment_file(number), &experiments()[&number], times);
 }
 

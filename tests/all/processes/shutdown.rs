@@ -32,14 +32,8 @@ fn random(seed: &mut u64) -> u64 {
 }
 
 fn seed() -> u64 {
-    let now = || {
-        SystemTime::now()
-            .duration_since(UNIX_EPOCH)
-            .map_or(1, |now| now.as_secs())
-    };
-    let seed = std::env::var(SEED)
-        .ok()
-        .map_or_else(now, |seed| seed.parse().expect("a number"));
+    let now = || SystemTime::now().duration_since(UNIX_EPOCH).map_or(1, |now| now.as_secs());
+    let seed = std::env::var(SEED).ok().map_or_else(now, |seed| seed.parse().expect("a number"));
     println!("{SEED}={seed}");
     seed
 }
@@ -55,11 +49,7 @@ fn a_signal_cancels_the_mission_at_any_moment() {
         let moment = Duration::from_millis(random(&mut seed) % 2500);
         thread::sleep(moment);
         println!("signal after {moment:?}");
-        run.signal(if count % 2 == 0 {
-            Signal::INT
-        } else {
-            Signal::TERM
-        });
+        run.signal(if count % 2 == 0 { Signal::INT } else { Signal::TERM });
         let finished = run.ends(130);
         assert_eq!(report(&finished)["outcome"], "cancelled");
         home.is_empty();
@@ -122,32 +112,19 @@ fn a_second_signal_ends_it_at_once() {
     run.signal(Signal::INT);
     let told = Instant::now();
     run.ends(130);
-    assert!(
-        told.elapsed() < Duration::from_secs(1),
-        "{:?}",
-        told.elapsed()
-    );
-    crate::home::within(Duration::from_secs(2), "no process is left", || {
-        home.processes().is_empty()
-    });
+    assert!(told.elapsed() < Duration::from_secs(1), "{:?}", told.elapsed());
+    crate::home::within(Duration::from_secs(2), "no process is left", || home.processes().is_empty());
 }
 
 #[test]
 fn a_daemon_told_to_end_leaves_its_controllers() {
     let home = Home::new();
-    let mut controllers: Vec<_> = super::CONTROLLERS
-        .iter()
-        .map(|name| home.controller(name, &[]))
-        .collect();
+    let mut controllers: Vec<_> = super::CONTROLLERS.iter().map(|name| home.controller(name, &[])).collect();
     let mut daemon = home.daemon(&experiment_file(1), &["--json", "--speed", "20"]);
     daemon.says("step 3");
     daemon.signal(Signal::TERM);
     assert_eq!(report(&daemon.ends(130))["outcome"], "cancelled");
-    assert!(
-        controllers
-            .iter_mut()
-            .all(|controller| !controller.has_ended())
-    );
+    assert!(controllers.iter_mut().all(|controller| !controller.has_ended()));
     for controller in controllers {
         controller.signal(Signal::INT);
         controller.ends(0);

@@ -1,0 +1,143 @@
+//! Carries effects between the machines: first in first out per edge, any order between edges.
+
+mod rng;
+mod watch;
+
+use std::collections::{BTreeMap, VecDeque};
+
+use ambidex::model::{Goal, MissionEnd, MissionSpec, NodeId, Record, Time, Topology};
+use ambidex::tree::{Effect, Input, Node, Outbox, Root, Settings, build};
+
+pub use rng::Rng;
+pub use watch::Watch;
+
+/// The machines of a mission, what is on its way between them, and what came out so far.
+pub struct Driver {
+    pub now: Time,
+    pub records: Vec<Record>,
+    pub finished: Option<MissionEnd>,
+    /// Goals given to controllers and not ended.
+    pub goals: BTreeMap<NodeId, Goal>,
+    /// Effects for the world around, in order.
+    pub outside: Vec<Outside>,
+    pub messages: u64,
+    nodes: Vec<Node>,
+    topology: Topology,
+    edges: BTreeMap<Edge, VecDeque<Input>>,
+    interleaving: Rng,
+    watch: Watch,
+}
+
+/// What controllers are told.
+#[derive(Debug, Clone)]
+pub enum Outside {
+    Start(NodeId),
+    Stop(NodeId),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Edge {
+    Down(NodeId),
+    Up(NodeId),
+}
+
+impl Driver {
+    pub fn new(mission: &MissionSpec, settings: &Settings, interleaving: Rng) -> Self {
+        Self {
+            now: Time::ZERO,
+            records: Vec::new(),
+            finished: None,
+            goals: BTreeMap::new(),
+            outside: Vec::new(),
+            messages: 0,
+            nodes: build(mission, settings),
+            topology: mission.tree.topology.clone(),
+            edges: BTreeMap::new(),
+            interleaving,
+            watch: Watch::new(mission),
+        }
+    }
+
+    pub fn root(&self) -> &Root {
+        match &self.nodes[0] {
+            Node::Root(root) => root,
+            Node::Composite(_) | Node::Leaf(_) => unreachable!("node 0 is root"),
+        }
+    }
+
+    /// Hands an input to a node, and puts on their way what it says.
+    pub fn give(&mut self, node: NodeId, input: Input) {
+        if let Input::Ended(_) = input {
+            self.goals.remove(&node).expect("only what runs ends");
+        }
+        self.watch.given(node, &input);
+        let mut out = Outbox::default();
+        self.nodes[node.index()].handle(self.now, input, &mut out);
+        for effect in out.drain() {
+            self.carry(node, effect);
+        }
+        let Node::Root(root) = &self.nodes[0] else { unreachable!("node 0 is root") };
+        self.watch.check(node, root, &self.goals, self.finished);
+    }
+
+    /// Delivers one message of those on their way; false if there is none.
+    pub fn step(&mut self) -> bool {
+        if self.edges.is_empty() {
+            return false;
+        }
+        let which = self.interleaving.below(self.edges.len());
+        let (&edge, queue) = self.edges.iter_mut().nth(which).expect("an edge in use");
+        let input = queue.pop_front().expect("only edges in use are kept");
+        if queue.is_empty() {
+            self.edges.remove(&edge);
+        }
+        self.messages += 1;
+        match edge {
+            Edge::Down(child) => self.give(child, input),
+            Edge::Up(child) => self.give(self.topology.parent(child), input),
+        }
+        true
+    }
+
+    /// Delivers messages until none is on its way.
+    pub fn rest(&mut self) {
+        while self.step() {}
+        self.watch.rested();
+    }
+
+    fn carry(&mut self, node: NodeId, effect: Effect) {
+        match effect {
+            Effect::Down(child, down) => {
+                assert_eq!(self.topology.parent(child), node, "down goes to children");
+                self.watch.said_down(child, &down);
+                self.send(Edge::Down(child), Input::Down(down));
+            }
+            Effect::Up(up) => {
+                self.watch.said_up(node, &up);
+                self.send(Edge::Up(node), Input::Up(node, up));
+            }
+            Effect::Start(goal) => {
+                assert_eq!(goal.leaf, node, "a leaf starts itself");
+                self.outside.push(Outside::Start(node));
+                let before = self.goals.insert(node, goal);
+                assert!(before.is_none(), "{node:?} starts twice");
+            }
+            Effect::Stop(leaf) => {
+                assert!(self.goals.contains_key(&leaf), "{leaf:?} does not run");
+                self.outside.push(Outside::Stop(leaf));
+            }
+            Effect::Record(record) => {
+                self.watch.recorded(&record);
+                self.records.push(*record);
+            }
+            Effect::Finished(end) => {
+                assert!(self.finished.is_none(), "a mission ends once");
+                self.finished = Some(end);
+            }
+        }
+    }
+
+    fn send(&mut self, edge: Edge, input: Input) {
+        self.edges.entry(edge).or_default().push_back(input);
+    }
+}

@@ -1,0 +1,278 @@
+//! What must always hold (`semantics` 7), looked at after every input that a node has handled.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use ambidex::model::{
+    Access, End, Goal, Going, Grant, Hold, Keep, MissionEnd, MissionSpec, NodeId, NodeKind, Record, ResourceTable,
+    Situation,
+};
+use ambidex::tree::{Down, Input, Root, Up};
+
+/// Follows a run from outside.
+pub struct Watch {
+    mission: MissionSpec,
+    before: Option<(ResourceTable, Situation)>,
+    /// Nodes that were activated and have not answered.
+    unanswered: BTreeSet<NodeId>,
+    /// Nodes that answered and have heard no verdict.
+    unjudged: BTreeSet<NodeId>,
+    /// Leaves that asked in this round.
+    asking: BTreeSet<NodeId>,
+    done: BTreeSet<NodeId>,
+    granted: BTreeMap<NodeId, Grant>,
+    /// Behaviors that ended, and whether well, while the word of it is on its way to root.
+    ended: BTreeMap<NodeId, bool>,
+    /// Nothing is granted or refused any more; there is no reason for "the mission is being cancelled".
+    is_cancelling: bool,
+    /// Resources that a behavior may have left a lease on by an earlier success.
+    left: BTreeSet<(NodeId, u32)>,
+}
+
+impl Watch {
+    pub fn new(mission: &MissionSpec) -> Self {
+        Self {
+            mission: mission.clone(),
+            before: None,
+            unanswered: BTreeSet::new(),
+            unjudged: BTreeSet::new(),
+            asking: BTreeSet::new(),
+            done: BTreeSet::new(),
+            granted: BTreeMap::new(),
+            ended: BTreeMap::new(),
+            is_cancelling: false,
+            left: BTreeSet::new(),
+        }
+    }
+
+    pub fn given(&mut self, node: NodeId, input: &Input) {
+        match input {
+            Input::Ended(outcome) => {
+                let is_granted = self.granted.contains_key(&node);
+                assert!(is_granted, "{node:?} ran without a grant");
+                self.ended.insert(node, outcome.end == End::Succeeded);
+            }
+            Input::Cancel => self.is_cancelling = true,
+            Input::Begin(_) | Input::World(_) | Input::Observed(_) => {}
+            Input::Down(_) | Input::Up(..) => {}
+        }
+    }
+
+    pub fn said_down(&mut self, child: NodeId, down: &Down) {
+        match down {
+            Down::Activation(_) => {
+                assert!(self.unanswered.insert(child), "{child:?} is asked twice");
+                assert!(!self.unjudged.contains(&child), "{child:?} had no verdict");
+            }
+            Down::Verdict(_) => {
+                assert!(!self.unanswered.contains(&child), "{child:?} is judged before it answered");
+                assert!(self.unjudged.remove(&child), "{child:?} is judged without an answer");
+            }
+            Down::Reopen(_) | Down::Cancel(_) => {}
+        }
+    }
+
+    pub fn said_up(&mut self, node: NodeId, up: &Up) {
+        if let Up::Answer(answer) = up {
+            assert!(self.unanswered.remove(&node), "{node:?} answers unasked, or twice");
+            self.unjudged.insert(node);
+            if answer.requests.iter().any(|request| request.leaf == node) {
+                self.asking.insert(node);
+            }
+        }
+    }
+
+    pub fn recorded(&mut self, record: &Record) {
+        match record {
+            Record::Decided { granted, refused, reopened, .. } => {
+                for leaf in std::mem::take(&mut self.asking) {
+                    let is_granted = granted.iter().any(|grant| grant.leaf == leaf);
+                    let is_refused = refused.iter().any(|blocked| blocked.leaf == leaf);
+                    assert!(
+                        is_granted != is_refused || self.is_cancelling,
+                        "{leaf:?} asked: granted {is_granted}, refused {is_refused}"
+                    );
+                }
+                for blocked in refused {
+                    assert!(!blocked.reason.sentence(&self.mission.names).contains('?'), "{blocked:?}");
+                }
+                granted.iter().for_each(|grant| self.skip(grant));
+                granted.iter().for_each(|grant| self.start(grant));
+                if let Some(reopened) = reopened {
+                    let mut node = reopened.leaf;
+                    while node != reopened.holder {
+                        self.done.remove(&node);
+                        node = self.mission.tree.topology.parent(node);
+                    }
+                }
+            }
+            Record::Released { leaf, end, going, .. } => self.release(*leaf, *end, going),
+            Record::Header(_) | Record::Sent { .. } | Record::World { .. } => {}
+            Record::Controller { .. } | Record::Ended { .. } => {}
+        }
+    }
+
+    pub fn rested(&mut self) {
+        assert!(self.unanswered.is_empty(), "never answered: {:?}", self.unanswered);
+        assert!(self.unjudged.is_empty(), "never judged: {:?}", self.unjudged);
+    }
+
+    /// The table, the world and what runs, against each other and against what was granted.
+    pub fn check(&mut self, handled: NodeId, root: &Root, goals: &BTreeMap<NodeId, Goal>, end: Option<MissionEnd>) {
+        let now = (root.table(), root.situation());
+        if handled != NodeId(0) {
+            let before = self.before.as_ref().expect("root began");
+            assert!((&before.0, &before.1) == now, "{handled:?} wrote what is root's");
+            assert!(goals.keys().all(|leaf| self.granted.contains_key(leaf)), "runs without a grant");
+            return;
+        }
+        self.before = Some((now.0.clone(), now.1.clone()));
+        let running = root.running();
+        assert!(running.keys().eq(self.granted.keys()), "{running:?} is not what was granted");
+        for (leaf, goal) in goals {
+            let grant = running.get(leaf).expect("no leaf runs without a grant");
+            for part in &goal.parts {
+                let mut bindings = grant.bindings.iter();
+                assert!(bindings.any(|binding| binding.resource == part.resource && binding.access == part.access));
+            }
+        }
+        running.values().for_each(|grant| self.check_alone(grant, root));
+        self.check_leases(root);
+        if end == Some(MissionEnd::Done) {
+            assert_eq!(root.table().leases().count(), 0, "a complete task leaves none");
+            assert!(running.is_empty());
+        }
+    }
+
+    fn check_alone(&self, grant: &Grant, root: &Root) {
+        for other in root.running().values().filter(|other| other.leaf != grant.leaf) {
+            let both = other.changes.iter().find(|object| grant.changes.contains(object));
+            assert!(both.is_none(), "{both:?} is changed by {:?} and {:?}", grant.leaf, other.leaf);
+            for (a, b) in grant.bindings.iter().flat_map(|a| other.bindings.iter().map(move |b| (a, b))) {
+                let shares = a.access == b.access && a.access != Access::Exclusive;
+                assert!(a.resource != b.resource || shares, "{a:?} and {b:?} go on at once");
+            }
+        }
+        for binding in &grant.bindings {
+            let resource = root.table().resource(binding.resource);
+            assert_eq!(resource.access(), Some(binding.access), "{:?}", grant.leaf);
+            let mut leases = resource.leases().iter();
+            assert!(leases.any(|lease| lease.holder == grant.leaf && lease.hold == Hold::Running));
+        }
+    }
+
+    fn check_leases(&self, root: &Root) {
+        for (id, lease) in root.table().leases() {
+            let is_known = match lease.hold {
+                Hold::Running => self.granted.contains_key(&lease.behavior) && lease.holder == lease.behavior,
+                Hold::Intention => {
+                    let kind = &self.mission.tree.nodes[lease.holder.index()];
+                    *kind == NodeKind::Then
+                        && !self.done.contains(&lease.holder)
+                        && self.may_leave(lease.behavior, id.0)
+                }
+                Hold::Physical => self.may_leave(lease.behavior, id.0) || root.situation().held_by(id).is_some(),
+            };
+            assert!(is_known, "nobody keeps {lease:?} on {id:?}");
+        }
+        for (id, resource) in root.table().iter() {
+            let sound = match resource.access() {
+                None => resource.owners() == 0,
+                Some(Access::Exclusive) => resource.owners() == 1,
+                Some(Access::Shared(_)) => resource.owners() > 0,
+            };
+            assert!(sound, "{id:?}: {resource:?}");
+        }
+    }
+
+    fn may_leave(&self, behavior: NodeId, resource: u32) -> bool {
+        self.left.contains(&(behavior, resource))
+    }
+
+    fn skip(&mut self, grant: &Grant) {
+        let topology = &self.mission.tree.topology;
+        for skip in &grant.skips {
+            let then = topology.parent(skip.from);
+            assert_eq!(self.mission.tree.nodes[then.index()], NodeKind::Then, "only a THEN skips");
+            let skipped = topology.children(then).filter(|child| skip.contains(*child));
+            self.done.extend(skipped);
+        }
+    }
+
+    fn start(&mut self, grant: &Grant) {
+        let topology = &self.mission.tree.topology;
+        let mut child = grant.leaf;
+        while child.0 > 0 {
+            let node = topology.parent(child);
+            assert!(!self.done.contains(&child), "{child:?} is done and runs again");
+            match self.mission.tree.nodes[node.index()] {
+                NodeKind::Then => {
+                    let mut before = topology.children(node).take_while(|&other| other != child);
+                    assert!(before.all(|other| self.is_done(other)), "{child:?} is before its turn");
+                }
+                NodeKind::Or => {
+                    let mut others = topology.children(node).filter(|&other| other != child);
+                    let busy = others.find(|&other| {
+                        self.done.contains(&other)
+                            || self
+                                .granted
+                                .keys()
+                                .any(|leaf| topology.is_within(*leaf, other) && !self.ended.contains_key(leaf))
+                    });
+                    assert_eq!(busy, None, "beside {child:?} of an OR");
+                }
+                NodeKind::Root | NodeKind::And => {}
+                NodeKind::Behavior(_) => unreachable!("behaviors have no children"),
+            }
+            child = node;
+        }
+        let before = self.granted.insert(grant.leaf, grant.clone());
+        assert!(before.is_none(), "{:?} is granted while it runs", grant.leaf);
+    }
+
+    /// Whether a node is done, also if root does not know yet.
+    fn is_done(&self, node: NodeId) -> bool {
+        let mut children = self.mission.tree.topology.children(node);
+        self.done.contains(&node)
+            || match self.mission.tree.nodes[node.index()] {
+                NodeKind::And | NodeKind::Then => children.all(|child| self.is_done(child)),
+                NodeKind::Or => children.any(|child| self.is_done(child)),
+                NodeKind::Root => false,
+                NodeKind::Behavior(_) => self.ended.get(&node) == Some(&true),
+            }
+    }
+
+    fn release(&mut self, leaf: NodeId, end: End, going: &Going) {
+        let grant = self.granted.remove(&leaf).expect("only what was granted ends");
+        self.ended.remove(&leaf);
+        let keeps = |keep| !matches!(keep, Keep::Release);
+        for binding in &grant.bindings {
+            if end == End::Succeeded && keeps(binding.keep) {
+                self.left.insert((leaf, binding.resource.0));
+            } else {
+                self.left.remove(&(leaf, binding.resource.0));
+            }
+        }
+        assert_eq!(end == End::Succeeded, going.completed.is_some());
+        let Some(completed) = going.completed else {
+            return;
+        };
+        let topology = &self.mission.tree.topology;
+        let mut node = leaf;
+        self.done.insert(leaf);
+        while node != completed.node {
+            node = topology.parent(node);
+            let done = || topology.children(node).filter(|child| self.done.contains(child)).count();
+            match self.mission.tree.nodes[node.index()] {
+                NodeKind::And | NodeKind::Then => {
+                    assert_eq!(done(), topology.children(node).count(), "{node:?} is complete too early");
+                }
+                NodeKind::Or => assert_eq!(done(), 1, "{node:?} has one child done"),
+                NodeKind::Root | NodeKind::Behavior(_) => unreachable!("completes no child"),
+            }
+            self.done.insert(node);
+        }
+        if let Some(heir) = completed.heir {
+            assert_eq!(self.mission.tree.nodes[heir.index()], NodeKind::Then, "only a THEN inherits");
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! What the random trees came to.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use ambidex::model::{MissionEnd, Reason, Record};
+
+/// Sums over many trees.
+#[derive(Debug, Default)]
+pub struct Counts {
+    trees: u64,
+    ends: BTreeMap<&'static str, u64>,
+    reasons: BTreeMap<String, u64>,
+    rounds: u64,
+    most_rounds: u64,
+    grants: u64,
+    side_by_side: u64,
+    skips: u64,
+    lapses: u64,
+    went_back: u64,
+    failures: u64,
+    pub rechoices: u64,
+}
+
+/// Made elsewhere: a leaf whose turn has not come is not activated, and one that gave up is not either.
+const NOT_OF_THE_CORE: [&str; 2] = ["NotItsTurn", "GaveUp"];
+const REASONS: [&str; 20] = [
+    "Satisfied",
+    "Held",
+    "NoneFree",
+    "Missing",
+    "OutOfReach",
+    "NotHeld",
+    "Taken",
+    "Elsewhere",
+    "NotAt",
+    "Driving",
+    "NoPath",
+    "Fact",
+    "NothingAvailable",
+    "AlreadyDone",
+    "Outbid",
+    "SameObject",
+    "Clash",
+    "Alternative",
+    "WholeRobot",
+    "Ending",
+];
+
+/// The name of a reason's variant.
+pub fn variant(reason: &Reason) -> String {
+    let text = format!("{reason:?}");
+    text.split([' ', '{']).next().unwrap_or_default().to_owned()
+}
+
+impl Counts {
+    pub fn of(records: &[Record], end: Option<MissionEnd>) -> Self {
+        let mut counts = Self { trees: 1, ..Self::default() };
+        let end = match end {
+            Some(MissionEnd::Done) => "done",
+            Some(MissionEnd::Failed(_)) => "failed",
+            Some(MissionEnd::Stalled) => "stalled",
+            Some(MissionEnd::Canceled) => "cancelled",
+            Some(MissionEnd::ControllerLost(_) | MissionEnd::NodeLost(_)) | None => "otherwise",
+        };
+        counts.ends.insert(end, 1);
+        for record in records {
+            counts.count(record);
+        }
+        counts.most_rounds = counts.rounds;
+        counts
+    }
+
+    fn count(&mut self, record: &Record) {
+        match record {
+            Record::Decided { granted, refused, reopened, .. } => {
+                self.rounds += 1;
+                self.grants += granted.len() as u64;
+                self.side_by_side += u64::from(granted.len() > 1);
+                self.skips += granted.iter().map(|grant| grant.skips.len() as u64).sum::<u64>();
+                for blocked in refused {
+                    *self.reasons.entry(variant(&blocked.reason)).or_default() += 1;
+                }
+                if let Some(reopened) = reopened {
+                    self.lapses += u64::from(reopened.lapsed.is_some());
+                    self.went_back += u64::from(reopened.lapsed.is_none());
+                }
+            }
+            Record::Released { going, .. } => self.failures += u64::from(going.failed.is_some()),
+            Record::Header(_) | Record::Sent { .. } | Record::World { .. } => {}
+            Record::Controller { .. } | Record::Ended { .. } => {}
+        }
+    }
+
+    pub fn plus(mut self, other: Self) -> Self {
+        self.trees += other.trees;
+        for (end, count) in other.ends {
+            *self.ends.entry(end).or_default() += count;
+        }
+        for (reason, count) in other.reasons {
+            *self.reasons.entry(reason).or_default() += count;
+        }
+        self.rounds += other.rounds;
+        self.most_rounds = self.most_rounds.max(other.most_rounds);
+        self.grants += other.grants;
+        self.side_by_side += other.side_by_side;
+        self.skips += other.skips;
+        self.lapses += other.lapses;
+        self.went_back += other.went_back;
+        self.failures += other.failures;
+        self.rechoices += other.rechoices;
+        self
+    }
+
+    /// The trees are worth running: most are done, and everything that can happen does.
+    pub fn check_spread(&self) {
+        let done = self.ends.get("done").copied().unwrap_or_default();
+        assert!(done * 10 >= self.trees * 6, "only {done} of {} are done", self.trees);
+        for reason in REASONS {
+            assert!(self.reasons.contains_key(reason), "{reason} never occurs");
+        }
+        for reason in NOT_OF_THE_CORE {
+            assert!(!self.reasons.contains_key(reason), "{reason} occurs");
+        }
+        let [lapses, back, skips, again] = [self.lapses, self.went_back, self.skips, self.rechoices];
+        assert!(lapses > 0 && back > 0 && skips > 0 && again > 0, "{self}");
+    }
+}
+
+impl fmt::Display for Counts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { trees, ends, reasons, rounds, most_rounds, grants, .. } = self;
+        writeln!(f, "{trees} trees, ends {ends:?}")?;
+        writeln!(
+            f,
+            "  {rounds} rounds (at most {most_rounds} in a tree), {grants} grants, {} rounds with several",
+            self.side_by_side
+        )?;
+        let Self { skips, lapses, went_back, rechoices, failures, .. } = self;
+        writeln!(
+            f,
+            "  skips {skips}, lapses {lapses}, go-backs {went_back}, OR re-choices {rechoices}, failures {failures}"
+        )?;
+        write!(f, "  reasons {reasons:?}")
+    }
+}

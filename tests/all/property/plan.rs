@@ -1,0 +1,100 @@
+//! What will happen outside the tree, fixed by the seed alone: durations, outcomes, changes of the world.
+
+use std::time::Duration;
+
+use ambidex::model::{
+    Change, EffectTerm, End, FactId, Fault, Grant, MissionSpec, ObjectId, Outcome, PlaceId, Report, Time, Wanted,
+    Whereabouts,
+};
+
+use crate::driver::Rng;
+
+/// What happens to whom, however the messages travel.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    pub seed: u64,
+    /// Of a hundred attempts, how many fail.
+    pub failing: usize,
+    /// Of a hundred successes, how many end otherwise than the kind promises.
+    pub odd: usize,
+    /// Whether failing behaviors drop what they hold.
+    pub drops: bool,
+    pub changes: Vec<(Time, Change)>,
+}
+
+impl Plan {
+    pub fn new(seed: u64, is_wild: bool, mission: &MissionSpec, is_clear: impl Fn(PlaceId) -> bool) -> Self {
+        let mut rng = Rng::of(&[seed, 2]);
+        let count = if rng.is(if is_wild { 50 } else { 8 }) { 1 + rng.below(4) } else { 0 };
+        let changes = (0..count).filter_map(|_| {
+            let at = Time(rng.below(20_000_000) as u64);
+            let place = PlaceId::from(rng.below(mission.world.places.len()));
+            let change = match rng.below(4) {
+                0 if is_clear(place) => Change::Base(mission.world.places[place.index()].stand),
+                1 if !mission.start.objects.is_empty() => {
+                    let object = ObjectId::from(rng.below(mission.start.objects.len()));
+                    Change::Object(object, Whereabouts::At(place))
+                }
+                2 => Change::Fact(FactId::from(rng.below(mission.start.facts.len())), rng.is(70)),
+                3 if !mission.robot.resources.is_empty() => {
+                    Change::Emptied(rng.below(mission.robot.resources.len()).into())
+                }
+                _ => return None,
+            };
+            Some((at, change))
+        });
+        let changes = changes.collect();
+        Self {
+            seed,
+            failing: rng.one(&[0, 0, 0, 0, 5, 5, 10, 20]),
+            odd: if is_wild { rng.one(&[0, 10]) } else { 0 },
+            drops: is_wild,
+            changes,
+        }
+    }
+
+    /// How long an attempt takes and how it ends.
+    pub fn attempt(&self, mission: &MissionSpec, grant: &Grant, attempt: u64) -> (Duration, Outcome) {
+        let mut rng = Rng::of(&[self.seed, 3, u64::from(grant.leaf.0), attempt]);
+        let lasts = Duration::from_millis(100 + rng.below(5000) as u64);
+        let end = if rng.is(self.failing) { End::Failed(Fault::TimedOut) } else { End::Succeeded };
+        let is_odd = end != End::Succeeded || rng.is(self.odd);
+        let reports = if is_odd { self.odd_reports(mission, grant, &mut rng) } else { Vec::new() };
+        (lasts, Outcome { end, reports })
+    }
+
+    /// What a goal that is told to stop says in the end.
+    pub fn stopped(&self, mission: &MissionSpec, grant: &Grant) -> Outcome {
+        let mut rng = Rng::of(&[self.seed, 4, u64::from(grant.leaf.0)]);
+        Outcome { end: End::Canceled, reports: self.odd_reports(mission, grant, &mut rng) }
+    }
+
+    /// Base somewhere else, object in the gripper all the same, or lost.
+    fn odd_reports(&self, mission: &MissionSpec, grant: &Grant, rng: &mut Rng) -> Vec<Report> {
+        let spec = mission.tree.behavior(grant.leaf).expect("only leaves run");
+        let mut reports = Vec::new();
+        for effect in &spec.effects {
+            match *effect {
+                EffectTerm::Stands(mut pose) if rng.is(60) => {
+                    pose.at.x += 0.1 * rng.below(8) as f64;
+                    reports.push(Report::BaseAt(pose));
+                }
+                EffectTerm::Taken(object, claim) if rng.is(50) => {
+                    reports.push(Report::Holds(grant.bindings[claim].resource, Some(object)));
+                }
+                EffectTerm::Stands(_) | EffectTerm::Taken(..) | EffectTerm::Lies(..) | EffectTerm::Fact(..) => {}
+            }
+        }
+        for (claim, binding) in std::iter::zip(&spec.claims, &grant.bindings) {
+            if self.drops && matches!(claim.wanted, Wanted::Holding(_)) && rng.is(50) {
+                reports.push(Report::Holds(binding.resource, None));
+            }
+        }
+        reports
+    }
+
+    /// When a cancel comes: after so many messages.
+    pub fn cancel_after(&self) -> usize {
+        Rng::of(&[self.seed, 5]).below(200)
+    }
+}

@@ -1,0 +1,276 @@
+//! One round: a recursive walk down, Algorithm 1 on the way up (`semantics` 4 and 5).
+
+use ambidex::model::{Access, Binding, Grant, Keep, NodeId, NodeKind, Reason, ResourceId, Span};
+
+use super::{Ask, Decision, Model, Refusal};
+
+#[derive(Default)]
+struct Answer {
+    is_satisfied: bool,
+    asks: Vec<Ask>,
+    refused: Vec<(NodeId, Refusal)>,
+}
+
+impl Model<'_> {
+    /// Asks, grants, lapses, goes back; true in the second place if another round follows at once.
+    pub fn round(&mut self) -> (Decision, bool) {
+        let answer = self.ask(NodeId(1), &[]);
+        let mut decision = Decision { refused: answer.refused.into_iter().collect(), ..Decision::default() };
+        let (accepted, refused) = self.merge(answer.asks);
+        decision.refused.extend(refused);
+        for grant in self.bind(&accepted) {
+            decision.granted.insert(grant.leaf, grant);
+        }
+        let rows = self.rows.clone();
+        for ask in &accepted {
+            let grant = decision.granted[&ask.grant.leaf].clone();
+            self.take(&grant);
+            self.settle_grant(&grant, &decision);
+            self.keep_skipped(&grant, &rows);
+            self.running.insert(grant.leaf, grant);
+        }
+        if !answer.is_satisfied {
+            decision.reopened = self.lapse(&decision).or_else(|| self.go_back(&decision));
+        }
+        let goes_on = !decision.granted.is_empty() || decision.reopened.is_some();
+        self.end_of_round(answer.is_satisfied, goes_on);
+        (decision, goes_on)
+    }
+
+    fn ask(&self, node: NodeId, skips: &[Span]) -> Answer {
+        if let Some(&(failed, _)) = self.ending.get(&node) {
+            return self.ending_answer(node, failed);
+        }
+        let mut answer = match self.kind(node) {
+            NodeKind::Root => unreachable!("root is asked by nobody"),
+            NodeKind::Behavior(_) => return self.ask_leaf(node, skips),
+            NodeKind::And => self.ask_and(node, skips),
+            NodeKind::Or => self.ask_or(node, skips),
+            NodeKind::Then => self.ask_then(node, skips),
+        };
+        answer.is_satisfied &= !self.runs_below(node);
+        answer
+    }
+
+    fn ask_leaf(&self, leaf: NodeId, skips: &[Span]) -> Answer {
+        let refused = |refusal| Answer { refused: vec![(leaf, refusal)], ..Answer::default() };
+        if self.running.contains_key(&leaf) {
+            return Answer::default();
+        }
+        if self.is_satisfied(leaf, skips) {
+            return Answer { is_satisfied: true, ..refused(Reason::Satisfied.into()) };
+        }
+        if let Some((progress, heir, lacks)) = self.silent.get(&leaf)
+            && *progress == self.progress
+        {
+            let (heir, lacks) = (*heir, Box::new(lacks.clone()));
+            return refused(Reason::AlreadyDone { heir, lacks }.into());
+        }
+        match self.request(leaf, skips) {
+            Ok(ask) => Answer { asks: vec![ask], ..Answer::default() },
+            Err(refusal) => refused(refusal),
+        }
+    }
+
+    fn ask_and(&self, node: NodeId, skips: &[Span]) -> Answer {
+        let mut whole = Answer { is_satisfied: true, ..Answer::default() };
+        for child in self.not_done(node) {
+            let answer = self.ask(child, skips);
+            whole.is_satisfied &= answer.is_satisfied;
+            whole.asks.extend(answer.asks);
+            whole.refused.extend(answer.refused);
+        }
+        let (accepted, refused) = self.merge(std::mem::take(&mut whole.asks));
+        whole.asks = accepted;
+        whole.refused.extend(refused);
+        whole
+    }
+
+    fn ask_or(&self, node: NodeId, skips: &[Span]) -> Answer {
+        let options = match self.committed.get(&node) {
+            Some(&child) => vec![child],
+            None => self.children(node).into_iter().filter(|child| !self.failed.contains(child)).collect(),
+        };
+        let mut answers: Vec<_> = options.into_iter().map(|child| (child, self.ask(child, skips))).collect();
+        let best_of = |answer: &Answer| answer.asks.iter().map(|ask| ask.grant.potential).fold(0.0, f64::max);
+        let mut chosen = answers.iter().position(|(_, answer)| answer.is_satisfied);
+        let is_satisfied = chosen.is_some();
+        let mut best = 0.0;
+        for (index, (_, answer)) in answers.iter().enumerate() {
+            if !is_satisfied && best_of(answer) > best {
+                (chosen, best) = (Some(index), best_of(answer));
+            }
+        }
+        let mut whole = Answer { is_satisfied, ..Answer::default() };
+        let winner = chosen.map(|index| answers[index].0);
+        for (child, answer) in &mut answers {
+            whole.refused.append(&mut answer.refused);
+            for ask in answer.asks.drain(..) {
+                match winner {
+                    Some(chosen) if chosen != *child => {
+                        let reason = Reason::Alternative { chosen };
+                        whole.refused.push((ask.grant.leaf, reason.into()));
+                    }
+                    Some(_) | None => whole.asks.push(ask),
+                }
+            }
+        }
+        whole
+    }
+
+    fn ask_then(&self, node: NodeId, skips: &[Span]) -> Answer {
+        let mut whole = Answer::default();
+        let remaining = self.not_done(node);
+        for (index, &child) in remaining.iter().enumerate() {
+            let mut skips = skips.to_vec();
+            if index > 0 {
+                skips.push(Span { from: remaining[0], to: child });
+            }
+            let answer = self.ask(child, &skips);
+            whole.refused.extend(answer.refused);
+            whole.asks = answer.asks;
+            whole.is_satisfied = answer.is_satisfied;
+            if !answer.is_satisfied {
+                break;
+            }
+        }
+        whole
+    }
+
+    fn ending_answer(&self, node: NodeId, failed: NodeId) -> Answer {
+        let below = self.below(node);
+        let leaves = self.mission.tree.leaves().filter(|leaf| below.contains(*leaf));
+        let idle = leaves.filter(|leaf| !self.running.contains_key(leaf));
+        Answer { refused: idle.map(|leaf| (leaf, Reason::Ending { failed }.into())).collect(), ..Answer::default() }
+    }
+
+    fn not_done(&self, node: NodeId) -> Vec<NodeId> {
+        let mut children = self.children(node);
+        children.retain(|child| !self.done.contains(child));
+        children
+    }
+
+    /// Algorithm 1; serially, the best that is possible while nothing runs.
+    fn merge(&self, mut asks: Vec<Ask>) -> (Vec<Ask>, Vec<(NodeId, Refusal)>) {
+        asks.sort_by(|a, b| {
+            let by_potential = b.grant.potential.total_cmp(&a.grant.potential);
+            by_potential.then(b.is_heir.cmp(&a.is_heir)).then(a.grant.leaf.cmp(&b.grant.leaf))
+        });
+        let (mut accepted, mut refused): (Vec<Ask>, _) = (Vec::new(), Vec::new());
+        for ask in asks {
+            let first = accepted.first().map(|other| other.grant.leaf);
+            let owner = first.or(self.running.keys().next().copied()).filter(|_| self.is_serial);
+            let leaf = ask.grant.leaf;
+            let refusal = match owner {
+                Some(by) => Some(on(Reason::WholeRobot { by }, by)),
+                None => self.incompatible(&accepted, &ask),
+            };
+            match refusal {
+                Some(refusal) => refused.push((leaf, refusal)),
+                None => accepted.push(ask),
+            }
+        }
+        (accepted, refused)
+    }
+
+    fn incompatible(&self, accepted: &[Ask], ask: &Ask) -> Option<Refusal> {
+        for &object in &ask.grant.changes {
+            let mut others = accepted.iter().map(|other| &other.grant);
+            if let Some(other) = others.find(|other| other.changes.contains(&object)) {
+                let with = other.leaf;
+                return Some(on(Reason::SameObject { object, with }, with));
+            }
+        }
+        let all = [accepted, std::slice::from_ref(ask)].concat();
+        let mut fits = false;
+        self.for_each_choice(&all, &mut |_| fits = true);
+        if !fits {
+            let (by, resource) = (NodeId(0), ResourceId(0));
+            let (own, theirs) = (ask.grant.potential, 0.0);
+            let wanted = ask.serving.iter().flatten().map(|(id, _)| *id);
+            return Some(Refusal {
+                resources: wanted.collect(),
+                ..Reason::Outbid { by, resource, own, theirs }.into()
+            });
+        }
+        let others = self.running.keys().copied().chain(accepted.iter().map(|other| other.grant.leaf));
+        let clash = others.into_iter().find(|&other| self.clashes(other, ask.grant.leaf))?;
+        Some(on(Reason::Clash { with: clash }, clash))
+    }
+
+    fn clashes(&self, a: NodeId, b: NodeId) -> bool {
+        self.clashing.contains(&(a, b)) || self.clashing.contains(&(b, a))
+    }
+
+    /// Every way to give each claim a resource so that nothing serves two, except on one channel.
+    fn for_each_choice(&self, asks: &[Ask], found: &mut impl FnMut(&[(ResourceId, f64)])) {
+        let claims: Vec<Claimed<'_>> = asks
+            .iter()
+            .flat_map(|ask| {
+                let claims = &self.behavior(ask.grant.leaf).claims;
+                let serving = std::iter::zip(claims, &ask.serving);
+                serving.map(|(claim, serving)| (ask.grant.leaf, claim.access, serving.as_slice()))
+            })
+            .collect();
+        choose(&claims, &mut Vec::new(), found);
+    }
+
+    /// The cheapest way for the whole set, the first in resource order among equals.
+    fn bind(&self, accepted: &[Ask]) -> Vec<Grant> {
+        let mut best: Option<(f64, Vec<ResourceId>)> = None;
+        self.for_each_choice(accepted, &mut |choice| {
+            let cost: f64 = choice.iter().map(|(_, cost)| cost).sum();
+            if best.as_ref().is_none_or(|(least, _)| cost < least - 1e-9) {
+                best = Some((cost, choice.iter().map(|(id, _)| *id).collect()));
+            }
+        });
+        let mut chosen = best.map(|(_, chosen)| chosen).unwrap_or_default().into_iter();
+        let mut grants: Vec<Grant> = accepted.iter().map(|ask| ask.grant.clone()).collect();
+        for grant in &mut grants {
+            for claim in &self.behavior(grant.leaf).claims {
+                grant.bindings.push(Binding {
+                    resource: chosen.next().expect("a resource for every claim"),
+                    access: claim.access,
+                    keep: claim.keep,
+                });
+            }
+            if self.is_serial {
+                self.add_the_rest(grant);
+            }
+        }
+        grants
+    }
+
+    fn add_the_rest(&self, grant: &mut Grant) {
+        for (index, row) in self.rows.iter().enumerate() {
+            let resource = ResourceId::from(index);
+            let is_claimed = grant.bindings.iter().any(|binding| binding.resource == resource);
+            if row.leases.is_empty() && !is_claimed {
+                grant.bindings.push(Binding { resource, access: Access::Exclusive, keep: Keep::Release });
+            }
+        }
+    }
+}
+
+type Claimed<'a> = (NodeId, Access, &'a [(ResourceId, f64)]);
+
+fn choose(claims: &[Claimed<'_>], chosen: &mut Vec<(ResourceId, f64)>, found: &mut impl FnMut(&[(ResourceId, f64)])) {
+    let Some(&(leaf, access, serving)) = claims.get(chosen.len()) else {
+        return found(chosen);
+    };
+    for &(resource, cost_m) in serving {
+        let mut before = std::iter::zip(claims, chosen.iter());
+        let is_free = before.all(|(&(other, used, _), &(taken, _))| {
+            taken != resource || (other != leaf && used == access && used != Access::Exclusive)
+        });
+        if is_free {
+            chosen.push((resource, cost_m));
+            choose(claims, chosen, found);
+            chosen.pop();
+        }
+    }
+}
+
+fn on(reason: Reason, behavior: NodeId) -> Refusal {
+    Refusal { behaviors: vec![behavior], ..reason.into() }
+}

@@ -1,0 +1,207 @@
+//! What events change: grants, ends, the world (`semantics` 4 and 6).
+
+use ambidex::model::{
+    Change, Completion, EffectTerm, End, Going, Grant, Hold, Keep, MissionEnd, NodeId, NodeKind, Outcome, Reason,
+    Report, ResourceId, Whereabouts,
+};
+
+use super::{Decision, Model};
+
+const TOP: NodeId = NodeId(1);
+
+impl Model<'_> {
+    /// What was skipped to come to a granted behavior is done, and an OR above it has chosen.
+    pub(super) fn settle_grant(&mut self, grant: &Grant, decision: &Decision) {
+        for skip in &grant.skips {
+            let then = self.parent(skip.from);
+            let children = self.children(then).into_iter();
+            self.done.extend(children.filter(|child| skip.contains(*child)));
+            for (&leaf, refusal) in decision.refused.range(skip.from..skip.to) {
+                let mut claims = self.behavior(leaf).claims.iter();
+                let keeps = claims.any(|claim| matches!(claim.keep, Keep::Intention(_)));
+                if keeps && refusal.reason == Reason::Satisfied {
+                    self.keepers.insert((then, leaf));
+                }
+            }
+        }
+        for pair in self.upward(grant.leaf).windows(2) {
+            if let [child, node] = *pair
+                && self.kind(node) == &NodeKind::Or
+            {
+                self.committed.insert(node, child);
+            }
+        }
+        self.silent.remove(&grant.leaf);
+    }
+
+    pub(super) fn end_of_round(&mut self, is_satisfied: bool, goes_on: bool) {
+        if is_satisfied {
+            self.finish(MissionEnd::Done);
+        } else if !goes_on && self.running.is_empty() {
+            self.finish(MissionEnd::Stalled);
+        }
+    }
+
+    fn finish(&mut self, end: MissionEnd) {
+        self.end = Some(end);
+        if end == MissionEnd::Done {
+            self.rows.iter_mut().for_each(|row| *row = super::Row::default());
+        }
+    }
+
+    /// The world is different from outside; true if a round follows.
+    pub fn world(&mut self, change: Change) -> bool {
+        let before = self.situation.clone();
+        self.change(&[change]);
+        let is_different = self.situation != before;
+        self.progress += u64::from(is_different);
+        is_different
+    }
+
+    /// A behavior ended: what that completes and what fails with it.
+    pub fn ended(&mut self, leaf: NodeId, outcome: &Outcome) -> Going {
+        let grant = self.running.remove(&leaf).expect("only what runs ends");
+        let mut changes = Vec::new();
+        if outcome.end == End::Succeeded {
+            let effects = self.behavior(leaf).effects.iter();
+            changes.extend(effects.map(|effect| match *effect {
+                EffectTerm::Lies(object, place) => Change::Object(object, Whereabouts::At(place)),
+                EffectTerm::Taken(object, claim) => {
+                    Change::Object(object, Whereabouts::In(grant.bindings[claim].resource))
+                }
+                EffectTerm::Stands(pose) => Change::Base(pose),
+                EffectTerm::Fact(fact, holds) => Change::Fact(fact, holds),
+            }));
+        }
+        changes.extend(outcome.reports.iter().map(|report| match *report {
+            Report::BaseAt(pose) => Change::Base(pose),
+            Report::Holds(resource, Some(object)) => Change::Object(object, Whereabouts::In(resource)),
+            Report::Holds(resource, None) => Change::Emptied(resource),
+        }));
+        let going = self.going(leaf, outcome.end);
+        let emptied = self.change_objects(&changes);
+        if let Some(Completion { node, heir }) = going.completed {
+            self.hand_over(&grant, node, heir);
+            self.forget_keepers(node);
+            let leases = self.rows.iter().flat_map(|row| &row.leases);
+            let kept = leases.filter(|held| held.hold == Hold::Intention);
+            let kept: Vec<_> = kept.map(|held| (held.holder, held.behavior)).collect();
+            self.keepers.extend(kept);
+            self.progress += u64::from(self.ever_completed.insert(leaf));
+        }
+        if going.completed.is_none() || going.failed.is_some() {
+            self.take_back(leaf, going.failed);
+        }
+        if let Some(failed) = going.failed {
+            self.forget_keepers(failed);
+            let below = self.below(failed);
+            self.keepers.retain(|(_, leaf)| !below.contains(*leaf));
+        }
+        emptied.into_iter().for_each(|gripper| self.end_physical(gripper));
+        if self.end == Some(MissionEnd::Done) {
+            self.finish(MissionEnd::Done);
+        }
+        going
+    }
+
+    /// Done and failed flags from the leaf upward.
+    fn going(&mut self, leaf: NodeId, end: End) -> Going {
+        let mut completed = None;
+        let mut failed = None;
+        let mut cause = leaf;
+        match end {
+            End::Succeeded => {
+                self.done.insert(leaf);
+                completed = Some(Completion { node: leaf, heir: None });
+            }
+            End::Failed(_) => {
+                let failures = self.failures.entry(leaf).or_default();
+                *failures += 1;
+                if *failures > self.mission.tree.behavior(leaf).expect("a leaf").retries {
+                    failed = Some(leaf);
+                }
+            }
+            End::Canceled => {}
+        }
+        for pair in self.upward(leaf).windows(2) {
+            let [child, node] = *pair else { unreachable!() };
+            if node.0 == 0 {
+                break;
+            }
+            if failed == Some(child) {
+                self.fail_child(node, child, cause);
+            }
+            if completed == Some(Completion { node: child, heir: None }) && !self.ending.contains_key(&node) {
+                completed = Some(self.complete_child(node, child));
+            }
+            if let Some(&(_, first)) = self.ending.get(&node)
+                && !self.runs_below(node)
+            {
+                (failed, cause) = (Some(node), first);
+            }
+        }
+        if completed.is_some_and(|completed| completed.node == TOP) {
+            self.finish(MissionEnd::Done);
+        } else if failed == Some(TOP) {
+            self.finish(MissionEnd::Failed(cause));
+        }
+        Going { completed, failed }
+    }
+
+    fn fail_child(&mut self, node: NodeId, child: NodeId, cause: NodeId) {
+        self.failed.insert(child);
+        let fails = match self.kind(node) {
+            NodeKind::Or => {
+                self.committed.remove(&node);
+                self.children(node).iter().all(|child| self.failed.contains(child))
+            }
+            NodeKind::And | NodeKind::Then => true,
+            NodeKind::Root | NodeKind::Behavior(_) => unreachable!("has no failing child"),
+        };
+        if fails {
+            self.ending.entry(node).or_insert((child, cause));
+        }
+    }
+
+    fn complete_child(&mut self, node: NodeId, child: NodeId) -> Completion {
+        let all = self.children(node).iter().all(|child| self.done.contains(child));
+        let is_then = self.kind(node) == &NodeKind::Then;
+        if all || self.kind(node) == &NodeKind::Or {
+            self.done.insert(node);
+            Completion { node, heir: None }
+        } else {
+            Completion { node: child, heir: is_then.then_some(node) }
+        }
+    }
+
+    fn forget_keepers(&mut self, top: NodeId) {
+        let below = self.below(top);
+        self.keepers.retain(|(holder, _)| !below.contains(*holder));
+    }
+
+    fn change(&mut self, changes: &[Change]) {
+        let emptied = self.change_objects(changes);
+        emptied.into_iter().for_each(|gripper| self.end_physical(gripper));
+    }
+
+    /// Applies changes; the grippers that the world shows empty now.
+    fn change_objects(&mut self, changes: &[Change]) -> Vec<ResourceId> {
+        let grippers = || (0..self.rows.len()).map(ResourceId::from);
+        let mut emptied: Vec<_> = grippers().filter(|id| self.held_object(*id).is_some()).collect();
+        for &change in changes {
+            match change {
+                Change::Base(pose) => self.situation.base = pose,
+                Change::Object(object, at) => self.situation.objects[object.index()] = at,
+                Change::Fact(fact, holds) => self.situation.facts[fact.index()] = holds,
+                Change::Emptied(gripper) => {
+                    emptied.push(gripper);
+                    if let Some(object) = self.held_object(gripper) {
+                        self.situation.objects[object.index()] = Whereabouts::Unknown;
+                    }
+                }
+            }
+        }
+        emptied.retain(|id| self.held_object(*id).is_none());
+        emptied
+    }
+}

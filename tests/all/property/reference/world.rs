@@ -1,0 +1,255 @@
+//! What one behavior sees: conditions, potential, reach, and the resources that would serve it.
+
+use ambidex::model::{
+    BehaviorSpec, Claim, Condition, ControllerKind, Grant, Hold, NodeId, ObjectId, PlaceId, Pose, Potential, Reason,
+    ResourceId, Span, Task, TypeId, Wanted, Whereabouts,
+};
+
+use super::{Ask, Model, Refusal};
+
+type Serving = Vec<(ResourceId, f64)>;
+
+impl Model<'_> {
+    pub(super) fn behavior(&self, leaf: NodeId) -> &BehaviorSpec {
+        self.mission.tree.behavior(leaf).expect("a leaf")
+    }
+
+    pub(super) fn held_object(&self, gripper: ResourceId) -> Option<ObjectId> {
+        let objects = &self.situation.objects;
+        let index = objects.iter().position(|&at| at == Whereabouts::In(gripper))?;
+        Some(ObjectId::from(index))
+    }
+
+    pub(super) fn is_satisfied(&self, leaf: NodeId, skips: &[Span]) -> bool {
+        self.unmet(&self.behavior(leaf).satisfied, leaf, skips).is_none()
+    }
+
+    /// The request of a leaf whose goal is not met, or the first thing that is wrong.
+    pub(super) fn request(&self, leaf: NodeId, skips: &[Span]) -> Result<Ask, Refusal> {
+        let spec = self.behavior(leaf);
+        if let Some(refusal) = self.unmet(&spec.precondition, leaf, skips) {
+            return Err(refusal);
+        }
+        let potential = self.potential(&spec.potential, leaf, skips)?;
+        for &object in &spec.changes {
+            let mut others = self.running.values();
+            if let Some(other) = others.find(|other| other.changes.contains(&object)) {
+                let with = other.leaf;
+                return Err(on(Reason::SameObject { object, with }, with));
+            }
+        }
+        for term in &spec.commands {
+            if let Task::Grasp(object) = term.task
+                && !matches!(self.situation.objects[object.index()], Whereabouts::At(_))
+            {
+                return Err(Reason::OutOfReach { object }.into());
+            }
+        }
+        let mut serving: Vec<Serving> = Vec::new();
+        for claim in &spec.claims {
+            serving.push(self.serving(claim, leaf, skips)?);
+        }
+        self.all_at_once(&spec.claims, &serving)?;
+        let is_heir = self
+            .rows
+            .iter()
+            .flat_map(|row| &row.leases)
+            .any(|held| held.hold == Hold::Intention && self.is_own(leaf, skips, held.holder));
+        Ok(Ask {
+            grant: Grant {
+                leaf,
+                potential,
+                bindings: Vec::new(),
+                changes: spec.changes.clone(),
+                skips: skips.to_vec(),
+            },
+            is_heir,
+            serving,
+        })
+    }
+
+    /// What is not so of a condition.
+    fn unmet(&self, condition: &Condition, leaf: NodeId, skips: &[Span]) -> Option<Refusal> {
+        let whereabouts = |object: &ObjectId| self.situation.objects[object.index()];
+        let (is_met, reason) = match condition {
+            Condition::All(parts) => {
+                return parts.iter().find_map(|part| self.unmet(part, leaf, skips));
+            }
+            Condition::Never => (false, Reason::NotItsTurn { after: leaf }),
+            Condition::At { place, stand, tolerance_m } => {
+                if let Some(by) = self.driver() {
+                    return Some(on(Reason::Driving { by }, by));
+                }
+                let is_near = distance_m(self.situation.base, *stand) <= *tolerance_m;
+                (is_near, Reason::NotAt { place: *place })
+            }
+            Condition::Path { place, stand } => (self.is_clear(*stand), Reason::NoPath { place: *place }),
+            Condition::Held(object) => {
+                let is_held = match whereabouts(object) {
+                    Whereabouts::In(gripper) => {
+                        let leases = &self.rows[gripper.index()].leases;
+                        leases.iter().any(|held| self.is_own(leaf, skips, held.holder))
+                    }
+                    Whereabouts::At(_) | Whereabouts::Unknown => false,
+                };
+                (is_held, Reason::NotHeld { object: *object })
+            }
+            Condition::Free(object) => match whereabouts(object) {
+                Whereabouts::In(by) => (false, Reason::Taken { object: *object, by }),
+                Whereabouts::At(_) | Whereabouts::Unknown => return None,
+            },
+            Condition::Lies(object, place) => {
+                let is_there = whereabouts(object) == Whereabouts::At(*place);
+                (is_there, Reason::Elsewhere { object: *object, place: *place })
+            }
+            Condition::Fact(fact, holds) => {
+                let is_so = self.situation.facts[fact.index()] == *holds;
+                (is_so, Reason::Fact { fact: *fact, holds: *holds })
+            }
+        };
+        (!is_met).then(|| reason.into())
+    }
+
+    fn driver(&self) -> Option<NodeId> {
+        let mut running = self.running.keys().copied();
+        running.find(|&leaf| {
+            let commands = &self.behavior(leaf).commands;
+            commands.iter().any(|term| matches!(term.task, Task::DriveTo(_)))
+        })
+    }
+
+    /// The boxes of the generated worlds stand around stands only, and no two stands have a third between them.
+    fn is_clear(&self, stand: Pose) -> bool {
+        self.mission.world.obstacles.iter().all(|solid| {
+            let inside = |at: f64, min: f64, max: f64| min <= at && at <= max;
+            !(inside(stand.at.x, solid.min.x, solid.max.x) && inside(stand.at.y, solid.min.y, solid.max.y))
+        })
+    }
+
+    fn potential(&self, potential: &Potential, leaf: NodeId, skips: &[Span]) -> Result<f64, Refusal> {
+        let (to, floor_m, scale_by) = match *potential {
+            Potential::Constant(value) => return Ok(value),
+            Potential::Nearness { to, floor_m, scale_by } => (to, floor_m, scale_by),
+        };
+        let mut count = 1;
+        if let Some(of) = scale_by
+            && !self.of_type(of).is_empty()
+        {
+            let usable = self.of_type(of).into_iter().filter(|id| {
+                let leases = &self.rows[id.index()].leases;
+                leases.is_empty() || leases.iter().any(|held| self.is_own(leaf, skips, held.holder))
+            });
+            count = usable.count();
+            if count == 0 {
+                return Err(Refusal { resources: self.of_type(of), ..Reason::NothingAvailable { of }.into() });
+            }
+        }
+        Ok(count as f64 / distance_m(self.situation.base, to).max(floor_m))
+    }
+
+    fn of_type(&self, of: TypeId) -> Vec<ResourceId> {
+        let all = self.mission.robot.resources.iter().enumerate();
+        all.filter(|(_, spec)| spec.ty == of).map(|(index, _)| ResourceId::from(index)).collect()
+    }
+
+    /// The resources that would serve a claim now.
+    fn serving(&self, claim: &Claim, leaf: NodeId, skips: &[Span]) -> Result<Serving, Refusal> {
+        let fits = |id: &ResourceId| self.in_the_way(leaf, skips, *id, claim.access).is_none();
+        let held = |resource: ResourceId| {
+            let by = self.in_the_way(leaf, skips, resource, claim.access)?;
+            let channel = self.rows[resource.index()].access.and_then(|access| access.channel());
+            Some(Refusal { resources: vec![resource], ..Reason::Held { resource, by, channel }.into() })
+        };
+        let (of, must_be_empty, reaches) = match claim.wanted {
+            Wanted::Named(resource) => {
+                return held(resource).map_or(Ok(vec![(resource, 0.0)]), Err);
+            }
+            Wanted::Holding(object) => match self.situation.objects[object.index()] {
+                Whereabouts::In(resource) => {
+                    return held(resource).map_or(Ok(vec![(resource, 0.0)]), Err);
+                }
+                Whereabouts::At(_) | Whereabouts::Unknown => {
+                    return Err(Reason::NotHeld { object }.into());
+                }
+            },
+            Wanted::Any(of) => (of, false, None),
+            Wanted::AnyEmpty { of, reaches } => (of, true, reaches),
+        };
+        let all = self.of_type(of);
+        if all.is_empty() {
+            return Err(Reason::Missing { of }.into());
+        }
+        let is_usable = |id: &ResourceId| fits(id) && !(must_be_empty && self.held_object(*id).is_some());
+        let usable: Vec<_> = all.iter().copied().filter(is_usable).collect();
+        if usable.is_empty() {
+            return Err(Refusal { resources: all, ..Reason::NoneFree { of }.into() });
+        }
+        let reach = |id: ResourceId| match reaches {
+            Some(object) => self.reach_m(id, object),
+            None => Some(0.0),
+        };
+        let reaching: Serving = usable.iter().filter_map(|&id| Some((id, reach(id)?))).collect();
+        match reaches {
+            Some(object) if reaching.is_empty() => {
+                let mut would: Vec<_> = all.into_iter().filter(|&id| reach(id).is_some()).collect();
+                would.retain(|id| !fits(id));
+                let reason = match would.iter().find_map(|&id| held(id)) {
+                    Some(refusal) => refusal.reason,
+                    None => Reason::OutOfReach { object },
+                };
+                Err(Refusal { resources: would, ..reason.into() })
+            }
+            Some(_) | None => Ok(reaching),
+        }
+    }
+
+    /// Two claims of one behavior never get the same resource.
+    fn all_at_once(&self, claims: &[Claim], serving: &[Serving]) -> Result<(), Refusal> {
+        fn can(serving: &[Serving], taken: &[ResourceId]) -> bool {
+            let Some((first, rest)) = serving.split_first() else {
+                return true;
+            };
+            let mut free = first.iter().filter(|(id, _)| !taken.contains(id));
+            free.any(|(id, _)| can(rest, &[taken, &[*id]].concat()))
+        }
+        let Some(short) = (1..=claims.len()).find(|&upto| !can(&serving[..upto], &[])) else {
+            return Ok(());
+        };
+        let of = self.mission.robot.resources[serving[short - 1][0].0.index()].ty;
+        Err(Refusal { resources: self.of_type(of), ..Reason::NoneFree { of }.into() })
+    }
+
+    fn reach_m(&self, resource: ResourceId, object: ObjectId) -> Option<f64> {
+        let Whereabouts::At(place) = self.situation.objects[object.index()] else {
+            return None;
+        };
+        let controller = self.mission.robot.resources[resource.index()].controller;
+        let Some(ControllerKind::Arm(arm)) = controller.map(|id| self.mission.robot.controllers[id.index()].kind)
+        else {
+            return Some(0.0);
+        };
+        let spot = self.spot(object, place);
+        let base = self.situation.base;
+        let (sin, cos) = base.heading.sin_cos();
+        let x = base.at.x + cos * arm.shoulder.x - sin * arm.shoulder.y;
+        let y = base.at.y + sin * arm.shoulder.x + cos * arm.shoulder.y;
+        let away = [spot[0] - x, spot[1] - y, spot[2] - arm.shoulder.z];
+        let distance_m = away.iter().map(|part| part * part).sum::<f64>().sqrt();
+        (distance_m <= arm.reach_m).then_some(distance_m)
+    }
+
+    fn spot(&self, object: ObjectId, place: PlaceId) -> [f64; 3] {
+        let place = &self.mission.world.places[place.index()];
+        let local = place.surface + self.mission.world.object_offsets[object.index()];
+        let (sin, cos) = place.stand.heading.sin_cos();
+        [place.stand.at.x + cos * local.x - sin * local.y, place.stand.at.y + sin * local.x + cos * local.y, local.z]
+    }
+}
+
+fn on(reason: Reason, behavior: NodeId) -> Refusal {
+    Refusal { behaviors: vec![behavior], ..reason.into() }
+}
+
+fn distance_m(a: Pose, b: Pose) -> f64 {
+    ((a.at.x - b.at.x).powi(2) + (a.at.y - b.at.y).powi(2)).sqrt()
+}

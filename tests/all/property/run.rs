@@ -1,0 +1,284 @@
+//! Runs of one case: in virtual time, one event after the other, or all at once.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use ambidex::model::{Change, End, Going, Grant, MissionEnd, NodeId, Outcome, Reason, Record, Situation, Time};
+use ambidex::tree::{Begin, Input, Settings};
+use ambidex::world::{Compatible, Use};
+
+use super::counts::{Counts, variant};
+use super::generator::Case;
+use super::reference::{Decision, Held, Model};
+use crate::driver::{Driver, Outside, Rng};
+use crate::support::short;
+
+/// More rounds than this in one tree are a livelock; the most seen in 100,000 trees is a third of it.
+const MOST_ROUNDS: usize = 600;
+
+const ROOT: NodeId = NodeId(0);
+
+/// Pairs of behaviors that are in each other's way.
+#[derive(Debug)]
+struct Apart(Vec<(NodeId, NodeId)>);
+
+impl Compatible for Apart {
+    fn check(&self, _: &Situation, uses: &[Use]) -> Result<(), Reason> {
+        let Some(last) = uses.last().map(|last| last.leaf) else {
+            return Ok(());
+        };
+        let clash = uses
+            .iter()
+            .map(|used| used.leaf)
+            .find(|&other| self.0.contains(&(other, last)) || self.0.contains(&(last, other)));
+        clash.map_or(Ok(()), |with| Err(Reason::Clash { with }))
+    }
+}
+
+fn driver(case: &Case, interleaving: u64) -> Driver {
+    let settings = Settings {
+        allocator: case.allocator(),
+        rules: Arc::new(Apart(case.clashing.clone())),
+        waits_when_stalled: false,
+    };
+    Driver::new(&case.mission, &settings, Rng::of(&[case.seed, 7, interleaving]))
+}
+
+#[derive(Debug, Clone)]
+enum Event {
+    Ended(NodeId, Outcome),
+    World(Change),
+}
+
+/// Events in order of time, then of leaves, then changes of the world.
+#[derive(Default)]
+struct Agenda {
+    events: BTreeMap<(Time, u32), Event>,
+    when: BTreeMap<NodeId, (Time, u32)>,
+    attempts: BTreeMap<NodeId, u64>,
+}
+
+impl Agenda {
+    fn new(case: &Case) -> Self {
+        let changes = case.plan.changes.iter().enumerate();
+        let events = changes.map(|(index, &(at, change))| ((at, 10_000 + index as u32), Event::World(change)));
+        Self { events: events.collect(), ..Self::default() }
+    }
+
+    /// Takes up what the driver was told to start and to stop.
+    fn take_up(&mut self, case: &Case, driver: &mut Driver) {
+        for told in std::mem::take(&mut driver.outside) {
+            let (Outside::Start(leaf) | Outside::Stop(leaf)) = told;
+            if let Some(when) = self.when.remove(&leaf) {
+                self.events.remove(&when);
+            }
+            // What ended in the meantime is gone already.
+            let Some(grant) = driver.root().running().get(&leaf).filter(|_| driver.goals.contains_key(&leaf)) else {
+                continue;
+            };
+            let (lasts, outcome) = match told {
+                Outside::Start(_) => {
+                    let attempt = self.attempts.entry(leaf).or_default();
+                    *attempt += 1;
+                    case.plan.attempt(&case.mission, grant, *attempt)
+                }
+                Outside::Stop(_) => (Duration::from_millis(20), case.plan.stopped(&case.mission, grant)),
+            };
+            let when = (driver.now + lasts, leaf.0);
+            self.when.insert(leaf, when);
+            self.events.insert(when, Event::Ended(leaf, outcome));
+        }
+    }
+
+    fn next(&mut self) -> Option<(Time, Event)> {
+        let ((at, _), event) = self.events.pop_first()?;
+        if let Event::Ended(leaf, _) = event {
+            self.when.remove(&leaf);
+        }
+        Some((at, event))
+    }
+}
+
+fn give(driver: &mut Driver, event: &Event) {
+    match event {
+        Event::Ended(leaf, outcome) => driver.give(*leaf, Input::Ended(outcome.clone())),
+        Event::World(change) => driver.give(ROOT, Input::World(*change)),
+    }
+}
+
+fn begin(driver: &mut Driver, case: &Case) {
+    let situation = case.mission.start.clone();
+    driver.give(ROOT, Input::Begin(Begin { situation }));
+}
+
+fn rounds(driver: &Driver) -> usize {
+    let decided = |record: &&Record| matches!(record, Record::Decided { .. });
+    driver.records.iter().filter(decided).count()
+}
+
+fn counts(driver: &Driver) -> Counts {
+    Counts::of(&driver.records, driver.finished)
+}
+
+/// One event at a time, each after what came of the one before; `after` sees every event and what it recorded.
+fn in_order(case: &Case, interleaving: u64, mut after: impl FnMut(&Driver, Option<&Event>, &[Record])) -> Driver {
+    let mut driver = driver(case, interleaving);
+    let mut agenda = Agenda::new(case);
+    begin(&mut driver, case);
+    driver.rest();
+    after(&driver, None, &driver.records);
+    while driver.finished.is_none() {
+        agenda.take_up(case, &mut driver);
+        let (at, event) = agenda.next().expect("what runs ends");
+        let seen = driver.records.len();
+        driver.now = at;
+        give(&mut driver, &event);
+        driver.rest();
+        after(&driver, Some(&event), &driver.records[seen..]);
+        assert!(rounds(&driver) <= MOST_ROUNDS, "a livelock");
+    }
+    assert!(driver.goals.is_empty(), "still runs: {:?}", driver.goals);
+    driver
+}
+
+/// The records of a run, as they would stand in a journal.
+pub fn records(case: &Case, interleaving: u64) -> (String, Counts) {
+    let driver = in_order(case, interleaving, |_, _, _| ());
+    let lines = driver.records.iter().map(|record| serde_json::to_string(record).expect("records are plain"));
+    (lines.collect::<Vec<_>>().join("\n"), counts(&driver))
+}
+
+pub fn chaos(case: &Case) -> Counts {
+    all_at_once(case, usize::MAX)
+}
+
+pub fn cancelled(case: &Case) -> Counts {
+    all_at_once(case, case.plan.cancel_after())
+}
+
+/// Messages, ends, changes of the world and a cancel in any order.
+fn all_at_once(case: &Case, cancel_after: usize) -> Counts {
+    let mut rng = Rng::of(&[case.seed, 8]);
+    let mut driver = driver(case, 9);
+    let mut agenda = Agenda::new(case);
+    let (mut steps, mut is_cancelled) = (0, false);
+    begin(&mut driver, case);
+    while driver.finished.is_none() {
+        steps += 1;
+        agenda.take_up(case, &mut driver);
+        if steps > cancel_after && !std::mem::replace(&mut is_cancelled, true) {
+            driver.give(ROOT, Input::Cancel);
+        } else if rng.is(85) && driver.step() {
+        } else if let Some((at, event)) = agenda.next() {
+            driver.now = driver.now.max(at);
+            give(&mut driver, &event);
+        } else {
+            assert!(driver.step(), "nothing is left to happen, and the mission goes on");
+        }
+        assert!(rounds(&driver) <= MOST_ROUNDS, "a livelock");
+    }
+    driver.rest();
+    assert!(driver.goals.is_empty(), "still runs: {:?}", driver.goals);
+    if is_cancelled {
+        assert!(matches!(driver.finished, Some(MissionEnd::Canceled | MissionEnd::Done)));
+    }
+    counts(&driver)
+}
+
+/// The core and the reference model on the same events.
+pub fn against_reference(case: &Case) -> Counts {
+    let mut model = Model::new(&case.mission, case.is_serial, &case.clashing);
+    let driver = in_order(case, 0, |driver, event, records| {
+        let (going, mut goes_on) = match event {
+            None => (None, true),
+            Some(Event::World(change)) => (None, model.world(*change)),
+            Some(Event::Ended(leaf, outcome)) => (Some((*leaf, outcome.end, model.ended(*leaf, outcome))), true),
+        };
+        let mut decisions = Vec::new();
+        while goes_on && model.end.is_none() {
+            let (decision, again) = model.round();
+            decisions.push(decision);
+            goes_on = again;
+        }
+        compare(case, driver, event, records, &model, going, &decisions);
+    });
+    let mut counts = counts(&driver);
+    counts.rechoices = u64::from(model.rechoices);
+    counts
+}
+
+fn compare(
+    case: &Case,
+    driver: &Driver,
+    event: Option<&Event>,
+    records: &[Record],
+    model: &Model<'_>,
+    going: Option<(NodeId, End, Going)>,
+    decisions: &[Decision],
+) {
+    let said = records.iter().filter_map(|record| match record {
+        Record::Released { leaf, end, going, .. } => Some(format!("{leaf:?} {end:?} {going:?}")),
+        Record::Decided { granted, refused, reopened, .. } => Some(decided(
+            case,
+            granted.iter(),
+            refused.iter().map(|blocked| (blocked.leaf, &blocked.reason)),
+            reopened.as_ref(),
+        )),
+        Record::Ended { end, .. } => Some(format!("{end:?}")),
+        Record::Header(_) | Record::Sent { .. } | Record::World { .. } | Record::Controller { .. } => None,
+    });
+    let said: Vec<String> = said.collect();
+    let mut expected: Vec<String> =
+        going.map(|(leaf, end, going)| format!("{leaf:?} {end:?} {going:?}")).into_iter().collect();
+    expected.extend(decisions.iter().map(|decision| {
+        let refused = decision.refused.iter().map(|(&leaf, refusal)| (leaf, &refusal.reason));
+        decided(case, decision.granted.values(), refused, decision.reopened.as_ref())
+    }));
+    expected.extend(model.end.map(|end| format!("{end:?}")));
+    let show =
+        || format!("after {event:?}\nlast records {:?}", &driver.records[driver.records.len().saturating_sub(4)..]);
+    assert!(
+        said == expected,
+        "{}\ncore\n{}\nreference\n{}",
+        show(),
+        short(&said.join("\n")),
+        short(&expected.join("\n"))
+    );
+    for (id, resource) in driver.root().table().iter() {
+        let leases = resource.leases().iter().map(|lease| Held {
+            holder: lease.holder,
+            behavior: lease.behavior,
+            hold: lease.hold,
+            from: lease.from,
+        });
+        let (row, core) = (&model.rows[id.index()], (resource.access(), leases.collect()));
+        assert!((row.access, row.leases.clone()) == core, "{}\n{id:?}: core {core:?}, reference {row:?}", show());
+    }
+    assert!(*driver.root().situation() == model.situation, "{}\nreference {:?}", show(), model.situation);
+    assert!(driver.root().running().keys().eq(model.running.keys()), "{}", show());
+}
+
+/// A decision as one line; where several reasons are as true, only the kind of reason counts.
+fn decided<'a>(
+    case: &Case,
+    granted: impl Iterator<Item = &'a Grant>,
+    refused: impl Iterator<Item = (NodeId, &'a Reason)>,
+    reopened: Option<&ambidex::model::Reopened>,
+) -> String {
+    let name = |leaf: NodeId| case.mission.names.node(leaf).to_owned();
+    let granted: Vec<_> = granted.map(|grant| format!("{} {grant:?}", name(grant.leaf))).collect();
+    let refused = refused.map(|(leaf, reason)| {
+        let reason = match reason {
+            Reason::Outbid { .. } | Reason::Clash { .. } | Reason::AlreadyDone { .. } => variant(reason),
+            other => format!("{other:?}"),
+        };
+        format!("{} {reason}", name(leaf))
+    });
+    let refused: Vec<_> = refused.collect();
+    let reopened = reopened.map(|reopened| {
+        let lacks = reopened.lacks.as_ref().map(|lacks| (lacks.leaf, variant(&lacks.reason)));
+        format!("{:?} {:?} {:?} lacks {lacks:?}", reopened.holder, reopened.leaf, reopened.lapsed)
+    });
+    format!("granted {granted:?} refused {refused:?} reopened {reopened:?}")
+}

@@ -1,0 +1,144 @@
+//! The rules as tables: small trees, what happens, and what must come of it.
+//!
+//! A row is a tree, its events, and the steps: what is granted, by name, in order of the rounds that grant anything.
+
+mod choosing;
+mod ending;
+mod leases;
+mod reasons;
+mod words;
+
+use ambidex::model::{
+    BehaviorSpec, Change, End, Fault, Keep, MissionEnd, MissionSpec, NodeId, Outcome, Reason, Record, Report, Time,
+};
+use ambidex::tree::{Begin, Input, Settings};
+
+use crate::driver::{Driver, Rng};
+use crate::support::{Body, Tree};
+
+/// What happens next.
+#[derive(Debug, Clone, Copy)]
+pub enum Event {
+    /// The behavior succeeds.
+    Ok(&'static str),
+    /// It fails.
+    Fails(&'static str),
+    /// It fails, and its controller says where the base or what the gripper holds.
+    FailsWith(&'static str, Report),
+    /// The world changes from outside.
+    World(Change),
+}
+
+/// A run that is over or waits for the next event.
+pub struct Run {
+    driver: Driver,
+    mission: MissionSpec,
+}
+
+impl Run {
+    pub fn new(mission: MissionSpec, settings: Settings, events: &[Event]) -> Self {
+        let driver = Driver::new(&mission, &settings, Rng::of(&[1]));
+        let mut run = Self { driver, mission };
+        let situation = run.mission.start.clone();
+        run.give(NodeId(0), Input::Begin(Begin { situation }));
+        for event in events {
+            run.driver.now = Time(run.driver.now.0 + 1_000_000);
+            let outcome = |end, reports| Input::Ended(Outcome { end, reports });
+            match *event {
+                Event::Ok(name) => run.give(run.node(name), outcome(End::Succeeded, Vec::new())),
+                Event::Fails(name) => {
+                    let failed = End::Failed(Fault::TimedOut);
+                    run.give(run.node(name), outcome(failed, Vec::new()));
+                }
+                Event::FailsWith(name, report) => {
+                    let failed = End::Failed(Fault::TimedOut);
+                    run.give(run.node(name), outcome(failed, vec![report]));
+                }
+                Event::World(change) => run.give(NodeId(0), Input::World(change)),
+            }
+        }
+        run
+    }
+
+    fn give(&mut self, node: NodeId, input: Input) {
+        self.driver.give(node, input);
+        self.driver.rest();
+    }
+
+    fn node(&self, name: &str) -> NodeId {
+        let names = &self.mission.names.nodes;
+        let index = names.iter().position(|other| other == name);
+        NodeId::from(index.unwrap_or_else(|| panic!("no {name} in {names:?}")))
+    }
+
+    /// What was granted, one list a round, with `skip`ped nodes and `back` for what was reopened.
+    pub fn steps(&self) -> String {
+        let name = |node: NodeId| self.mission.names.node(node);
+        let mut steps: Vec<String> = Vec::new();
+        for record in &self.driver.records {
+            let Record::Decided { granted, reopened, .. } = record else {
+                continue;
+            };
+            if !granted.is_empty() {
+                let names: Vec<_> = granted.iter().map(|grant| name(grant.leaf)).collect();
+                steps.push(names.join(" + "));
+            }
+            if let Some(reopened) = reopened {
+                let how = if reopened.lapsed.is_some() { "lapses" } else { "back" };
+                steps.push(format!("{how} {}", name(reopened.leaf)));
+            }
+        }
+        match self.driver.finished {
+            Some(MissionEnd::Done) => steps.push("done".into()),
+            Some(MissionEnd::Failed(leaf)) => steps.push(format!("failed at {}", name(leaf))),
+            Some(end) => steps.push(format!("{end:?}").to_lowercase()),
+            None => {}
+        }
+        steps.join(", ")
+    }
+
+    /// The last reason of a leaf.
+    pub fn reason(&self, name: &str) -> Option<Reason> {
+        let leaf = self.node(name);
+        let mut refused = self.driver.records.iter().filter_map(|record| match record {
+            Record::Decided { refused, .. } => refused.iter().find(|blocked| blocked.leaf == leaf),
+            Record::Header(_) | Record::Sent { .. } | Record::Released { .. } => None,
+            Record::World { .. } | Record::Controller { .. } | Record::Ended { .. } => None,
+        });
+        refused.next_back().map(|blocked| blocked.reason.clone())
+    }
+
+    /// Who holds what: `resource: holder` in resource order.
+    pub fn table(&self) -> String {
+        let table = self.driver.root().table();
+        let leases = table.leases().map(|(id, lease)| {
+            let (resource, holder) = (self.mission.names.resource(id), lease.holder);
+            format!("{resource}: {}", self.mission.names.node(holder))
+        });
+        leases.collect::<Vec<_>>().join(", ")
+    }
+}
+
+pub fn and<const N: usize>(children: [Tree; N]) -> Tree {
+    Tree::And(children.into())
+}
+
+pub fn or<const N: usize>(children: [Tree; N]) -> Tree {
+    Tree::Or(children.into())
+}
+
+pub fn then<const N: usize>(children: [Tree; N]) -> Tree {
+    Tree::Then(children.into())
+}
+
+pub fn leaf(name: &str, spec: BehaviorSpec) -> Tree {
+    Tree::Leaf(name.into(), Box::new(spec))
+}
+
+/// A robot of so many grippers and tools, with a head and a base.
+pub fn robot(grippers: usize, tools: usize) -> Body {
+    Body { grippers, heads: 1, bases: 1, tools, reach_m: 1.2 }
+}
+
+/// The keep of most claims.
+pub const FREE: Keep = Keep::Release;

@@ -1,0 +1,64 @@
+//! Going back, failing, and what is left then (`semantics` 2 and 6).
+
+use ambidex::model::{BehaviorSpec, Change, Condition, FactId, Report, ResourceId};
+
+use super::Event::{Fails, FailsWith, Ok, World};
+use super::words::*;
+use super::{and, leaf, or, then};
+use crate::support::{self, blank};
+
+#[test]
+fn before_a_stall_a_then_goes_back() {
+    // The place fails, another drives the base away: the second move is done again, not the first.
+    let carry = then([go("move a", 0), grab("pick 0", 0, 0), go("move b", 1), drop_at("place 0", 0, 1, 1)]);
+    let away = World(Change::Base(support::place(2, PLACES).stand));
+    let events = [Ok("move a"), Ok("pick 0"), Ok("move b"), away, Fails("place 0"), Ok("move b"), Ok("place 0")];
+    let steps = "move a, pick 0, move b, place 0, back move b, move b, place 0, done";
+    check(carry, &events, steps);
+}
+
+#[test]
+fn a_way_not_taken_is_not_gone_back_to() {
+    // `other` of the OR was never done, skipped or kept: nothing to go back to.
+    let known = |name: &str, holds: u32| {
+        let spec = tool_spec(EXCLUSIVE, GO);
+        leaf(name, BehaviorSpec { satisfied: Condition::Fact(FactId(holds), true), ..spec })
+    };
+    let heir = BehaviorSpec { retries: 1, ..needing(blank("heir"), 2) };
+    let tree = || {
+        let either = or([known("other", 1), known("met", 0)]);
+        then([free("begin"), either, leaf("heir", heir.clone())])
+    };
+    let fact = |fact, holds| World(Change::Fact(FactId(fact), holds));
+    let before = [fact(0, true), fact(2, true), Ok("begin"), fact(2, false)];
+    let still = [&before[..], &[Fails("heir")]].concat();
+    check(tree(), &still, "begin, heir, stalled");
+    let undone = [&before[..], &[fact(0, false), Fails("heir")]].concat();
+    check(tree(), &undone, "begin, heir, back met, other");
+}
+
+#[test]
+fn a_failed_place_keeps_what_it_holds() {
+    let carry = || then([go("move a", 0), grab("pick 0", 0, 0), go("move b", 1), drop_at("place 0", 0, 1, 1)]);
+    let before = [Ok("move a"), Ok("pick 0"), Ok("move b")];
+    let steps = "move a, pick 0, move b, place 0";
+    // Full, the gripper goes back to the THEN, and the place tries again.
+    let run = check(carry(), &[&before[..], &[Fails("place 0")]].concat(), &format!("{steps}, place 0"));
+    assert!(run.table().starts_with("gripper#1: place 0"), "{}", run.table());
+    // Empty, it is free; nothing leads on from there, the THEN goes back once, and that is a stall.
+    let lost = FailsWith("place 0", Report::Holds(ResourceId(1), None));
+    let events = [&before[..], &[lost]].concat();
+    let run = check(carry(), &events, &format!("{steps}, back move a, move a"));
+    assert_eq!(run.table(), "base#3: move a");
+}
+
+#[test]
+fn failure_ends_what_runs_beside_it() {
+    let tree = and([free("a"), free("b")]);
+    let run = check(tree, &[Fails("a")], "a + b");
+    assert_eq!(run.reason("a"), Some(ambidex::model::Reason::Ending { failed: run.node("a") }));
+    // The task failed at what failed first, whatever ended last.
+    check(and([free("a"), free("b")]), &[Fails("a"), Ok("b")], "a + b, failed at a");
+    let twice = leaf("a", BehaviorSpec { retries: 1, ..blank("a") });
+    check(twice, &[Fails("a"), Fails("a")], "a, a, failed at a");
+}

@@ -1,0 +1,62 @@
+//! What the rows are made of: missions on one robot, and short names for behaviors.
+
+use ambidex::model::{
+    Access, BehaviorSpec, ChannelId, Condition, FactId, Keep, ObjectId, PlaceId, Potential, Wanted, Whereabouts,
+};
+use ambidex::tree::Settings;
+
+use super::{Event, Run, leaf, robot};
+use crate::support::{Body, TOOL, Tree, blank, claim, mission, move_to, pick, put};
+
+pub(super) const PLACES: usize = 4;
+pub(super) const EXCLUSIVE: Access = Access::Exclusive;
+pub(super) const GO: Keep = Keep::Intention(Access::Shared(ChannelId(1)));
+
+pub(super) fn check(tree: Tree, events: &[Event], expected: &str) -> Run {
+    let (body, places) = (robot(2, 2), [0, 0, 1].map(PlaceId));
+    let objects = places.map(Whereabouts::At).to_vec();
+    let mission = mission(body, PLACES, objects, vec![false; 4], &tree);
+    let run = Run::new(mission, Settings::default(), events);
+    assert_eq!(run.steps(), expected);
+    run
+}
+
+pub(super) fn body() -> Body {
+    robot(2, 2)
+}
+
+/// `move` to a place, `pick` and `place` an object.
+pub(super) fn go(name: &str, to: u32) -> Tree {
+    leaf(name, move_to(body(), PlaceId(to), PLACES))
+}
+
+pub(super) fn grab(name: &str, object: u32, at: u32) -> Tree {
+    leaf(name, pick(body(), ObjectId(object), PlaceId(at), PLACES))
+}
+
+pub(super) fn drop_at(name: &str, object: u32, at: u32, retries: u32) -> Tree {
+    let spec = put(body(), ObjectId(object), PlaceId(at), PLACES);
+    leaf(name, BehaviorSpec { retries, ..spec })
+}
+
+/// A behavior with one claim on the first tool.
+pub(super) fn tool(name: &str, access: Access, keep: Keep) -> Tree {
+    leaf(name, tool_spec(access, keep))
+}
+
+pub(super) fn tool_spec(access: Access, keep: Keep) -> BehaviorSpec {
+    let first = Wanted::Named(body().first(TOOL).expect("two tools"));
+    BehaviorSpec { claims: vec![claim(first, access, keep)], ..blank("tool") }
+}
+
+pub(super) fn with_potential(spec: BehaviorSpec, value: f64) -> BehaviorSpec {
+    BehaviorSpec { potential: Potential::Constant(value), ..spec }
+}
+
+pub(super) fn needing(spec: BehaviorSpec, needs: u32) -> BehaviorSpec {
+    BehaviorSpec { precondition: Condition::Fact(FactId(needs), true), ..spec }
+}
+
+pub(super) fn free(name: &str) -> Tree {
+    leaf(name, blank("free"))
+}
