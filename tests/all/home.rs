@@ -159,6 +159,13 @@ impl Drop for Home {
     }
 }
 
+impl Finished {
+    /// What it said on stderr, however the lines were broken.
+    pub fn words(&self) -> String {
+        flat(&self.stderr)
+    }
+}
+
 impl Process {
     pub fn pid(&self) -> u32 {
         self.child.id()
@@ -218,6 +225,11 @@ impl Drop for Process {
             drop(self.child.wait());
         }
     }
+}
+
+/// A text without its line breaks and what stands before broken lines.
+pub fn flat(text: &str) -> String {
+    text.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ")
 }
 
 /// Sends a signal to a process that may have ended.

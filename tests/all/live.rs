@@ -7,13 +7,15 @@ use std::time::Instant;
 
 use ambidex::controller::{ServeOptions, Stop, serve};
 use ambidex::ipc::{DaemonPort, Heard, Instance, Link, LinkError, Station, fresh_epoch};
-use ambidex::model::{ControllerState, MissionSpec, NodeId, Record, Time, ToController};
+use ambidex::model::{ControllerState, MissionSpec, Record, Time, ToController};
 use ambidex::motion::Controller;
 use ambidex::runtime::{self, Clock, Control, Ended, Options, Port};
 use ambidex::tree::Settings;
 use std::time::Duration;
 use tokio::sync::mpsc;
 
+/// How long controllers may take to come to rest in the end.
+pub const GRACE: Duration = Duration::from_secs(1);
 const DEADLINE: Duration = Duration::from_secs(60);
 
 /// A body of a controller.
@@ -25,17 +27,19 @@ pub type Published = Vec<(Time, ControllerState)>;
 /// What came of a run.
 pub struct Live {
     pub ended: Ended,
+    /// When it had ended; then the controllers were stopped.
+    pub at: Instant,
     pub records: Vec<Record>,
     /// By controller.
     pub published: Vec<Published>,
 }
 
-/// Runs a mission; `abort` looks at each record, and the first node that it gives loses its task.
+/// Runs a mission; `watch` looks at each record, and what it gives is told to the run.
 pub fn run(
     mission: &MissionSpec,
     speed: f64,
     body: impl Fn(usize) -> Body,
-    mut abort: impl FnMut(&Record) -> Option<NodeId> + Send + 'static,
+    mut watch: impl FnMut(&Record) -> Option<Control> + Send + 'static,
 ) -> Live {
     let instance = Instance::fresh();
     let names: Vec<_> = mission.robot.controllers.iter().map(|spec| spec.name.clone()).collect();
@@ -67,8 +71,8 @@ pub fn run(
         let (control, controlled) = mpsc::unbounded_channel();
         let to_records = Arc::clone(&records);
         let journal = Box::new(move |record: &Record| {
-            if let Some(node) = abort(record) {
-                drop(control.send(Control::Abort(node)));
+            if let Some(order) = watch(record) {
+                drop(control.send(order));
             }
             to_records.lock().expect("no poison").push(record.clone());
         });
@@ -76,7 +80,7 @@ pub fn run(
             settings: Settings::default(),
             clock,
             attach_timeout: Some(DEADLINE),
-            grace: Duration::from_secs(3),
+            grace: GRACE,
             journal: Some(journal),
         };
         // A task like the others, so that it is woken in turn with them and not after many of their steps.
@@ -84,6 +88,7 @@ pub fn run(
         let ended = tokio::time::timeout(DEADLINE, run).await.expect("the run hangs");
         (ended.expect("the run does not panic"), published)
     });
+    let at = Instant::now();
     for (thread, stopper) in controllers {
         stopper.stop();
         thread.join().expect("a controller does not panic").expect("it serves");
@@ -91,7 +96,7 @@ pub fn run(
     assert!(!instance.has_left_anything());
     let taken = |published: &Arc<Mutex<Published>>| std::mem::take(&mut *published.lock().expect("no poison"));
     let records = std::mem::take(&mut *records.lock().expect("no poison"));
-    Live { ended, records, published: published.iter().map(taken).collect() }
+    Live { ended, at, records, published: published.iter().map(taken).collect() }
 }
 
 /// A link that keeps the states which came over it.

@@ -28,7 +28,7 @@ fn who_did_not_attach_in_time_is_named() {
 fn wrong_usage_and_faulty_files_say_what_is_wrong() {
     let check = |args: &[&str], said: &str| {
         let finished = ambidex(args, 2);
-        assert!(finished.stderr.contains(said), "{args:?}: {}", finished.stderr);
+        assert!(finished.words().contains(said), "{args:?}: {}", finished.stderr);
         assert_eq!(finished.stdout, "", "{args:?}");
     };
     let mission = "config/missions/experiment-1.yaml";
@@ -42,7 +42,7 @@ fn wrong_usage_and_faulty_files_say_what_is_wrong() {
     check(&["run", mission, "--speed", "0"], "0.01 to 1000");
     check(&["run", mission, "--speed", "inf"], "0.01 to 1000");
     check(&["run", mission, "--allocator", "best"], "greedy");
-    check(&["run", mission, "--attach-timeout", "-1"], "attach-timeout");
+    check(&["run", mission, "--attach-timeout=-1"], "attach-timeout");
     check(&["run", mission, "--instance", "Not_A_Name"], "Not_A_Name");
     check(&["run", mission, "--log", "/proc/no/such.jsonl"], "/proc/no");
     check(&["controller", "tail"], "left_arm, right_arm, head, base");
@@ -76,8 +76,7 @@ fn a_controller_that_refuses_fails_the_mission() {
     let finished = home.daemon(&experiment_file(1), &["--json", "--speed", "100"]).ends(1);
     assert_eq!(report(&finished)["outcome"], "failed");
     let said = "would not take its goal: the point is out of reach";
-    let words = finished.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(words.contains(said), "{}", finished.stderr);
+    assert!(finished.words().contains(said), "{}", finished.stderr);
     for controller in controllers {
         controller.ends(0);
     }
