@@ -127,6 +127,9 @@ pub struct ControllerArgs {
     /// Name of the robot's runtime.
     #[arg(long, default_value = "default", value_parser = instance)]
     pub instance: Instance,
+    /// Form of log lines; RUST_LOG says which are shown.
+    #[arg(long, value_enum, default_value_t = LogFormat::Text)]
+    pub log_format: LogFormat,
     /// End with the first daemon instead of waiting for the next.
     #[arg(long)]
     pub once: bool,

@@ -1,13 +1,19 @@
 //! Controller processes as children of `run`: started with it, gone with it.
 
+use std::io::{BufRead, BufReader};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStderr, Command, Stdio};
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use ambidex::ipc::Instance;
 use ambidex::model::RobotSpec;
+use clap::ValueEnum;
 use miette::{IntoDiagnostic, Result};
+
+use crate::args::LogFormat;
+use crate::terminal::Terminal;
 
 /// How often the end of a child is looked for.
 const POLL: Duration = Duration::from_millis(5);
@@ -16,25 +22,40 @@ const POLL: Duration = Duration::from_millis(5);
 #[derive(Debug)]
 pub struct Children {
     children: Vec<Child>,
+    voices: Vec<JoinHandle<()>>,
 }
 
 impl Children {
-    /// Starts every controller of a robot as a process of this very program.
-    pub fn start(robot: &RobotSpec, file: &Path, instance: &Instance) -> Result<Self> {
+    /// Starts every controller of a robot as a process of this very program. What it says comes above the display.
+    pub fn start(
+        robot: &RobotSpec,
+        file: &Path,
+        instance: &Instance,
+        format: LogFormat,
+        terminal: &Terminal,
+    ) -> Result<Self> {
         let program = std::env::current_exe().into_diagnostic()?;
-        let mut children = Self { children: Vec::new() };
+        let format = format.to_possible_value().expect("no form is hidden");
+        let mut children = Self { children: Vec::new(), voices: Vec::new() };
         for controller in &robot.controllers {
-            let child = Command::new(&program)
+            let mut command = Command::new(&program);
+            command
                 .args(["controller", &controller.name, "--once", "--instance", instance.name()])
                 .arg("--robot")
                 .arg(file)
+                .args(["--log-format", format.get_name()])
                 .args(["--parent", &std::process::id().to_string()])
                 .stdin(Stdio::null())
                 .stdout(Stdio::null())
+                .stderr(Stdio::piped())
                 // A group of its own: Ctrl-C reaches this process alone, which then ends the children in order.
-                .process_group(0)
-                .spawn()
-                .into_diagnostic()?;
+                .process_group(0);
+            if terminal.has_color() {
+                command.env("CLICOLOR_FORCE", "1");
+            }
+            let mut child = command.spawn().into_diagnostic()?;
+            let voice = child.stderr.take().map(|stderr| voice(stderr, terminal.clone()));
+            children.voices.extend(voice);
             children.children.push(child);
         }
         Ok(children)
@@ -48,7 +69,7 @@ impl Children {
             if self.children.is_empty() {
                 return;
             }
-            std::thread::sleep(POLL);
+            thread::sleep(POLL);
         }
     }
 }
@@ -59,5 +80,17 @@ impl Drop for Children {
             drop(child.kill());
             drop(child.wait());
         }
+        for voice in self.voices.drain(..) {
+            drop(voice.join());
+        }
     }
+}
+
+/// Says what a child says, line by line, until it ends.
+fn voice(stderr: ChildStderr, terminal: Terminal) -> JoinHandle<()> {
+    thread::spawn(move || {
+        for line in BufReader::new(stderr).lines().map_while(std::io::Result::ok) {
+            terminal.say(&line);
+        }
+    })
 }

@@ -5,7 +5,7 @@ use ambidex::controller::{ServeOptions, Stop, serve};
 use ambidex::motion;
 use miette::{IntoDiagnostic, Result, miette};
 
-use crate::args::{ControllerArgs, LogFormat};
+use crate::args::ControllerArgs;
 use crate::exit::Exit;
 use crate::terminal::Terminal;
 
@@ -22,7 +22,7 @@ pub fn controller(args: &ControllerArgs) -> Result<Exit> {
             names.join(", ")
         ));
     };
-    Terminal::start(LogFormat::Text);
+    Terminal::start(args.log_format);
     let stop = Stop::on_signals().into_diagnostic()?;
     let options = ServeOptions { once: args.once, parent: args.parent, stop: Some(stop) };
     serve(&args.instance, &args.name, motion::simulated(&spec.kind), options).into_diagnostic()?;

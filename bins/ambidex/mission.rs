@@ -53,13 +53,17 @@ fn go(
     let terminal = Terminal::start(args.log_format);
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().into_diagnostic()?;
     let _entered = runtime.enter();
+    // Before anything is begun that a signal would have to end.
+    let (to_run, control) = mpsc::unbounded_channel();
+    let signals = cancel_on_signals(to_run).into_diagnostic()?;
     let clock = Clock::start(live.speed);
     let links = robot::links(&loaded.mission, instance, &clock).into_diagnostic()?;
     let observer = Observer::new(&loaded.mission, args, instance.name(), &terminal).into_diagnostic()?;
     observer.say_what_it_waits_for(&loaded.mission);
     let observer = Arc::new(Mutex::new(observer));
-    let children =
-        if has_children { Some(Children::start(&loaded.mission.robot, &loaded.robot_path, instance)?) } else { None };
+    let robot = &loaded.mission.robot;
+    let start = || Children::start(robot, &loaded.robot_path, instance, args.log_format, &terminal);
+    let children = has_children.then(start).transpose()?;
     let to_observer = Arc::clone(&observer);
     let options = Options {
         settings: Settings {
@@ -75,12 +79,10 @@ fn go(
         })),
     };
     let mission = Arc::new(loaded.mission);
-    let (to_run, control) = mpsc::unbounded_channel();
     let ended = runtime.block_on(async {
-        tokio::spawn(cancel_on_signals(to_run)?);
-        Ok::<_, std::io::Error>(runtime::run(Arc::clone(&mission), links, options, control).await)
+        tokio::spawn(signals);
+        runtime::run(Arc::clone(&mission), links, options, control).await
     });
-    let ended = ended.into_diagnostic()?;
     if let Some(children) = children {
         children.wait(CHILD_GRACE);
         ambidex::ipc::sweep().into_diagnostic()?;

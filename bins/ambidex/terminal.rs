@@ -45,6 +45,11 @@ impl Terminal {
         self.is_tty
     }
 
+    /// Whether colors are wanted.
+    pub fn has_color(&self) -> bool {
+        self.has_color
+    }
+
     /// Columns.
     pub fn width(&self) -> usize {
         let size = rustix::termios::tcgetwinsize(io::stderr()).ok();

@@ -31,6 +31,8 @@ struct Watch {
     waiting: VecDeque<ToController>,
     life: Option<AsyncFd<OwnedFd>>,
     is_attached: bool,
+    /// It has shown that it is configured by this daemon.
+    serves: bool,
 }
 
 impl LinkTask {
@@ -42,7 +44,7 @@ impl LinkTask {
         let wakeups = watched(self.link.as_fd().try_clone_to_owned()?)?;
         let mut beat = interval(BEAT_EVERY);
         beat.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        let mut watch = Watch { waiting: VecDeque::new(), life: None, is_attached: false };
+        let mut watch = Watch { waiting: VecDeque::new(), life: None, is_attached: false, serves: false };
         loop {
             let mut has_died = false;
             tokio::select! {
@@ -54,35 +56,43 @@ impl LinkTask {
                 () = died(watch.life.as_ref()) => has_died = true,
                 _ = beat.tick() => self.link.beat(),
             }
-            self.hear();
-            self.attend(&mut watch, has_died);
+            let has_left = self.hear(&mut watch);
+            self.attend(&mut watch, has_died || has_left);
             self.send(&mut watch.waiting);
         }
     }
 
-    /// Takes all that came; a wake-up is only a hint.
-    fn hear(&mut self) {
+    /// Takes all that came; a wake-up is only a hint. True when the controller gave this daemon up, as one that was
+    /// silent for too long.
+    fn hear(&mut self, watch: &mut Watch) -> bool {
+        let mut has_left = false;
         for heard in self.link.drain() {
             let input = match heard {
                 Heard::Message(message) => Input::Heard(self.id, message),
                 Heard::Refused(why) => Input::Refused(self.id, why),
                 Heard::Closed(_) => Input::Refused(self.id, Rejection::Unknown),
-                Heard::State { .. } => continue,
+                Heard::State { generation, .. } => {
+                    has_left |= watch.serves && generation == 0;
+                    watch.serves = generation != 0;
+                    continue;
+                }
             };
             drop(self.dispatch.send(input));
         }
+        has_left
     }
 
-    fn attend(&mut self, watch: &mut Watch, has_died: bool) {
+    fn attend(&mut self, watch: &mut Watch, is_gone: bool) {
         match (watch.is_attached, self.link.is_attached()) {
-            (false, Some(pid)) if !has_died => {
+            (false, Some(pid)) if !is_gone => {
                 watch.is_attached = true;
                 watch.life = Pidfd::open(pid).ok().and_then(|life| watched(life.into()).ok());
                 drop(self.dispatch.send(Input::Attached(self.id)));
             }
-            (true, Some(_)) if !has_died => {}
+            (true, Some(_)) if !is_gone => {}
             (true, _) => {
                 watch.is_attached = false;
+                watch.serves = false;
                 watch.life = None;
                 watch.waiting.clear();
                 self.link.forget();

@@ -109,6 +109,7 @@ struct Supervisor {
     journal: Option<Journal>,
     missing: BTreeSet<ControllerId>,
     end: Option<MissionEnd>,
+    is_canceled: bool,
     has_begun: bool,
 }
 
@@ -178,14 +179,15 @@ impl Supervisor {
             journal,
             missing: (0..mission.robot.controllers.len()).map(ControllerId::from).collect(),
             end: None,
+            is_canceled: false,
             has_begun: false,
         }
     }
 
-    /// Waits for the end; then for the controllers to be safe, as long as the grace allows.
+    /// Waits for the end; then for the controllers to be safe, as long as the grace allows. It counts from the cancel.
     async fn watch(mut self, attach_timeout: Option<Duration>) -> Ended {
         let attach_by = attach_timeout.map(|timeout| Instant::now() + timeout);
-        let mut safe_by = None;
+        let (mut safe_by, mut is_shut_down) = (None, false);
         loop {
             let attach_due = attach_by.filter(|_| !self.has_begun && self.end.is_none());
             tokio::select! {
@@ -199,10 +201,15 @@ impl Supervisor {
                 () = at(attach_due), if attach_due.is_some() => {
                     return Ended::NotAttached(self.missing.into_iter().collect());
                 },
-                () = at(safe_by), if safe_by.is_some() => break,
+                () = at(safe_by), if safe_by.is_some() => {
+                    self.finish(MissionEnd::Canceled);
+                    break;
+                },
             }
-            if self.end.is_some() && safe_by.is_none() {
-                safe_by = Some(Instant::now() + self.timing.grace);
+            if self.end.is_some() || self.is_canceled {
+                safe_by.get_or_insert_with(|| Instant::now() + self.timing.grace);
+            }
+            if self.end.is_some() && !std::mem::replace(&mut is_shut_down, true) {
                 drop(self.dispatch.send(dispatch::Input::Shutdown));
             }
         }
@@ -232,7 +239,10 @@ impl Supervisor {
 
     fn controlled(&mut self, control: Control) {
         match control {
-            Control::Cancel => self.root.cancel(),
+            Control::Cancel => {
+                self.is_canceled = true;
+                self.root.cancel();
+            }
             Control::World(change) => self.root.world(change),
             Control::Abort(node) => self.aborts[node.index()].abort(),
         }

@@ -65,6 +65,35 @@ pub fn experiment_file(number: u32) -> PathBuf {
     file(&format!("config/missions/experiment-{number}.yaml"))
 }
 
+/// Three objects to take with two grippers and nowhere to put them: it stalls.
+pub const HANDS_FULL: &str = "\
+objects: {1: {at: shelf}, 2: {at: shelf}, 3: {at: shelf}}
+task:
+  and:
+    - then: [{move: {to: shelf}, name: move 1}, {pick: {object: 1}}]
+    - then: [{move: {to: shelf}, name: move 2}, {pick: {object: 2}}]
+    - then: [{move: {to: shelf}, name: move 3}, {pick: {object: 3}}]
+";
+
+/// An object that no arm reaches from where the robot stands: it stalls.
+pub const TOO_FAR: &str = "\
+objects: {1: {at: shelf, offset: [1 m, 0 m]}, 2: {at: shelf}}
+task:
+  and:
+    - then: [{move: {to: shelf}, name: move 1}, {pick: {object: 1}}]
+    - then: [{move: {to: shelf}, name: move 2}, {pick: {object: 2}}, {move: {to: table}, name: move 3}, {place: {object: 2}}]
+";
+
+/// A mission file for the robot of the paper in a small room, from its objects and its task.
+pub fn mission(objects_and_task: &str) -> String {
+    let robot = file("config/robots/pr2.yaml");
+    let (objects, task) = objects_and_task.split_once('\n').expect("objects first");
+    format!(
+        "mission: small\nrobot: {}\nworld:\n  robot: {{at: [0, 0]}}\n  places: {{shelf: {{stand: [2, 0]}}, table: {{stand: [0, 2]}}}}\n  {objects}\n{task}",
+        robot.display()
+    )
+}
+
 impl Room {
     /// The room as a mission file.
     pub fn mission(&self, number: u32) -> String {

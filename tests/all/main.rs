@@ -1,8 +1,16 @@
 //! All integration tests in one binary.
 
+mod aborts;
+mod attach;
 mod driver;
 mod fixtures;
+mod home;
+mod journals;
+mod live;
+mod processes;
 mod property;
+mod published;
+mod rebuilt;
 mod rooms;
 mod rules;
 mod support;

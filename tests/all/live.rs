@@ -1,0 +1,144 @@
+//! The runtime over controllers that are threads of this process: real shared memory, and bodies that a test can watch.
+
+use std::os::fd::{AsFd, BorrowedFd};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::Instant;
+
+use ambidex::controller::{ServeOptions, Stop, serve};
+use ambidex::ipc::{DaemonPort, Heard, Instance, Link, LinkError, Station, fresh_epoch};
+use ambidex::model::{ControllerState, MissionSpec, Record, Time, ToController};
+use ambidex::motion::Controller;
+use ambidex::runtime::{self, Clock, Control, Ended, Options, Port};
+use ambidex::tree::Settings;
+use std::time::Duration;
+use tokio::sync::mpsc;
+
+/// How long controllers may take to come to rest in the end.
+pub const GRACE: Duration = Duration::from_secs(1);
+const DEADLINE: Duration = Duration::from_secs(60);
+
+/// A body of a controller.
+pub type Body = Box<dyn Controller + Send>;
+
+/// States that a controller published, with their moments.
+pub type Published = Vec<(Time, ControllerState)>;
+
+/// What came of a run.
+pub struct Live {
+    pub ended: Ended,
+    /// When it had ended; then the controllers were stopped.
+    pub at: Instant,
+    pub records: Vec<Record>,
+    /// By controller.
+    pub published: Vec<Published>,
+}
+
+/// Runs a mission; `watch` looks at each record, and what it gives is told to the run.
+pub fn run(
+    mission: &MissionSpec,
+    speed: f64,
+    body: impl Fn(usize) -> Body,
+    mut watch: impl FnMut(&Record) -> Option<Control> + Send + 'static,
+) -> Live {
+    let instance = Instance::fresh();
+    let names: Vec<_> = mission.robot.controllers.iter().map(|spec| spec.name.clone()).collect();
+    let mut controllers = Vec::new();
+    for (index, name) in names.iter().cloned().enumerate() {
+        let (stop, stopper) = Stop::by_hand().expect("a pair");
+        let (instance, body) = (instance.clone(), body(index));
+        let options = ServeOptions { stop: Some(stop), ..ServeOptions::default() };
+        let thread = thread::spawn(move || serve(&instance, &name, body, options));
+        controllers.push((thread, stopper));
+    }
+    let clock_and_links = || {
+        let clock = Clock::start(speed);
+        let station = Station::open(instance.lock_daemon().expect("the daemon's place"));
+        let station = station.expect("a place in shared memory");
+        let epoch = fresh_epoch();
+        let open = |name: &String| Overheard {
+            port: DaemonPort::open(&station, name, epoch, clock.origin()).expect("a link"),
+            published: Arc::default(),
+        };
+        (clock, names.iter().map(open).collect::<Vec<_>>())
+    };
+    let records = Arc::new(Mutex::new(Vec::new()));
+    let executor = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    let (ended, published) = executor.expect("an executor").block_on(async {
+        let (clock, links) = clock_and_links();
+        let published: Vec<_> = links.iter().map(|link| Arc::clone(&link.published)).collect();
+        let links = links.into_iter().map(|link| Box::new(link) as Box<dyn Port>).collect();
+        let (control, controlled) = mpsc::unbounded_channel();
+        let to_records = Arc::clone(&records);
+        let journal = Box::new(move |record: &Record| {
+            if let Some(order) = watch(record) {
+                drop(control.send(order));
+            }
+            to_records.lock().expect("no poison").push(record.clone());
+        });
+        let options = Options {
+            settings: Settings::default(),
+            clock,
+            attach_timeout: Some(DEADLINE),
+            grace: GRACE,
+            journal: Some(journal),
+        };
+        // A task like the others, so that it is woken in turn with them and not after many of their steps.
+        let run = tokio::spawn(runtime::run(Arc::new(mission.clone()), links, options, controlled));
+        let ended = tokio::time::timeout(DEADLINE, run).await.expect("the run hangs");
+        (ended.expect("the run does not panic"), published)
+    });
+    let at = Instant::now();
+    for (thread, stopper) in controllers {
+        stopper.stop();
+        thread.join().expect("a controller does not panic").expect("it serves");
+    }
+    assert!(!instance.has_left_anything());
+    let taken = |published: &Arc<Mutex<Published>>| std::mem::take(&mut *published.lock().expect("no poison"));
+    let records = std::mem::take(&mut *records.lock().expect("no poison"));
+    Live { ended, at, records, published: published.iter().map(taken).collect() }
+}
+
+/// A link that keeps the states which came over it.
+struct Overheard {
+    port: DaemonPort,
+    published: Arc<Mutex<Published>>,
+}
+
+impl Link for Overheard {
+    fn send(&mut self, message: &ToController) -> Result<(), LinkError> {
+        self.port.send(message)
+    }
+
+    fn drain(&mut self) -> Vec<Heard> {
+        let heard = self.port.drain();
+        let states = heard.iter().filter_map(|heard| match heard {
+            Heard::State { at, state, generation: 1.., .. } => Some((*at, *state)),
+            Heard::State { .. } | Heard::Message(_) | Heard::Refused(_) | Heard::Closed(_) => None,
+        });
+        self.published.lock().expect("no poison").extend(states);
+        heard
+    }
+
+    fn beat(&mut self) {
+        self.port.beat();
+    }
+
+    fn is_attached(&self) -> Option<u32> {
+        self.port.is_attached()
+    }
+
+    fn last_heard(&self) -> Option<Instant> {
+        self.port.last_heard()
+    }
+
+    fn forget(&mut self) {
+        self.port.forget();
+    }
+}
+
+impl AsFd for Overheard {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.port.as_fd()
+    }
+}

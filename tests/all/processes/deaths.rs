@@ -1,0 +1,122 @@
+//! Processes that are killed or stopped in the midst of a mission.
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rustix::process::Signal;
+
+use crate::fixtures::{experiment_file, experiments};
+use crate::home::{Home, Process, signal, within};
+
+use super::{CONTROLLERS, came_out, report};
+
+/// The dead-man's time, the grace, a second for the children, and one for a busy machine.
+const STATED: Duration = Duration::from_secs(6);
+/// Within which nothing may be left of a run that was killed.
+const GONE: Duration = Duration::from_secs(2);
+
+fn run(home: &Home) -> Process {
+    let mission = experiment_file(1);
+    let args = ["run", "--json", "--speed", "2"].map(AsRef::as_ref);
+    home.start(args.into_iter().chain([mission.as_os_str()]))
+}
+
+fn daemon(home: &Home, speed: &str) -> Process {
+    home.daemon(&experiment_file(1), &["--json", "--speed", speed])
+}
+
+fn controllers(home: &Home) -> Vec<Process> {
+    CONTROLLERS.iter().map(|name| home.controller(name, &[])).collect()
+}
+
+fn check_controller(name: &str, with: Signal, when: &str) {
+    let home = Home::new();
+    let mut run = run(&home);
+    run.says(when);
+    signal(home.process(&format!("controller {name}")), with);
+    let told = Instant::now();
+    let finished = run.ends(4);
+    assert!(told.elapsed() < STATED, "{:?}", told.elapsed());
+    let said = format!("error: the controller {name} is gone");
+    assert!(finished.stderr.contains(&said), "{}", finished.stderr);
+    assert_eq!(report(&finished)["outcome"], "failed");
+    let log = home.log();
+    assert!(log.contains("controller_lost") && log.contains("\"lost\""), "the log tells it");
+    home.is_empty();
+}
+
+#[test]
+fn a_killed_controller_ends_the_run_with_its_name() {
+    check_controller("base", Signal::KILL, "step 1");
+    check_controller("left_arm", Signal::KILL, "step 1");
+}
+
+#[test]
+fn a_stopped_controller_ends_the_run_with_its_name() {
+    check_controller("base", Signal::STOP, "step 1");
+    check_controller("head", Signal::STOP, "step 2");
+}
+
+#[test]
+fn nothing_is_left_of_a_killed_run() {
+    let home = Home::new();
+    let mut run = run(&home);
+    run.says("step 1");
+    assert_eq!(home.processes().len(), 5);
+    run.signal(Signal::KILL);
+    assert_eq!(run.wait().code, None);
+    within(GONE, "no process is left", || home.processes().is_empty());
+    // The next start of any instance sweeps what was left.
+    let other = Home::new();
+    let args = ["--attach-timeout", "0"];
+    other.daemon(&experiment_file(1), &args).ends(4);
+    home.is_empty();
+    other.is_empty();
+}
+
+#[test]
+fn controllers_outlive_a_killed_daemon() {
+    let home = Home::new();
+    let mut controllers = controllers(&home);
+    for when in ["step 1", "step 2"] {
+        let mut killed = daemon(&home, "5");
+        killed.says(when);
+        killed.signal(Signal::KILL);
+        assert_eq!(killed.wait().code, None);
+    }
+    came_out(&daemon(&home, "100").ends(0), &experiments()[&1]);
+    assert!(controllers.iter_mut().all(|controller| !controller.has_ended()));
+    for controller in controllers {
+        controller.signal(Signal::TERM);
+        controller.ends(0);
+    }
+    home.is_empty();
+}
+
+#[test]
+fn a_stopped_controller_serves_again_when_it_goes_on() {
+    let home = Home::new();
+    let controllers = controllers(&home);
+    let mut first = daemon(&home, "2");
+    first.says("step 1");
+    controllers[3].signal(Signal::STOP);
+    let finished = first.ends(4);
+    assert!(finished.stderr.contains("error: the controller base is gone"), "{}", finished.stderr);
+    controllers[3].signal(Signal::CONT);
+    came_out(&daemon(&home, "100").ends(0), &experiments()[&1]);
+}
+
+#[test]
+fn a_stopped_daemon_ends_when_it_goes_on() {
+    let home = Home::new();
+    let _controllers = controllers(&home);
+    let mut stopped = daemon(&home, "2");
+    stopped.says("step 1");
+    stopped.signal(Signal::STOP);
+    thread::sleep(Duration::from_millis(1500));
+    stopped.signal(Signal::CONT);
+    let finished = stopped.wait();
+    // Its controllers have stopped the robot and given it up.
+    assert_eq!(finished.code, Some(4), "{finished:#?}");
+    came_out(&daemon(&home, "100").ends(0), &experiments()[&1]);
+}
