@@ -14,7 +14,6 @@ use tempfile::TempDir;
 
 use crate::fixtures::file;
 
-/// What takes longer hangs.
 /// A robot file for one controller: called left arm, but a head.
 const WRONG_ARM: &str = "\
 robot: wrong
@@ -23,6 +22,7 @@ resources: {head: {type: head, controller: left_arm}}
 controllers: {left_arm: {head: {neck: [0 m, 0 m, 1 m], speed: 60 deg/s, acceleration: 180 deg/s^2}}}
 ";
 
+/// What takes longer hangs.
 const DEADLINE: Duration = Duration::from_secs(60);
 const POLL: Duration = Duration::from_millis(5);
 
