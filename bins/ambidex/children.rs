@@ -11,6 +11,7 @@ use ambidex::ipc::Instance;
 use ambidex::model::RobotSpec;
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, Result};
+use rustix::process::{Pid, Signal, kill_process};
 
 use crate::args::LogFormat;
 use crate::terminal::Terminal;
@@ -61,8 +62,12 @@ impl Children {
         Ok(children)
     }
 
-    /// Waits for all to end by themselves; kills those that have not when the time is over.
-    pub fn wait(mut self, timeout: Duration) {
+    /// Tells all to end and waits for it; kills those that have not when the time is over.
+    pub fn end(mut self, timeout: Duration) {
+        // They would see by themselves that the daemon is silent, but only after the dead-man's time.
+        for child in &self.children {
+            let _ = kill_process(Pid::from_child(child), Signal::TERM);
+        }
         let by = Instant::now() + timeout;
         while Instant::now() < by {
             self.children.retain_mut(|child| matches!(child.try_wait(), Ok(None)));

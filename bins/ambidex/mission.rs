@@ -84,7 +84,7 @@ fn go(
         runtime::run(Arc::clone(&mission), links, options, control).await
     });
     if let Some(children) = children {
-        children.wait(CHILD_GRACE);
+        children.end(CHILD_GRACE);
         ambidex::ipc::sweep().into_diagnostic()?;
     }
     let mut observer = observer.lock().unwrap_or_else(PoisonError::into_inner);

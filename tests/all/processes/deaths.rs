@@ -47,14 +47,18 @@ fn check_controller(name: &str, with: Signal, when: &str) {
 
 #[test]
 fn a_killed_controller_ends_the_run_with_its_name() {
-    check_controller("base", Signal::KILL, "step 1");
-    check_controller("left_arm", Signal::KILL, "step 1");
+    thread::scope(|scope| {
+        scope.spawn(|| check_controller("base", Signal::KILL, "step 1"));
+        scope.spawn(|| check_controller("left_arm", Signal::KILL, "step 2"));
+    });
 }
 
 #[test]
 fn a_stopped_controller_ends_the_run_with_its_name() {
-    check_controller("base", Signal::STOP, "step 1");
-    check_controller("head", Signal::STOP, "step 2");
+    thread::scope(|scope| {
+        scope.spawn(|| check_controller("base", Signal::STOP, "step 1"));
+        scope.spawn(|| check_controller("head", Signal::STOP, "step 2"));
+    });
 }
 
 #[test]

@@ -35,40 +35,44 @@ fn seed() -> u64 {
     seed
 }
 
+/// A run that is told to end after so long.
+fn check(moment: Duration, with: Signal) {
+    let home = Home::new();
+    let mut run = run(&home, "20");
+    // Before it says so it has begun nothing.
+    run.says("waiting for");
+    thread::sleep(moment);
+    println!("{with:?} after {moment:?}");
+    run.signal(with);
+    let finished = run.ends(130);
+    assert_eq!(report(&finished)["outcome"], "cancelled");
+    home.is_empty();
+    let log = home.log();
+    assert!(log.ends_with('\n'), "the log is whole");
+    let records = log.lines().map(|line| serde_json::from_str(line).expect("a record"));
+    let records: Vec<Value> = records.collect();
+    let ends: Vec<_> = records.iter().filter(|record| record["record"] == "ended").collect();
+    assert_eq!(ends.len(), 1, "{ends:?}");
+    assert_eq!(ends[0]["end"], "canceled");
+    assert_at_rest(&records);
+}
+
 #[test]
 fn a_signal_cancels_the_mission_at_any_moment() {
     let mut seed = seed();
-    for count in 0..MOMENTS {
-        let home = Home::new();
-        let mut run = run(&home, "20");
-        // Before it says so it has begun nothing.
-        run.says("waiting for");
-        let moment = Duration::from_millis(random(&mut seed) % 2500);
-        thread::sleep(moment);
-        println!("signal after {moment:?}");
-        run.signal(if count % 2 == 0 { Signal::INT } else { Signal::TERM });
-        let finished = run.ends(130);
-        assert_eq!(report(&finished)["outcome"], "cancelled");
-        home.is_empty();
-        let log = home.log();
-        let last = log.lines().last().expect("a line");
-        assert!(log.ends_with('\n'), "the log is whole");
-        let ends: Vec<Value> = log
-            .lines()
-            .map(|line| serde_json::from_str(line).expect("every line is a record"))
-            .filter(|record: &Value| record["record"] == "ended")
-            .collect();
-        assert_eq!(ends.len(), 1, "{ends:?} {last}");
-        assert_eq!(ends[0]["end"], "canceled");
-        assert_at_rest(&log);
-    }
+    thread::scope(|scope| {
+        for count in 0..MOMENTS {
+            let moment = Duration::from_millis(random(&mut seed) % 2500);
+            let with = if count % 2 == 0 { Signal::INT } else { Signal::TERM };
+            scope.spawn(move || check(moment, with));
+        }
+    });
 }
 
 /// Every command that a controller took has come to its result.
-fn assert_at_rest(log: &str) {
+fn assert_at_rest(records: &[Value]) {
     let mut open = Vec::new();
-    for line in log.lines() {
-        let record: Value = serde_json::from_str(line).expect("a record");
+    for record in records {
         let message = &record["message"]["message"];
         let key = |id: &Value| format!("{} {id}", record["controller"]);
         if message["accepted"].is_object() {
