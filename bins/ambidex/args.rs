@@ -82,7 +82,7 @@ pub struct LiveArgs {
     #[arg(long, default_value_t = 1.0, value_parser = speed)]
     pub speed: f64,
     /// What to do in a stall.
-    #[arg(long, value_enum, default_value_t = OnStall::End)]
+    #[arg(long, hide = true, value_enum, default_value_t = OnStall::End)]
     pub on_stall: OnStall,
 }
 
@@ -97,7 +97,7 @@ pub struct RunArgs {
     #[arg(long, value_parser = instance)]
     pub instance: Option<Instance>,
     /// How long to wait for the controllers, seconds.
-    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds, allow_negative_numbers = true)]
     pub attach_timeout: Duration,
 }
 
@@ -112,7 +112,7 @@ pub struct DaemonArgs {
     #[arg(long, default_value = "default", value_parser = instance)]
     pub instance: Instance,
     /// How long to wait for the controllers, seconds [default: for ever].
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     pub attach_timeout: Option<Duration>,
 }
 

@@ -5,9 +5,9 @@ use ambidex::controller::{ServeOptions, Stop, serve};
 use ambidex::motion;
 use miette::{IntoDiagnostic, Result, miette};
 
-use crate::args::ControllerArgs;
+use crate::args::{ControllerArgs, LogFormat};
 use crate::exit::Exit;
-use crate::terminal::Terminal;
+use crate::terminal::{QUIET, TALKING, Terminal};
 
 /// Serves one simulated controller until it is told to stop.
 pub fn controller(args: &ControllerArgs) -> Result<Exit> {
@@ -22,9 +22,13 @@ pub fn controller(args: &ControllerArgs) -> Result<Exit> {
             names.join(", ")
         ));
     };
-    Terminal::start(args.log_format);
+    let terminal = Terminal::start(args.log_format, if args.parent.is_some() { QUIET } else { TALKING });
     let stop = Stop::on_signals().into_diagnostic()?;
     let options = ServeOptions { once: args.once, parent: args.parent, stop: Some(stop) };
+    if args.parent.is_none() && args.log_format == LogFormat::Text {
+        let (name, instance) = (&args.name, args.instance.name());
+        terminal.say(&format!("{name} serves instance {instance}; Ctrl-C ends it"));
+    }
     serve(&args.instance, &args.name, motion::simulated(&spec.kind), options).into_diagnostic()?;
     Ok(Exit::Done)
 }

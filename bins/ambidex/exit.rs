@@ -41,10 +41,10 @@ impl From<MissionEnd> for Exit {
     fn from(end: MissionEnd) -> Self {
         match end {
             MissionEnd::Done => Self::Done,
-            MissionEnd::Failed(_) | MissionEnd::NodeLost(_) => Self::Failed,
+            MissionEnd::Failed(_) | MissionEnd::NodeLost(_) | MissionEnd::TaskLost => Self::Failed,
             MissionEnd::Stalled => Self::Stalled,
             MissionEnd::Canceled => Self::Canceled,
-            MissionEnd::ControllerLost(_) => Self::Controller,
+            MissionEnd::ControllerLost(_) | MissionEnd::NotAttached => Self::Controller,
         }
     }
 }

@@ -10,6 +10,7 @@ mod robot;
 mod simulate;
 mod terminal;
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
@@ -32,7 +33,7 @@ fn main() -> ExitCode {
     match exit {
         Ok(exit) => exit.into(),
         Err(report) => {
-            eprintln!("{report:?}");
+            drop(writeln!(std::io::stderr(), "{report:?}"));
             Exit::Usage.into()
         }
     }

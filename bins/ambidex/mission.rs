@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use ambidex::config::{self, Loaded};
 use ambidex::ipc::Instance;
-use ambidex::model::MissionEnd;
-use ambidex::runtime::{self, Clock, Control, Ended, Options};
+use ambidex::model::{MissionEnd, Record};
+use ambidex::runtime::{self, Clock, Control, Ended, Options, Sink};
 use ambidex::tree::Settings;
 use miette::{IntoDiagnostic, Result};
 use tokio::signal::unix::{SignalKind, signal};
@@ -15,9 +15,9 @@ use tokio::sync::mpsc;
 use crate::args::{DaemonArgs, LiveArgs, MissionArgs, OnStall, RunArgs};
 use crate::children::Children;
 use crate::exit::Exit;
-use crate::observer::Observer;
+use crate::observer::{Observer, REDRAW};
 use crate::robot;
-use crate::terminal::Terminal;
+use crate::terminal::{QUIET, Terminal};
 
 /// How long controllers may take to come to rest in the end.
 const GRACE: Duration = Duration::from_secs(3);
@@ -50,7 +50,7 @@ fn go(
     loaded: Loaded,
     has_children: bool,
 ) -> Result<Exit> {
-    let terminal = Terminal::start(args.log_format);
+    let terminal = Terminal::start(args.log_format, QUIET);
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().into_diagnostic()?;
     let _entered = runtime.enter();
     // Before anything is begun that a signal would have to end.
@@ -74,18 +74,19 @@ fn go(
         clock,
         attach_timeout,
         grace: GRACE,
-        journal: Some(Box::new(move |record| {
-            to_observer.lock().unwrap_or_else(PoisonError::into_inner).take(record);
-        })),
+        journal: Some(Box::new(Watcher(to_observer))),
     };
     let mission = Arc::new(loaded.mission);
     let ended = runtime.block_on(async {
         tokio::spawn(signals);
+        tokio::spawn(refresh(Arc::clone(&observer)));
         runtime::run(Arc::clone(&mission), links, options, control).await
     });
     if let Some(children) = children {
         children.end(CHILD_GRACE);
-        ambidex::ipc::sweep().into_diagnostic()?;
+        if let Err(error) = ambidex::ipc::sweep() {
+            terminal.say(&format!("warning: shared memory was not swept: {error}"));
+        }
     }
     let mut observer = observer.lock().unwrap_or_else(PoisonError::into_inner);
     observer.finish().into_diagnostic()?;
@@ -93,6 +94,28 @@ fn go(
         terminal.say(&complaint);
     }
     Ok(Exit::from(&ended))
+}
+
+/// Hands the records of a run to whoever looks at it.
+struct Watcher(Arc<Mutex<Observer>>);
+
+impl Sink for Watcher {
+    fn take(&mut self, record: &Record) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).take(record);
+    }
+
+    fn rest(&mut self) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).rest();
+    }
+}
+
+/// Draws what came since the live display was drawn last.
+async fn refresh(observer: Arc<Mutex<Observer>>) {
+    let mut tick = tokio::time::interval(REDRAW);
+    loop {
+        tick.tick().await;
+        observer.lock().unwrap_or_else(PoisonError::into_inner).refresh();
+    }
 }
 
 /// What went wrong outside the task.
@@ -109,7 +132,16 @@ fn complaint(ended: &Ended, mission: &ambidex::model::MissionSpec) -> Option<Str
         Ended::Mission(MissionEnd::NodeLost(id)) => {
             Some(format!("error: the task of node \"{}\" is gone; this is a defect", names.node(*id)))
         }
-        Ended::Mission(MissionEnd::Done | MissionEnd::Failed(_) | MissionEnd::Stalled | MissionEnd::Canceled) => None,
+        Ended::Mission(MissionEnd::TaskLost) => {
+            Some("error: a task of the runtime is gone; this is a defect".to_owned())
+        }
+        Ended::Mission(
+            MissionEnd::Done
+            | MissionEnd::Failed(_)
+            | MissionEnd::Stalled
+            | MissionEnd::Canceled
+            | MissionEnd::NotAttached,
+        ) => None,
     }
 }
 

@@ -1,18 +1,18 @@
 //! Follows a run: log file, tracing events, live display, and the tally for the report.
 
-use std::io;
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use ambidex::draw::{self, Progress};
 use ambidex::journal::{self, JournalError, JournalFile};
-use ambidex::model::{MissionSpec, Record, Tally};
+use ambidex::model::{MissionEnd, MissionSpec, Record, Tally};
 
 use crate::args::MissionArgs;
 use crate::terminal::Terminal;
 
 /// How often the live display is drawn anew at most.
-const REDRAW: Duration = Duration::from_millis(100);
+pub const REDRAW: Duration = Duration::from_millis(100);
 
 /// Takes every record of a run.
 pub struct Observer {
@@ -24,6 +24,7 @@ pub struct Observer {
     is_quiet: bool,
     is_json: bool,
     drawn: Option<Instant>,
+    is_stale: bool,
 }
 
 impl Observer {
@@ -48,6 +49,7 @@ impl Observer {
             is_quiet: args.quiet,
             is_json: args.json,
             drawn: None,
+            is_stale: false,
         })
     }
 
@@ -56,8 +58,7 @@ impl Observer {
         if self.failure.is_none()
             && let Err(error) = self.file.write(record)
         {
-            self.terminal.say(&format!("error: the log is incomplete: {error}"));
-            self.failure = Some(error);
+            self.fail(error);
         }
         journal::emit(record, &self.names);
         self.progress.add(record);
@@ -67,8 +68,29 @@ impl Observer {
         if self.terminal.is_tty() {
             self.draw();
         } else if let Some(line) = self.progress.plain_line(record) {
-            eprintln!("{line}");
+            self.terminal.say(&line);
         }
+    }
+
+    /// Nothing waits: what was taken so far is safe from now on.
+    pub fn rest(&mut self) {
+        if self.failure.is_none()
+            && let Err(error) = self.file.flush()
+        {
+            self.fail(error);
+        }
+    }
+
+    /// Draws what came since the last drawing.
+    pub fn refresh(&mut self) {
+        if self.is_stale && self.terminal.is_tty() && !self.is_quiet {
+            self.draw();
+        }
+    }
+
+    fn fail(&mut self, error: JournalError) {
+        self.terminal.say(&format!("error: the log is incomplete: {error}"));
+        self.failure = Some(error);
     }
 
     /// Names the controllers without which the mission does not begin.
@@ -87,24 +109,26 @@ impl Observer {
     pub fn finish(&mut self) -> io::Result<()> {
         let flushed = self.file.flush();
         self.terminal.clear();
-        if !self.is_quiet {
-            self.tell();
+        let (width, palette) = (self.terminal.width(), self.terminal.palette());
+        let tally = self.tally();
+        if !self.is_quiet && !tally.intervals.is_empty() {
+            self.terminal.say(&format!("\n{}", draw::timing(tally, width, &palette)));
         }
-        if let Some(report) = self.tally().report().filter(|_| self.is_json) {
-            println!("{}", serde_json::to_string(&report).map_err(io::Error::other)?);
+        if !self.is_quiet || tally.end == Some(MissionEnd::Stalled) {
+            self.terminal.say(&draw::summary(tally, width, &palette));
+        }
+        if !self.is_quiet {
+            self.terminal.say(&format!("log: {}", self.file.path().display()));
+        }
+        if let Some(report) = tally.report().filter(|_| self.is_json) {
+            writeln!(io::stdout(), "{}", serde_json::to_string(&report).map_err(io::Error::other)?)?;
         }
         flushed.map_err(io::Error::other)
     }
 
-    fn tell(&self) {
-        let (width, palette) = (self.terminal.width(), self.terminal.palette());
-        eprintln!("\n{}", draw::timing(self.tally(), width, &palette));
-        eprintln!("{}", draw::summary(self.tally(), width, &palette));
-        eprintln!("log: {}", self.file.path().display());
-    }
-
     fn draw(&mut self) {
-        if self.drawn.is_some_and(|drawn| drawn.elapsed() < REDRAW) {
+        self.is_stale = self.drawn.is_some_and(|drawn| drawn.elapsed() < REDRAW);
+        if self.is_stale {
             return;
         }
         self.drawn = Some(Instant::now());

@@ -9,6 +9,11 @@ use tracing_subscriber::fmt::MakeWriter;
 
 use crate::args::LogFormat;
 
+/// Log lines that nothing else says: a run tells of its mission itself.
+pub const QUIET: &str = "error,ambidex::mission=off";
+/// Log lines of a controller that somebody started by hand.
+pub const TALKING: &str = "error,ambidex=info";
+
 /// Width where there is no terminal to ask.
 const WIDTH: usize = 100;
 
@@ -22,13 +27,23 @@ pub struct Terminal {
 
 impl Terminal {
     /// Looks at stderr and sends log lines there, above the live display.
-    pub fn start(format: LogFormat) -> Self {
+    ///
+    /// `filter` says which are shown where `RUST_LOG` does not.
+    pub fn start(format: LogFormat, filter: &str) -> Self {
         let has_color = anstream::AutoStream::choice(&io::stderr()) != anstream::ColorChoice::Never;
         let style = ProgressStyle::with_template("{msg}").expect("a fixed template is sound");
         let display = ProgressBar::no_length().with_style(style);
         display.set_draw_target(ProgressDrawTarget::stderr_with_hz(10));
         let terminal = Self { display, is_tty: io::stderr().is_terminal(), has_color };
-        let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("error"));
+        let asked = std::env::var(EnvFilter::DEFAULT_ENV).ok();
+        let filter = match asked.as_deref().map(EnvFilter::try_new) {
+            Some(Ok(asked)) => asked,
+            Some(Err(error)) => {
+                terminal.say(&format!("warning: RUST_LOG is not used: {error}"));
+                EnvFilter::new(filter)
+            }
+            None => EnvFilter::new(filter),
+        };
         let log = tracing_subscriber::fmt()
             .with_env_filter(filter)
             .with_writer(Above(terminal.display.clone()))
@@ -63,7 +78,8 @@ impl Terminal {
 
     /// Prints a text above the live display.
     pub fn say(&self, text: &str) {
-        self.display.suspend(|| eprintln!("{text}"));
+        // Whoever read stderr may be gone; the run is not.
+        self.display.suspend(|| drop(writeln!(io::stderr(), "{text}")));
     }
 
     /// Shows these lines in the live display.

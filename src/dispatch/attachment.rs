@@ -3,8 +3,12 @@
 use nalgebra::Vector3;
 
 use crate::model::{
-    Change, CommandId, ControllerId, ControllerKind, ControllerState, ResourceId, RobotSpec, Situation, Whereabouts,
+    Change, CommandId, ControllerId, ControllerKind, ControllerState, ResourceId, RobotSpec, Situation, Time,
+    Whereabouts,
 };
+
+/// How often a controller is configured that does not answer, before it counts as lost.
+const TRIES: u32 = 3;
 
 /// How far a controller's attachment is.
 #[derive(Debug, Clone, Default)]
@@ -18,21 +22,36 @@ pub(super) struct Attachment {
 enum Phase {
     #[default]
     Absent,
-    Configuring,
+    Configuring {
+        due: Time,
+        tries: u32,
+    },
     Ready(ControllerState),
 }
 
 impl Attachment {
-    /// Begins a new attachment and gives its generation.
-    pub(super) fn attach(&mut self) -> u32 {
+    /// Begins a new attachment, to be answered in time, and gives its generation; none after too many tries.
+    pub(super) fn attach(&mut self, due: Time) -> Option<u32> {
+        let tries = match self.phase {
+            Phase::Configuring { tries, .. } => tries + 1,
+            Phase::Absent | Phase::Ready(_) => 1,
+        };
+        self.phase = if tries > TRIES { Phase::Absent } else { Phase::Configuring { due, tries } };
         self.generation += 1;
         self.next_number = 0;
-        self.phase = Phase::Configuring;
-        self.generation
+        (tries <= TRIES).then_some(self.generation)
     }
 
     pub(super) fn expects(&self, generation: u32) -> bool {
-        self.phase == Phase::Configuring && self.generation == generation
+        matches!(self.phase, Phase::Configuring { .. }) && self.generation == generation
+    }
+
+    /// By when the configuration must be answered.
+    pub(super) fn deadline(&self) -> Option<Time> {
+        match self.phase {
+            Phase::Configuring { due, .. } => Some(due),
+            Phase::Absent | Phase::Ready(_) => None,
+        }
     }
 
     pub(super) fn configured(&mut self, state: ControllerState) {
@@ -51,7 +70,7 @@ impl Attachment {
     pub(super) fn state(&self) -> Option<ControllerState> {
         match self.phase {
             Phase::Ready(state) => Some(state),
-            Phase::Absent | Phase::Configuring => None,
+            Phase::Absent | Phase::Configuring { .. } => None,
         }
     }
 
@@ -73,6 +92,18 @@ pub(super) fn start_state(robot: &RobotSpec, start: &Situation, id: ControllerId
     }
 }
 
+/// Whether such a state can come from this controller: of its kind, and about objects that there are.
+pub(super) fn is_credible(robot: &RobotSpec, start: &Situation, id: ControllerId, state: &ControllerState) -> bool {
+    match (state, robot.controllers[id.index()].kind) {
+        (ControllerState::Base { .. }, ControllerKind::Base(_))
+        | (ControllerState::Head { .. }, ControllerKind::Head(_)) => true,
+        (ControllerState::Arm { holds, .. }, ControllerKind::Arm(_)) => {
+            holds.is_none_or(|object| object.index() < start.objects.len())
+        }
+        (ControllerState::Base { .. } | ControllerState::Arm { .. } | ControllerState::Head { .. }, _) => false,
+    }
+}
+
 /// The start corrected by what the controllers say; theirs wins.
 pub(super) fn situation(
     robot: &RobotSpec,
@@ -87,7 +118,7 @@ pub(super) fn situation(
             }
             ControllerState::Arm { holds, .. } => {
                 for resource in resources_of(robot, id) {
-                    situation.apply(match holds.filter(|object| object.index() < start.objects.len()) {
+                    situation.apply(match holds {
                         Some(object) => Change::Object(object, Whereabouts::In(resource)),
                         None => Change::Emptied(resource),
                     });

@@ -85,6 +85,9 @@ impl Dispatch {
             if self.slots[index].deadline().is_some_and(|due| due <= now) {
                 self.unanswered(now, controller);
             }
+            if self.attachments[index].deadline().is_some_and(|due| due <= now) {
+                self.configure(now, controller);
+            }
         }
     }
 

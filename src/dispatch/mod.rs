@@ -137,13 +137,21 @@ impl Dispatch {
     /// When [`Input::Woke`] is due.
     pub fn deadline(&self) -> Option<Time> {
         let slots = self.slots.iter().filter_map(Slot::deadline);
-        slots.chain(self.goals.values().filter_map(Running::deadline)).min()
+        let goals = self.goals.values().filter_map(Running::deadline);
+        slots.chain(goals).chain(self.attachments.iter().filter_map(Attachment::deadline)).min()
     }
 
     fn attached(&mut self, now: Time, id: ControllerId) {
-        let start = attachment::start_state(&self.robot, &self.start, id);
-        let generation = self.attachments[id.index()].attach();
         self.record(now, id, ControllerMessage::Attached);
+        self.configure(now, id);
+    }
+
+    fn configure(&mut self, now: Time, id: ControllerId) {
+        let Some(generation) = self.attachments[id.index()].attach(now + self.limits.accept) else {
+            self.lost(now, id);
+            return;
+        };
+        let start = attachment::start_state(&self.robot, &self.start, id);
         let limits = self.robot.controllers[id.index()].kind;
         let configure = ToController::Configure { generation, speed: self.limits.speed, limits, start };
         self.tell(now, id, None, configure);
@@ -161,6 +169,10 @@ impl Dispatch {
             self.record(now, id, ControllerMessage::Refused { why: Rejection::Stale });
             return;
         }
+        if !self.is_credible(id, &message) {
+            self.incredible(now, id, &message);
+            return;
+        }
         self.record(now, id, ControllerMessage::Heard { message: message.clone() });
         match message {
             FromController::Configured { state, .. } => {
@@ -172,6 +184,24 @@ impl Dispatch {
             FromController::Rejected { id: command, why } => self.rejected(now, id, command, why),
             FromController::Feedback { state, .. } => self.observe(state),
             FromController::Result { end, state, .. } => self.part_ended(now, id, end, state),
+        }
+    }
+
+    fn is_credible(&self, id: ControllerId, message: &FromController) -> bool {
+        match message {
+            FromController::Configured { state, .. }
+            | FromController::Feedback { state, .. }
+            | FromController::Result { state, .. } => attachment::is_credible(&self.robot, &self.start, id, state),
+            FromController::Accepted { .. } | FromController::Rejected { .. } => true,
+        }
+    }
+
+    /// What a result says cannot be used, but its command is over: the goal fails at once.
+    fn incredible(&mut self, now: Time, id: ControllerId, message: &FromController) {
+        let why = Rejection::Malformed;
+        self.record(now, id, ControllerMessage::Refused { why });
+        if let FromController::Result { id: command, .. } = message {
+            self.rejected(now, id, *command, why);
         }
     }
 

@@ -57,7 +57,9 @@ impl Slot {
     pub(super) fn shared(&mut self, work: &Work) -> Option<&mut Active> {
         let active = self.current.as_mut()?;
         let lasts = active.work.mode == Mode::Maintain && work.mode == Mode::Maintain;
-        let is_same = active.work.access.joins(work.access) && super::is_same(&active.work.command, &work.command);
+        let is_same = active.work.resource == work.resource
+            && active.work.access.joins(work.access)
+            && super::is_same(&active.work.command, &work.command);
         (lasts && is_same && !active.is_canceled).then_some(active)
     }
 }

@@ -29,7 +29,9 @@ pub fn summary(tally: &Tally, width: usize, palette: &Palette) -> String {
             | MissionEnd::Failed(_)
             | MissionEnd::Canceled
             | MissionEnd::ControllerLost(_)
-            | MissionEnd::NodeLost(_),
+            | MissionEnd::NotAttached
+            | MissionEnd::NodeLost(_)
+            | MissionEnd::TaskLost,
         )
         | None => {}
     }
@@ -48,6 +50,10 @@ fn outcome(tally: &Tally, header: &Header, width: usize, palette: &Palette) -> S
         Some(MissionEnd::ControllerLost(controller)) => {
             let controller = header.names.controller(controller);
             (palette.failed, "failed", format!("the controller {controller} was lost at {at}"))
+        }
+        Some(MissionEnd::NotAttached) => (palette.failed, "failed", "not every controller attached in time".into()),
+        Some(MissionEnd::TaskLost) => {
+            (palette.failed, "failed", "a task of the runtime is gone, which is a defect of ambidex".into())
         }
         Some(MissionEnd::NodeLost(node)) => {
             let node = header.names.node(node);

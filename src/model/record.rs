@@ -328,6 +328,10 @@ pub enum MissionEnd {
     Canceled,
     /// A controller is gone.
     ControllerLost(ControllerId),
+    /// Not every controller attached in time.
+    NotAttached,
     /// A node's own task is gone: a defect.
     NodeLost(NodeId),
+    /// Another task of the runtime is gone: a defect.
+    TaskLost,
 }

@@ -103,7 +103,11 @@ impl Tally {
             mission: header.mission.clone(),
             outcome: match self.end? {
                 MissionEnd::Done => "done",
-                MissionEnd::Failed(_) | MissionEnd::ControllerLost(_) | MissionEnd::NodeLost(_) => "failed",
+                MissionEnd::Failed(_)
+                | MissionEnd::ControllerLost(_)
+                | MissionEnd::NotAttached
+                | MissionEnd::NodeLost(_)
+                | MissionEnd::TaskLost => "failed",
                 MissionEnd::Stalled => "stalled",
                 MissionEnd::Canceled => "cancelled",
             },

@@ -7,7 +7,8 @@ use super::journal_task::Journal;
 use super::node_task::ToNode;
 use super::supervisor::Signal;
 use crate::dispatch::{Dispatch, Effect, Input};
-use crate::model::{NodeId, ToController};
+use crate::model::{MissionEnd, NodeId, ToController};
+use crate::tree::Begin;
 
 /// The dispatch with its neighbors.
 pub(super) struct DispatchTask {
@@ -18,6 +19,8 @@ pub(super) struct DispatchTask {
     pub(super) supervisor: mpsc::UnboundedSender<Signal>,
     pub(super) journal: Option<Journal>,
     pub(super) clock: Clock,
+    /// All controllers were there, and root was told to begin.
+    pub(super) has_begun: bool,
 }
 
 impl DispatchTask {
@@ -38,14 +41,24 @@ impl DispatchTask {
         }
     }
 
-    fn carry(&self, effect: Effect) {
+    fn carry(&mut self, effect: Effect) {
         match effect {
             Effect::Tell(id, message) => drop(self.links[id.index()].send(message)),
             Effect::Ended(leaf, outcome) => self.nodes[leaf.index()].ended(outcome),
             Effect::Observed(change) => self.nodes[NodeId(0).index()].observed(change),
-            Effect::Ready(situation) => self.signal(Signal::Ready(situation)),
+            Effect::Ready(situation) => {
+                self.has_begun = true;
+                self.nodes[NodeId(0).index()].begin(Begin { situation });
+                self.signal(Signal::Begun);
+            }
             Effect::Configured(id) => self.signal(Signal::Attached(id)),
-            Effect::Lost(id) => self.signal(Signal::Lost(id)),
+            Effect::Lost(id) => {
+                if self.has_begun {
+                    // Before the ends that follow from it: root grants nothing for them.
+                    self.nodes[NodeId(0).index()].end(MissionEnd::ControllerLost(id));
+                }
+                self.signal(Signal::Lost(id));
+            }
             Effect::Safe => self.signal(Signal::Safe),
             Effect::Record(record) => {
                 if let Some(journal) = &self.journal {

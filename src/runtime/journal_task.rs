@@ -8,7 +8,19 @@ use tokio::sync::{Notify, mpsc};
 use crate::model::Record;
 
 /// Where records end up; called by one task alone.
-pub type Sink = Box<dyn FnMut(&Record) + Send>;
+pub trait Sink: Send {
+    /// Takes the next record.
+    fn take(&mut self, record: &Record);
+
+    /// Nothing waits: a good moment to flush.
+    fn rest(&mut self) {}
+}
+
+impl<F: FnMut(&Record) + Send> Sink for F {
+    fn take(&mut self, record: &Record) {
+        self(record);
+    }
+}
 
 /// Records that may wait before root opens no further round.
 const BACKLOG: usize = 16_384;
@@ -23,15 +35,18 @@ pub(super) struct Journal {
 
 impl Journal {
     /// A journal and the task that writes it; the task ends when the last handle is gone.
-    pub(super) fn new(mut sink: Sink) -> (Self, impl Future<Output = ()>) {
+    pub(super) fn new(mut sink: Box<dyn Sink>) -> (Self, impl Future<Output = ()>) {
         let (to, mut from) = mpsc::unbounded_channel::<Record>();
         let journal = Self { to, waiting: Arc::default(), drained: Arc::default() };
         let (waiting, drained) = (Arc::clone(&journal.waiting), Arc::clone(&journal.drained));
         let task = async move {
             while let Some(record) = from.recv().await {
-                sink(&record);
+                sink.take(&record);
                 if waiting.fetch_sub(1, Ordering::Relaxed) == BACKLOG {
                     drained.notify_one();
+                }
+                if from.is_empty() {
+                    sink.rest();
                 }
             }
         };

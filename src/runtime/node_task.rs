@@ -8,7 +8,7 @@ use super::clock::Clock;
 use super::journal_task::Journal;
 use super::supervisor::Signal;
 use crate::dispatch;
-use crate::model::{Change, NodeId, Outcome, Topology};
+use crate::model::{Change, MissionEnd, NodeId, Outcome, Topology};
 use crate::tree::{Begin, Down, Effect, Input, Node, Outbox, Up};
 
 /// What a parent can have on the way to a child: a verdict, a reopening, a cancel, and the next activation; twice that.
@@ -42,11 +42,11 @@ pub(super) struct ToNode(mpsc::Sender<Input>);
 
 impl ToNode {
     pub(super) fn begin(&self, begin: Begin) {
-        deliver(&self.0, Input::Begin(begin));
+        deliver(&self.0, Input::Begin(Box::new(begin)));
     }
 
-    pub(super) fn cancel(&self) {
-        deliver(&self.0, Input::Cancel);
+    pub(super) fn end(&self, end: MissionEnd) {
+        deliver(&self.0, Input::End(end));
     }
 
     pub(super) fn world(&self, change: Change) {
@@ -54,7 +54,7 @@ impl ToNode {
     }
 
     pub(super) fn ended(&self, outcome: Outcome) {
-        deliver(&self.0, Input::Ended(outcome));
+        deliver(&self.0, Input::Ended(Box::new(outcome)));
     }
 
     /// Where the base is while it drives. The next such message says it better, so it only takes room that nobody needs.
@@ -73,9 +73,9 @@ fn deliver(to: &mpsc::Sender<Input>, input: Input) {
 }
 
 /// What all node tasks share.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(super) struct Surroundings {
-    pub(super) topology: Arc<Topology>,
+    pub(super) topology: Topology,
     pub(super) clock: Clock,
     pub(super) dispatch: mpsc::UnboundedSender<dispatch::Input>,
     pub(super) supervisor: mpsc::UnboundedSender<Signal>,
@@ -90,11 +90,11 @@ pub(super) struct NodeTask {
     inbox: mpsc::Receiver<Input>,
     parent: ToParent,
     children: Vec<(NodeId, ToChild)>,
-    around: Surroundings,
+    around: Arc<Surroundings>,
 }
 
 /// Wires the machines of a tree; gives the tasks and the ways to them, both by node.
-pub(super) fn wire(nodes: Vec<Node>, around: &Surroundings) -> (Vec<NodeTask>, Vec<ToNode>) {
+pub(super) fn wire(nodes: Vec<Node>, around: &Arc<Surroundings>) -> (Vec<NodeTask>, Vec<ToNode>) {
     let topology = &around.topology;
     let (ways, inboxes): (Vec<_>, Vec<_>) =
         (0..nodes.len()).map(|index| mpsc::channel(capacity(topology, NodeId::from(index)))).unzip();
@@ -107,7 +107,7 @@ pub(super) fn wire(nodes: Vec<Node>, around: &Surroundings) -> (Vec<NodeTask>, V
             inbox,
             parent: ToParent(ways[topology.parent(id).index()].clone()),
             children: topology.children(id).map(child).collect(),
-            around: around.clone(),
+            around: Arc::clone(around),
         }
     });
     (tasks.collect(), ways.iter().cloned().map(ToNode).collect())

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::sync::mpsc;
-use tokio::task::{AbortHandle, Id, JoinError, JoinSet};
+use tokio::task::{AbortHandle, Id, JoinError, JoinHandle, JoinSet};
 use tokio::time::{Instant, sleep_until};
 
 use super::clock::Clock;
@@ -14,7 +14,7 @@ use super::journal_task::{Journal, Sink};
 use super::link_task::{LinkTask, Port};
 use super::node_task::{Surroundings, ToNode, wire};
 use crate::dispatch::{self, Dispatch, Limits};
-use crate::model::{Change, ControllerId, Header, MissionEnd, MissionSpec, NodeId, Record, Situation};
+use crate::model::{Change, ControllerId, Header, MissionEnd, MissionSpec, NodeId, Record};
 use crate::tree::{self, Begin, Settings};
 
 /// How a run is carried.
@@ -28,7 +28,7 @@ pub struct Options {
     /// How long controllers may take to be safe in the end, wall time.
     pub grace: Duration,
     /// Where records go; none writes no journal.
-    pub journal: Option<Sink>,
+    pub journal: Option<Box<dyn Sink>>,
 }
 
 /// How a run ended.
@@ -55,7 +55,7 @@ pub enum Control {
 #[derive(Debug)]
 pub(super) enum Signal {
     Attached(ControllerId),
-    Ready(Situation),
+    Begun,
     Finished(MissionEnd),
     Lost(ControllerId),
     Safe,
@@ -80,13 +80,9 @@ pub async fn run(
         journal.write(Record::Header(Box::new(header)));
     }
     let timing = Timing { clock: options.clock, grace: options.grace };
-    let supervisor = Supervisor::start(&mission, links, &options.settings, timing, journal, control);
-    let ended = supervisor.watch(options.attach_timeout).await;
-    if let Some(writer) = writer {
-        // All handles are gone with the supervisor, so the writer comes to its end.
-        drop(writer.await);
-    }
-    ended
+    let mut supervisor = Supervisor::start(&mission, links, &options.settings, timing, journal, control);
+    supervisor.writer = writer;
+    supervisor.watch(options.attach_timeout).await
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -109,8 +105,10 @@ struct Supervisor {
     journal: Option<Journal>,
     missing: BTreeSet<ControllerId>,
     end: Option<MissionEnd>,
-    is_canceled: bool,
+    /// Root is being told to end for this.
+    ending: Option<MissionEnd>,
     has_begun: bool,
+    writer: Option<JoinHandle<()>>,
 }
 
 impl Supervisor {
@@ -124,13 +122,13 @@ impl Supervisor {
     ) -> Self {
         let (to_supervisor, signals) = mpsc::unbounded_channel();
         let (to_dispatch, inbox) = mpsc::unbounded_channel();
-        let around = Surroundings {
-            topology: Arc::new(mission.tree.topology.clone()),
+        let around = Arc::new(Surroundings {
+            topology: mission.tree.topology.clone(),
             clock: timing.clock,
             dispatch: to_dispatch.clone(),
             supervisor: to_supervisor.clone(),
             journal: journal.clone(),
-        };
+        });
         let (nodes, ways) = wire(tree::build(mission, settings), &around);
         let root = ways[0].clone();
         let (mut tasks, mut others, mut ids) = (JoinSet::new(), JoinSet::new(), HashMap::new());
@@ -161,6 +159,7 @@ impl Supervisor {
             supervisor: to_supervisor,
             journal: journal.clone(),
             clock: timing.clock,
+            has_begun: false,
         };
         others.spawn(dispatch.run());
         if mission.robot.controllers.is_empty() {
@@ -179,43 +178,59 @@ impl Supervisor {
             journal,
             missing: (0..mission.robot.controllers.len()).map(ControllerId::from).collect(),
             end: None,
-            is_canceled: false,
+            ending: None,
             has_begun: false,
+            writer: None,
         }
     }
 
-    /// Waits for the end; then for the controllers to be safe, as long as the grace allows. It counts from the cancel.
+    /// Waits for the end; then for the controllers to be safe, as long as the grace allows. It counts from the moment
+    /// at which the mission is told to end.
     async fn watch(mut self, attach_timeout: Option<Duration>) -> Ended {
         let attach_by = attach_timeout.map(|timeout| Instant::now() + timeout);
         let (mut safe_by, mut is_shut_down) = (None, false);
         loop {
-            let attach_due = attach_by.filter(|_| !self.has_begun && self.end.is_none());
+            let attach_due = attach_by.filter(|_| !self.has_begun && self.ending.is_none());
+            let is_going = self.end.is_none();
             tokio::select! {
-                Some(ended) = self.tasks.join_next_with_id(), if self.end.is_none() => self.task_ended(ended),
+                Some(ended) = self.tasks.join_next_with_id(), if is_going => self.task_ended(ended),
+                Some(_) = self.others.join_next(), if is_going => self.finish(MissionEnd::TaskLost),
+                () = ended(&mut self.writer), if is_going => self.finish(MissionEnd::TaskLost),
                 Some(signal) = self.signals.recv() => {
                     if self.signaled(signal) {
                         break;
                     }
                 }
                 Some(control) = self.control.recv() => self.controlled(control),
-                () = at(attach_due), if attach_due.is_some() => {
-                    return Ended::NotAttached(self.missing.into_iter().collect());
-                },
+                () = at(attach_due), if attach_due.is_some() => self.tell_root(MissionEnd::NotAttached),
                 () = at(safe_by), if safe_by.is_some() => {
-                    self.finish(MissionEnd::Canceled);
+                    let cause = self.ending.unwrap_or(MissionEnd::Canceled);
+                    self.finish(cause);
                     break;
                 },
             }
-            if self.end.is_some() || self.is_canceled {
+            if self.end.is_some() || self.ending.is_some() {
                 safe_by.get_or_insert_with(|| Instant::now() + self.timing.grace);
             }
             if self.end.is_some() && !std::mem::replace(&mut is_shut_down, true) {
                 drop(self.dispatch.send(dispatch::Input::Shutdown));
             }
         }
+        self.close().await
+    }
+
+    /// Ends all tasks, the journal's last: it writes what has come until its handles are gone.
+    async fn close(mut self) -> Ended {
         self.tasks.shutdown().await;
         self.others.shutdown().await;
-        Ended::Mission(self.end.expect("the loop ends with the mission"))
+        self.journal = None;
+        if self.writer.is_some() {
+            ended(&mut self.writer).await;
+        }
+        match self.end.expect("the watch ends with the mission") {
+            MissionEnd::NotAttached => Ended::NotAttached(self.missing.into_iter().collect()),
+            end => Ended::Mission(end),
+        }
     }
 
     /// True when everything is safe.
@@ -224,14 +239,16 @@ impl Supervisor {
             Signal::Attached(id) => {
                 self.missing.remove(&id);
             }
-            Signal::Ready(situation) => {
-                self.has_begun = true;
-                self.root.begin(Begin { situation });
-            }
+            Signal::Begun => self.has_begun = true,
             Signal::Finished(end) => {
                 self.end.get_or_insert(end);
             }
-            Signal::Lost(id) => self.finish(MissionEnd::ControllerLost(id)),
+            Signal::Lost(id) if self.has_begun => {
+                self.ending.get_or_insert(MissionEnd::ControllerLost(id));
+            }
+            Signal::Lost(id) => {
+                self.missing.insert(id);
+            }
             Signal::Safe => return true,
         }
         false
@@ -239,13 +256,15 @@ impl Supervisor {
 
     fn controlled(&mut self, control: Control) {
         match control {
-            Control::Cancel => {
-                self.is_canceled = true;
-                self.root.cancel();
-            }
+            Control::Cancel => self.tell_root(MissionEnd::Canceled),
             Control::World(change) => self.root.world(change),
             Control::Abort(node) => self.aborts[node.index()].abort(),
         }
+    }
+
+    fn tell_root(&mut self, end: MissionEnd) {
+        self.ending.get_or_insert(end);
+        self.root.end(end);
     }
 
     fn task_ended(&mut self, ended: Result<(Id, ()), JoinError>) {
@@ -258,15 +277,26 @@ impl Supervisor {
         }
     }
 
-    /// Ends the mission for a cause outside the tree.
+    /// Ends the mission without root, which cannot any more: nobody decides after that.
     fn finish(&mut self, end: MissionEnd) {
         if self.end.is_none() {
             self.end = Some(end);
-            self.root.cancel();
+            self.tasks.abort_all();
             if let Some(journal) = &self.journal {
                 journal.write(Record::Ended { at: self.timing.clock.now(), end });
             }
         }
+    }
+}
+
+/// Comes back when the task has ended; never without one.
+async fn ended(task: &mut Option<JoinHandle<()>>) {
+    match task {
+        Some(handle) => {
+            drop(handle.await);
+            *task = None;
+        }
+        None => std::future::pending().await,
     }
 }
 

@@ -4,7 +4,8 @@ use std::collections::VecDeque;
 
 use crate::dispatch::{self, Dispatch, Limits};
 use crate::model::{
-    Change, ControllerId, FromController, Header, MissionEnd, MissionSpec, NodeId, Record, Time, ToController,
+    Change, ControllerId, FromController, Header, MissionEnd, MissionSpec, NodeId, Record, Situation, Time,
+    ToController,
 };
 use crate::motion::{self, Controller, Executor, STEP};
 use crate::tree::{self, Begin, Effect, Input, Node, Outbox, Settings};
@@ -82,8 +83,7 @@ impl<'a> Simulation<'a> {
 
     fn run(mut self) -> MissionEnd {
         if self.plants.is_empty() {
-            let begin = Begin { situation: self.mission.start.clone() };
-            self.inbox.push_back((NodeId(0), Input::Begin(begin)));
+            self.begin(self.mission.start.clone());
         }
         loop {
             self.come_to_rest();
@@ -108,7 +108,7 @@ impl<'a> Simulation<'a> {
             Event::Attach(id) => self.dispatch(dispatch::Input::Attached(id)),
             Event::Lose(id) => self.dispatch(dispatch::Input::Lost(id)),
             Event::World(change) => self.inbox.push_back((NodeId(0), Input::World(change))),
-            Event::Cancel => self.inbox.push_back((NodeId(0), Input::Cancel)),
+            Event::Cancel => self.inbox.push_back((NodeId(0), Input::End(MissionEnd::Canceled))),
         }
     }
 
@@ -138,6 +138,11 @@ impl<'a> Simulation<'a> {
         }
     }
 
+    fn begin(&mut self, situation: Situation) {
+        let begin = Box::new(Begin { situation });
+        self.inbox.push_back((NodeId(0), Input::Begin(begin)));
+    }
+
     fn finish(&mut self, end: MissionEnd) {
         if self.end.is_none() {
             self.end = Some(end);
@@ -149,15 +154,14 @@ impl<'a> Simulation<'a> {
         for effect in self.dispatch.handle(self.now, input) {
             match effect {
                 dispatch::Effect::Tell(id, message) => self.tell(id, &message),
-                dispatch::Effect::Ready(situation) => {
-                    self.inbox.push_back((NodeId(0), Input::Begin(Begin { situation })));
+                dispatch::Effect::Ready(situation) => self.begin(situation),
+                dispatch::Effect::Ended(leaf, outcome) => {
+                    self.inbox.push_back((leaf, Input::Ended(Box::new(outcome))));
                 }
-                dispatch::Effect::Ended(leaf, outcome) => self.inbox.push_back((leaf, Input::Ended(outcome))),
                 dispatch::Effect::Observed(change) => self.inbox.push_back((NodeId(0), Input::Observed(change))),
+                // Before the ends that follow from it: root grants nothing for them.
                 dispatch::Effect::Lost(id) => {
-                    let end = MissionEnd::ControllerLost(id);
-                    (self.journal)(&Record::Ended { at: self.now, end });
-                    self.finish(end);
+                    self.inbox.push_back((NodeId(0), Input::End(MissionEnd::ControllerLost(id))));
                 }
                 dispatch::Effect::Configured(_) => {}
                 dispatch::Effect::Safe => self.is_safe = true,

@@ -46,6 +46,8 @@ pub(super) struct Open {
     pub(super) activation: Activation,
     /// Children asked, in the order of asking, each with its answer.
     pub(super) asked: BTreeMap<usize, Option<Answer>>,
+    /// How many of them have not answered.
+    waiting: usize,
 }
 
 impl Composite {
@@ -92,6 +94,7 @@ impl Composite {
         let open = self.open.as_mut().expect("answers come to an open round");
         let slot = open.asked.get_mut(&index).expect("only those answer that were asked");
         assert!(slot.replace(answer).is_none(), "{child:?} answered twice");
+        open.waiting -= 1;
         match self.ordering.next(self, index) {
             Some((next, skips)) => self.ask(next, skips, out),
             None => self.answer_if_complete(out),
@@ -109,7 +112,7 @@ impl Composite {
     fn activated(&mut self, activation: Activation, out: &mut Outbox) {
         assert!(self.open.is_none(), "one round at a time");
         let skips = Arc::clone(&activation.skips);
-        self.open = Some(Open { activation, asked: BTreeMap::new() });
+        self.open = Some(Open { activation, asked: BTreeMap::new(), waiting: 0 });
         let first = if self.ending.is_some() { Vec::new() } else { self.ordering.first(self) };
         self.has_lapsed = false;
         for child in first {
@@ -121,13 +124,14 @@ impl Composite {
     fn ask(&mut self, child: usize, skips: Arc<[Span]>, out: &mut Outbox) {
         let open = self.open.as_mut().expect("children are asked in an open round");
         open.asked.insert(child, None);
+        open.waiting += 1;
         let view = Arc::clone(&open.activation.view);
         out.push(Effect::Down(self.children[child].id, Down::Activation(Activation { view, skips })));
     }
 
     fn answer_if_complete(&mut self, out: &mut Outbox) {
         let open = self.open.as_mut().expect("only an open round is answered");
-        if open.asked.values().any(Option::is_none) {
+        if open.waiting > 0 {
             return;
         }
         let answers: Vec<(usize, Answer)> = open

@@ -12,7 +12,7 @@ mod ordering;
 mod packing;
 mod root;
 
-pub use allocator::{Allocator, Greedy, Serial};
+pub use allocator::{Allocator, Chosen, Greedy, Merged, Serial};
 pub use message::{Activation, Answer, Down, Release, Up, Verdict};
 pub use node::{Effect, Input, Node, Outbox, build};
 pub use root::{Begin, Root, Settings};

@@ -8,7 +8,7 @@ use super::ordering::Ordering;
 use super::{Begin, Down, Root, Settings, Up};
 use crate::model::{Change, Goal, MissionEnd, MissionSpec, NodeId, NodeKind, Outcome, Record, Span, Time, Topology};
 
-/// What reaches a node.
+/// What reaches a node. What is rare and large lies behind a pointer: every inbox has room for 32 of these.
 #[derive(Debug, Clone)]
 pub enum Input {
     /// From its parent.
@@ -16,15 +16,15 @@ pub enum Input {
     /// From a child.
     Up(NodeId, Up),
     /// To a leaf, from its controllers: the goal ended.
-    Ended(Outcome),
+    Ended(Box<Outcome>),
     /// To root: begin the mission.
-    Begin(Begin),
+    Begin(Box<Begin>),
     /// To root: the world is different, and nobody in the tree did it.
     World(Change),
     /// To root: the base is here while a goal runs; no round comes of it.
     Observed(Change),
-    /// To root: end the mission.
-    Cancel,
+    /// To root: end the mission in order, for this cause: no new round, what runs is canceled first.
+    End(MissionEnd),
 }
 
 /// What a node wants done.
@@ -97,17 +97,17 @@ impl Node {
         match (self, input) {
             (Self::Root(root), Input::Up(_, Up::Answer(answer))) => root.answered(now, *answer, out),
             (Self::Root(root), Input::Up(_, Up::Release(release))) => root.released(now, *release, out),
-            (Self::Root(root), Input::Begin(begin)) => root.begin(now, begin, out),
+            (Self::Root(root), Input::Begin(begin)) => root.begin(now, *begin, out),
             (Self::Root(root), Input::World(change)) => root.world_changed(now, change, out),
             (Self::Root(root), Input::Observed(change)) => root.observed(change),
-            (Self::Root(root), Input::Cancel) => root.cancel(now, out),
+            (Self::Root(root), Input::End(end)) => root.end(now, end, out),
             (Self::Composite(node), Input::Down(down)) => node.told(down, out),
             (Self::Composite(node), Input::Up(child, Up::Answer(answer))) => node.answered(child, *answer, out),
             (Self::Composite(node), Input::Up(child, Up::Release(release))) => {
                 node.released(child, *release, out);
             }
             (Self::Leaf(leaf), Input::Down(down)) => leaf.told(down, out),
-            (Self::Leaf(leaf), Input::Ended(outcome)) => leaf.ended(outcome, out),
+            (Self::Leaf(leaf), Input::Ended(outcome)) => leaf.ended(*outcome, out),
             (node, input) => panic!("{node:?} cannot take {input:?}"),
         }
     }

@@ -24,11 +24,11 @@ impl Ordering {
         node.committed = committed(node);
         let not_done = |child: &Child| !child.is_done;
         match self {
-            Self::And => indices(&node.children, not_done),
-            Self::Then => indices(&node.children, not_done).into_iter().take(1).collect(),
+            Self::And => indices(&node.children, not_done).collect(),
+            Self::Then => indices(&node.children, not_done).take(1).collect(),
             Self::Or => match node.committed {
                 Some(child) => vec![child],
-                None => indices(&node.children, |child| !child.has_failed),
+                None => indices(&node.children, |child| !child.has_failed).collect(),
             },
         }
     }
@@ -155,7 +155,7 @@ fn choose(node: &Composite, answers: Vec<(usize, Answer)>, own: &mut Answer) {
     }
 }
 
-fn indices(children: &[Child], is_wanted: impl Fn(&Child) -> bool) -> Vec<usize> {
-    let wanted = children.iter().enumerate().filter(|(_, child)| is_wanted(child));
-    wanted.map(|(index, _)| index).collect()
+fn indices(children: &[Child], is_wanted: impl Fn(&Child) -> bool) -> impl Iterator<Item = usize> {
+    let wanted = children.iter().enumerate().filter(move |(_, child)| is_wanted(child));
+    wanted.map(|(index, _)| index)
 }

@@ -1,6 +1,6 @@
 //! A set of requests with a resource for every claim: what can go on at once, and the cheapest way to bind it.
 
-use crate::model::{Access, Binding, Candidate, Grant, NodeId, ObjectId, Reason, Request, ResourceId};
+use crate::model::{Access, Binding, Candidate, Grant, Need, NodeId, ObjectId, Reason, Request, ResourceId};
 use crate::world::{Use, View};
 
 /// Requests that can be granted together, each claim with a resource that serves it (`semantics` 5).
@@ -11,6 +11,10 @@ pub(super) struct Packing<'a> {
     /// The choice per accepted request and claim.
     chosen: Vec<Vec<Candidate>>,
 }
+
+/// Choices that one search tries at most. The robots of the paper need a few dozen; a robot with many alike arms could
+/// ask for factorially many, and the core must not keep it waiting. What was found by then holds.
+const STEPS: u32 = 20_000;
 
 /// Costs that differ by less count as equal, metres.
 const SAME_COST_M: f64 = 1e-9;
@@ -87,9 +91,18 @@ impl<'a> Packing<'a> {
             let mut in_the_way = users.filter(|(_, access, _)| !access.joins(need.access));
             in_the_way.find(|(_, _, used)| need.candidates.iter().any(|candidate| candidate.resource == *used))
         });
-        let (other, _, resource) = contested.expect("what does not fit is in the way of something accepted");
-        Reason::Outbid { by: other.leaf, resource, own: request.potential, theirs: other.potential }
+        match contested {
+            Some((other, _, resource)) => {
+                Reason::Outbid { by: other.leaf, resource, own: request.potential, theirs: other.potential }
+            }
+            // Only its own claims are in each other's way.
+            None => Reason::NoneFree { of: self.view.geometry.robot.resources[first_wanted(request).index()].ty },
+        }
     }
+}
+
+fn first_wanted(request: &Request) -> ResourceId {
+    request.needs[0].candidates[0].resource
 }
 
 /// A search over the choices for a list of requests.
@@ -100,6 +113,8 @@ struct Search<'a> {
     chosen: Vec<Vec<Candidate>>,
     users: Vec<Vec<(NodeId, Access)>>,
     clash: Option<Reason>,
+    /// Choices that may still be tried.
+    steps: u32,
     best: Option<(f64, Vec<Vec<Candidate>>)>,
 }
 
@@ -111,6 +126,7 @@ impl<'a> Search<'a> {
             chosen: Vec::new(),
             users: vec![Vec::new(); view.geometry.robot.resources.len()],
             clash: None,
+            steps: STEPS,
             best: None,
         }
     }
@@ -156,19 +172,22 @@ impl<'a> Search<'a> {
         self.walk(request, 0.0, &mut |_, _| true)
     }
 
-    /// Tries every choice from the claim after the last chosen one on, until `found` says that it is enough.
+    /// Tries every choice from the claim after the last chosen one on, until `found` says that it is enough or the
+    /// steps are used up.
     fn walk(&mut self, request: usize, cost_m: f64, found: &mut impl FnMut(&mut Self, f64) -> bool) -> bool {
         let claim = self.chosen[request].len();
         let Some(need) = self.requests[request].needs.get(claim) else {
             return self.next_request(request, cost_m, found);
         };
         let leaf = self.requests[request].leaf;
+        let rest_m = self.least_behind(request, claim);
         for &candidate in &need.candidates {
             let cost_m = cost_m + candidate.cost_m;
-            let is_hopeless = self.best.as_ref().is_some_and(|(best, _)| cost_m >= best - SAME_COST_M);
-            if is_hopeless || !self.is_free(candidate.resource, leaf, need.access) {
+            let is_hopeless = self.best.as_ref().is_some_and(|(best, _)| cost_m + rest_m >= best - SAME_COST_M);
+            if self.steps == 0 || is_hopeless || !self.is_free(candidate.resource, leaf, need.access) {
                 continue;
             }
+            self.steps -= 1;
             self.users[candidate.resource.index()].push((leaf, need.access));
             self.chosen[request].push(candidate);
             if self.walk(request, cost_m, found) {
@@ -190,6 +209,14 @@ impl<'a> Search<'a> {
             self.chosen.pop();
         }
         enough
+    }
+
+    /// What the claims behind this one cost at least, metres.
+    fn least_behind(&self, request: usize, claim: usize) -> f64 {
+        let behind = self.requests[request].needs[claim + 1..].iter();
+        let others = self.requests[request + 1..].iter().flat_map(|request| &request.needs);
+        let least = |need: &Need| need.candidates.iter().map(|candidate| candidate.cost_m).min_by(f64::total_cmp);
+        behind.chain(others).filter_map(least).sum()
     }
 
     /// Candidates fit the table; here they must fit each other.

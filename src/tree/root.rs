@@ -70,7 +70,7 @@ enum Held {
 enum Phase {
     Waiting,
     Going,
-    Cancelling,
+    Ending(MissionEnd),
     Over,
 }
 
@@ -132,16 +132,16 @@ impl Root {
         self.go_on(now, out);
     }
 
-    pub(super) fn cancel(&mut self, now: Time, out: &mut Outbox) {
+    pub(super) fn end(&mut self, now: Time, end: MissionEnd, out: &mut Outbox) {
         match self.phase {
             Phase::Waiting | Phase::Going => {
-                self.phase = Phase::Cancelling;
+                self.phase = Phase::Ending(end);
                 if !self.running.is_empty() {
                     out.push(Effect::Down(TOP, Down::Cancel(self.round)));
                 }
                 self.go_on(now, out);
             }
-            Phase::Cancelling | Phase::Over => {}
+            Phase::Ending(_) | Phase::Over => {}
         }
     }
 
@@ -156,8 +156,10 @@ impl Root {
                 Held::World(change) => self.apply_world(now, change, out),
             }
         }
-        if self.phase == Phase::Cancelling && self.running.is_empty() {
-            self.finish(now, MissionEnd::Canceled, out);
+        if let Phase::Ending(end) = self.phase
+            && self.running.is_empty()
+        {
+            self.finish(now, end, out);
         }
         if self.phase == Phase::Going && std::mem::take(&mut self.is_wanted) {
             self.open_round(now, out);
@@ -198,7 +200,7 @@ impl Root {
             reopened: verdict.reopened.clone(),
         })));
         out.push(Effect::Down(TOP, Down::Verdict(Arc::new(verdict))));
-        if self.phase == Phase::Cancelling && !self.running.is_empty() {
+        if matches!(self.phase, Phase::Ending(_)) && !self.running.is_empty() {
             out.push(Effect::Down(TOP, Down::Cancel(self.round)));
         }
         if self.phase == Phase::Going && is_complete {

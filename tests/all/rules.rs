@@ -40,10 +40,10 @@ impl Run {
         let driver = Driver::new(&mission, &settings, Rng::of(&[1]));
         let mut run = Self { driver, mission };
         let situation = run.mission.start.clone();
-        run.give(NodeId(0), Input::Begin(Begin { situation }));
+        run.give(NodeId(0), Input::Begin(Box::new(Begin { situation })));
         for event in events {
             run.driver.now = Time(run.driver.now.0 + 1_000_000);
-            let outcome = |end, reports| Input::Ended(Outcome { end, reports });
+            let outcome = |end, reports| Input::Ended(Box::new(Outcome { end, reports }));
             match *event {
                 Event::Ok(name) => run.give(run.node(name), outcome(End::Succeeded, Vec::new())),
                 Event::Fails(name) => {

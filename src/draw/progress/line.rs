@@ -95,6 +95,8 @@ impl Progress {
             MissionEnd::ControllerLost(controller) => {
                 format!("failed: {} was lost", names.controller(controller))
             }
+            MissionEnd::NotAttached => "failed: not every controller attached in time".into(),
+            MissionEnd::TaskLost => "failed: a task of the runtime is gone, which is a defect of ambidex".into(),
             MissionEnd::NodeLost(node) => {
                 format!("failed: the task of {} is gone", names.node(node))
             }

@@ -48,7 +48,13 @@ impl Progress {
             Some(MissionEnd::Done) => " · done",
             Some(MissionEnd::Stalled) => " · stalled",
             Some(MissionEnd::Canceled) => " · cancelled",
-            Some(MissionEnd::Failed(_) | MissionEnd::ControllerLost(_) | MissionEnd::NodeLost(_)) => " · failed",
+            Some(
+                MissionEnd::Failed(_)
+                | MissionEnd::ControllerLost(_)
+                | MissionEnd::NotAttached
+                | MissionEnd::NodeLost(_)
+                | MissionEnd::TaskLost,
+            ) => " · failed",
         };
         let rest = clip(&(figures + ended), width - columns(&mission) - 2);
         format!("{}  {rest}", Palette::paint(palette.strong, mission))

@@ -105,6 +105,8 @@ pub(super) fn ended(at_s: f64, end: MissionEnd, names: &Names) {
             let controller = names.controller(controller);
             error!(target: MISSION, outcome = "failed", controller, at_s, "{SAYS}: controller lost");
         }
+        MissionEnd::NotAttached => error!(target: MISSION, outcome = "failed", at_s, "{SAYS}: not attached"),
+        MissionEnd::TaskLost => error!(target: MISSION, outcome = "failed", at_s, "{SAYS}: task lost"),
         MissionEnd::NodeLost(node) => {
             let node = names.node(node);
             error!(target: MISSION, outcome = "failed", node, at_s, "{SAYS}: node lost");

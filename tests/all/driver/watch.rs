@@ -51,7 +51,7 @@ impl Watch {
                 assert!(is_granted, "{node:?} ran without a grant");
                 self.ended.insert(node, outcome.end == End::Succeeded);
             }
-            Input::Cancel => self.is_cancelling = true,
+            Input::End(_) => self.is_cancelling = true,
             Input::Begin(_) | Input::World(_) | Input::Observed(_) => {}
             Input::Down(_) | Input::Up(..) => {}
         }

@@ -61,7 +61,8 @@ impl Counts {
             Some(MissionEnd::Failed(_)) => "failed",
             Some(MissionEnd::Stalled) => "stalled",
             Some(MissionEnd::Canceled) => "cancelled",
-            Some(MissionEnd::ControllerLost(_) | MissionEnd::NodeLost(_)) | None => "otherwise",
+            Some(MissionEnd::ControllerLost(_) | MissionEnd::NotAttached) => "otherwise",
+            Some(MissionEnd::NodeLost(_) | MissionEnd::TaskLost) | None => "otherwise",
         };
         counts.ends.insert(end, 1);
         for record in records {

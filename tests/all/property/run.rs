@@ -102,14 +102,14 @@ impl Agenda {
 
 fn give(driver: &mut Driver, event: &Event) {
     match event {
-        Event::Ended(leaf, outcome) => driver.give(*leaf, Input::Ended(outcome.clone())),
+        Event::Ended(leaf, outcome) => driver.give(*leaf, Input::Ended(Box::new(outcome.clone()))),
         Event::World(change) => driver.give(ROOT, Input::World(*change)),
     }
 }
 
 fn begin(driver: &mut Driver, case: &Case) {
     let situation = case.mission.start.clone();
-    driver.give(ROOT, Input::Begin(Begin { situation }));
+    driver.give(ROOT, Input::Begin(Box::new(Begin { situation })));
 }
 
 fn rounds(driver: &Driver) -> usize {
@@ -168,7 +168,7 @@ fn all_at_once(case: &Case, cancel_after: usize) -> Counts {
         steps += 1;
         agenda.take_up(case, &mut driver);
         if steps > cancel_after && !std::mem::replace(&mut is_cancelled, true) {
-            driver.give(ROOT, Input::Cancel);
+            driver.give(ROOT, Input::End(MissionEnd::Canceled));
         } else if rng.is(85) && driver.step() {
         } else if let Some((at, event)) = agenda.next() {
             driver.now = driver.now.max(at);

@@ -1,0 +1,498 @@
+//! One round against the number of nodes: an AND of n THENs of four behaviors.
+//!
+//! A fact of the world is toggled, which opens a round in which nothing is granted; so it can be repeated for ever.
+//! Beside the actors of `runtime` stand the same machines without tokio, and tokio's tasks without the machines.
+
+#[path = "support/mission.rs"]
+mod mission;
+#[path = "support/table.rs"]
+mod table;
+
+use std::collections::VecDeque;
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use ambidex::journal::{JournalFile, emit};
+use ambidex::model::{
+    Access, Blocked, Change, Claim, Condition, FactId, Keep, MissionEnd, MissionSpec, NodeId, NodeKind, Reason,
+    Request, ResourceSpec, ResourceTable, Time, Topology, TypeId, Wanted,
+};
+use ambidex::runtime::{self, Clock, Control, Ended, Options, Sink};
+use ambidex::tree::{
+    self, Activation, Allocator, Answer, Begin, Chosen, Down, Effect, Greedy, Input, Merged, Node, Outbox, Settings,
+    Up, Verdict,
+};
+use ambidex::world::{Geometry, Unconstrained, View};
+use criterion::{BenchmarkId, Criterion, SamplingMode};
+use tokio::sync::mpsc;
+use tokio::task::JoinHandle;
+
+/// THENs below the AND.
+const SIZES: [usize; 6] = [1, 5, 25, 125, 500, 2500];
+const GRIPPER: TypeId = TypeId(0);
+const TOGGLED: FactId = FactId(0);
+const NEVER_TRUE: FactId = FactId(1);
+
+/// What the behaviors that are asked say.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Load {
+    /// All are blocked by a precondition.
+    Blocked,
+    /// All ask for one of two grippers; Algorithm 1 keeps two requests, and root's allocator grants none.
+    Asking,
+}
+
+impl Load {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Blocked => "blocked",
+            Self::Asking => "asking",
+        }
+    }
+}
+
+fn main() {
+    let folder = tempfile::tempdir().expect("a folder for results");
+    let mut criterion = Criterion::default()
+        .output_directory(folder.path())
+        .without_plots()
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(200))
+        .measurement_time(Duration::from_millis(700))
+        .configure_from_args();
+    let mut group = criterion.benchmark_group("round");
+    group.sampling_mode(SamplingMode::Flat);
+    for n in SIZES {
+        let id = |name: String| BenchmarkId::new(name, n);
+        let mut floor = Floor::start(n);
+        group.bench_function(id("floor".into()), |bench| {
+            bench.iter_custom(|rounds| floor.rounds(rounds));
+        });
+        floor.end();
+        for load in [Load::Blocked, Load::Asking] {
+            let mut machines = Machines::start(n, load);
+            group.bench_function(id(format!("machines {}", load.name())), |bench| {
+                bench.iter_custom(|rounds| machines.rounds(rounds));
+            });
+            for has_journal in [false, true] {
+                let name = if has_journal { "journal" } else { "actors" };
+                let mut actors = Actors::start(n, load, has_journal);
+                group.bench_function(id(format!("{name} {}", load.name())), |bench| {
+                    bench.iter_custom(|rounds| actors.rounds(rounds));
+                });
+                actors.end();
+            }
+        }
+    }
+    group.finish();
+    tell(folder.path());
+}
+
+/// Messages between nodes in a round: activation, answer and verdict on every edge to a node that is asked.
+fn messages(n: usize) -> u64 {
+    3 * (1 + 2 * n as u64)
+}
+
+fn tree_of(n: usize, load: Load) -> MissionSpec {
+    let claim = Claim { wanted: Wanted::Any(GRIPPER), access: Access::Exclusive, keep: Keep::Release };
+    let precondition = match load {
+        Load::Blocked => Condition::Fact(NEVER_TRUE, true),
+        Load::Asking => Condition::All(Vec::new()),
+    };
+    let mut nodes = vec![(NodeId(0), NodeKind::Root), (NodeId(0), NodeKind::And)];
+    for branch in 0..n {
+        let then = NodeId::from(nodes.len());
+        nodes.push((NodeId(1), NodeKind::Then));
+        // The best requests are spread over the tree.
+        let potential = 1.0 + (branch * 7919 % 1009) as f64;
+        let leaf = || mission::behavior(vec![claim], Vec::new(), precondition.clone(), potential);
+        nodes.extend((0..4).map(|_| (then, leaf())));
+    }
+    let gripper = ResourceSpec { ty: GRIPPER, controller: None };
+    mission::build(vec![gripper; 2], Vec::new(), nodes, 2)
+}
+
+/// The greedy allocator in every AND; in root it grants nothing, and says that a round has come so far.
+#[derive(Debug)]
+struct Withholding {
+    requests: usize,
+    asked: AtomicU64,
+    rounds: mpsc::UnboundedSender<u32>,
+}
+
+impl Allocator for Withholding {
+    fn name(&self) -> &'static str {
+        "withholding"
+    }
+
+    fn merge(&self, view: &View, requests: Vec<Request>) -> Merged {
+        self.asked.fetch_add(requests.len() as u64, Ordering::Relaxed);
+        Greedy.merge(view, requests)
+    }
+
+    fn choose(&self, view: &View, requests: Vec<Request>) -> Chosen {
+        let asked = self.asked.swap(0, Ordering::Relaxed);
+        assert_eq!(asked, self.requests as u64, "all that can ask have asked");
+        self.rounds.send(view.round).expect("the bench counts rounds");
+        let refuse = |request: Request| Blocked { leaf: request.leaf, reason: Reason::NoneFree { of: GRIPPER } };
+        Chosen { granted: Vec::new(), refused: requests.into_iter().map(refuse).collect() }
+    }
+}
+
+fn settings(n: usize, load: Load) -> (Settings, mpsc::UnboundedReceiver<u32>) {
+    let (rounds, counted) = mpsc::unbounded_channel();
+    let requests = match load {
+        Load::Blocked => 0,
+        Load::Asking => n,
+    };
+    let allocator = Withholding { requests, asked: AtomicU64::new(0), rounds };
+    let settings = Settings { allocator: Arc::new(allocator), waits_when_stalled: true, ..Settings::default() };
+    (settings, counted)
+}
+
+/// The machines, their messages delivered by a queue, as in `sim`.
+struct Machines {
+    nodes: Vec<Node>,
+    topology: Topology,
+    inbox: VecDeque<(NodeId, Input)>,
+    messages: u64,
+    expected: u64,
+    is_on: bool,
+    counted: mpsc::UnboundedReceiver<u32>,
+}
+
+impl Machines {
+    fn start(n: usize, load: Load) -> Self {
+        let mission = tree_of(n, load);
+        let (settings, counted) = settings(n, load);
+        let mut machines = Self {
+            nodes: tree::build(&mission, &settings),
+            topology: mission.tree.topology.clone(),
+            inbox: VecDeque::new(),
+            messages: 0,
+            expected: messages(n),
+            is_on: false,
+            counted,
+        };
+        let situation = mission.start;
+        machines.come_to_rest(Input::Begin(Box::new(Begin { situation })));
+        machines
+    }
+
+    fn rounds(&mut self, rounds: u64) -> Duration {
+        while self.counted.try_recv().is_ok() {}
+        self.messages = 0;
+        let begun = Instant::now();
+        for _ in 0..rounds {
+            self.is_on = !self.is_on;
+            self.come_to_rest(Input::World(Change::Fact(TOGGLED, self.is_on)));
+        }
+        let passed = begun.elapsed();
+        assert_eq!(self.messages, rounds * self.expected, "all messages came");
+        assert_eq!(self.counted.len() as u64, rounds, "all rounds ended");
+        passed
+    }
+
+    fn come_to_rest(&mut self, input: Input) {
+        let mut out = Outbox::default();
+        self.inbox.push_back((NodeId(0), input));
+        while let Some((node, input)) = self.inbox.pop_front() {
+            self.nodes[node.index()].handle(Time::ZERO, input, &mut out);
+            for effect in out.drain() {
+                let next = match effect {
+                    Effect::Down(to, down) => (to, Input::Down(down)),
+                    Effect::Up(up) => (self.topology.parent(node), Input::Up(node, up)),
+                    Effect::Record(_) => continue,
+                    other @ (Effect::Start(_) | Effect::Stop(_) | Effect::Finished(_)) => {
+                        panic!("nothing starts and nothing ends: {other:?}")
+                    }
+                };
+                self.messages += 1;
+                self.inbox.push_back(next);
+            }
+        }
+    }
+}
+
+/// The actors as in production, without controllers.
+struct Actors {
+    tokio: tokio::runtime::Runtime,
+    run: JoinHandle<Ended>,
+    control: mpsc::UnboundedSender<Control>,
+    counted: mpsc::UnboundedReceiver<u32>,
+    round: u32,
+    /// Records written; none without a journal.
+    written: Option<Arc<AtomicU64>>,
+    records: u64,
+    records_per_round: u64,
+    is_on: bool,
+    _folder: tempfile::TempDir,
+}
+
+impl Actors {
+    fn start(n: usize, load: Load, has_journal: bool) -> Self {
+        let mission = Arc::new(tree_of(n, load));
+        let (settings, mut counted) = settings(n, load);
+        let tokio = current_thread();
+        let folder = tempfile::tempdir().expect("a folder for the journal");
+        let written = has_journal.then(|| Arc::new(AtomicU64::new(0)));
+        let journal = written.as_ref().map(|written| sink(&mission, &folder.path().join("journal.jsonl"), written));
+        let options = Options {
+            settings,
+            clock: Clock::start(1.0),
+            attach_timeout: None,
+            grace: Duration::from_secs(1),
+            journal,
+        };
+        let (control, controlled) = mpsc::unbounded_channel();
+        let run = tokio.spawn(runtime::run(mission, Vec::new(), options, controlled));
+        let round = tokio.block_on(counted.recv()).expect("the first round");
+        Self {
+            tokio,
+            run,
+            control,
+            counted,
+            round,
+            written,
+            // The header, and the first round, which no change of the world opened.
+            records: 1 + messages(n) + 1,
+            records_per_round: messages(n) + 2,
+            is_on: false,
+            _folder: folder,
+        }
+    }
+
+    /// A round counts from its change to its decision; its verdicts are delivered before the next one's answers.
+    fn rounds(&mut self, rounds: u64) -> Duration {
+        let begun = Instant::now();
+        self.tokio.block_on(async {
+            for _ in 0..rounds {
+                self.is_on = !self.is_on;
+                let change = Change::Fact(TOGGLED, self.is_on);
+                self.control.send(Control::World(change)).expect("it runs");
+                let round = self.counted.recv().await.expect("it runs");
+                assert_eq!(round, self.round + 1, "rounds come one by one");
+                self.round = round;
+            }
+            self.records += rounds * self.records_per_round;
+            if let Some(written) = &self.written {
+                while written.load(Ordering::Relaxed) < self.records {
+                    tokio::task::yield_now().await;
+                }
+            }
+        });
+        let passed = begun.elapsed();
+        if let Some(written) = &self.written {
+            assert_eq!(written.load(Ordering::Relaxed), self.records, "all written");
+        }
+        passed
+    }
+
+    fn end(self) {
+        self.control.send(Control::Cancel).expect("it runs");
+        let ended = self.tokio.block_on(self.run).expect("it ran");
+        assert_eq!(ended, Ended::Mission(MissionEnd::Canceled));
+    }
+}
+
+/// What `ambidex run` does with a record, but for the terminal.
+fn sink(mission: &MissionSpec, path: &Path, written: &Arc<AtomicU64>) -> Box<dyn Sink> {
+    let mut file = JournalFile::create(path).expect("a journal");
+    let (names, written) = (mission.names.clone(), Arc::clone(written));
+    Box::new(move |record: &ambidex::model::Record| {
+        file.write(record).expect("the disk takes it");
+        emit(record, &names);
+        written.fetch_add(1, Ordering::Relaxed);
+    })
+}
+
+/// Tasks, inboxes and messages as in `runtime`, with a count of answers in place of a machine.
+struct Floor {
+    tokio: tokio::runtime::Runtime,
+    tasks: Vec<JoinHandle<()>>,
+    root: mpsc::Sender<Input>,
+    ended: mpsc::UnboundedReceiver<()>,
+    delivered: Arc<AtomicU64>,
+    expected: u64,
+}
+
+struct FloorTask {
+    id: NodeId,
+    inbox: mpsc::Receiver<Input>,
+    parent: mpsc::Sender<Input>,
+    asked: Vec<mpsc::Sender<Input>>,
+    waiting: usize,
+    view: Arc<View>,
+    ended: mpsc::UnboundedSender<()>,
+    delivered: Arc<AtomicU64>,
+}
+
+impl Floor {
+    fn start(n: usize) -> Self {
+        let mission = tree_of(n, Load::Blocked);
+        let view = Arc::new(view_of(&mission));
+        let topology = &mission.tree.topology;
+        let tokio = current_thread();
+        let (to_bench, ended) = mpsc::unbounded_channel();
+        let delivered = Arc::new(AtomicU64::new(0));
+        let ids = || (0..mission.tree.nodes.len()).map(NodeId::from);
+        let below = |id: NodeId| topology.end(id).index() - id.index() - 1;
+        let (ways, inboxes): (Vec<_>, Vec<_>) = ids().map(|id| mpsc::channel(72 + 3 * below(id))).unzip();
+        let task = |(id, inbox)| {
+            let asked = match mission.tree.nodes[NodeId::index(id)] {
+                NodeKind::Then => 1,
+                NodeKind::Root | NodeKind::And | NodeKind::Or | NodeKind::Behavior(_) => n,
+            };
+            let children = topology.children(id).take(asked);
+            FloorTask {
+                id,
+                inbox,
+                parent: ways[topology.parent(id).index()].clone(),
+                asked: children.map(|child| ways[child.index()].clone()).collect(),
+                waiting: 0,
+                view: Arc::clone(&view),
+                ended: to_bench.clone(),
+                delivered: Arc::clone(&delivered),
+            }
+        };
+        let tasks = std::iter::zip(ids(), inboxes).map(task);
+        let tasks = tasks.map(|task| tokio.spawn(task.run())).collect();
+        Self { tasks, tokio, root: ways[0].clone(), ended, delivered, expected: messages(n) }
+    }
+
+    fn rounds(&mut self, rounds: u64) -> Duration {
+        let before = self.delivered.load(Ordering::Relaxed);
+        let begun = Instant::now();
+        self.tokio.block_on(async {
+            for _ in 0..rounds {
+                let change = Input::World(Change::Fact(TOGGLED, true));
+                self.root.try_send(change).expect("there is room");
+                self.ended.recv().await.expect("it runs");
+            }
+        });
+        let passed = begun.elapsed();
+        let delivered = self.delivered.load(Ordering::Relaxed) - before;
+        // The verdicts of the last round may still be on their way; those of the round before came instead.
+        let (all, verdicts) = (rounds * self.expected, self.expected / 3);
+        assert!(delivered.abs_diff(all) <= verdicts, "{delivered} of {all}");
+        passed
+    }
+
+    fn end(self) {
+        self.tasks.iter().for_each(JoinHandle::abort);
+    }
+}
+
+impl FloorTask {
+    async fn run(mut self) {
+        while let Some(input) = self.inbox.recv().await {
+            if !matches!(input, Input::World(_)) {
+                self.delivered.fetch_add(1, Ordering::Relaxed);
+            }
+            match input {
+                Input::Down(down @ Down::Activation(_)) => self.activate(&down),
+                Input::Down(down) => self.tell(&down),
+                Input::Up(_, up) => self.answered(up),
+                Input::World(_) => {
+                    self.activate(&Down::Activation(Activation { view: Arc::clone(&self.view), skips: Arc::from([]) }))
+                }
+                Input::Ended(_) | Input::Begin(_) | Input::Observed(_) | Input::End(_) => {
+                    panic!("nothing runs")
+                }
+            }
+        }
+    }
+
+    fn activate(&mut self, down: &Down) {
+        self.waiting = self.asked.len();
+        self.tell(down);
+        if self.waiting == 0 {
+            self.answer(Box::default());
+        }
+    }
+
+    fn answered(&mut self, up: Up) {
+        let Up::Answer(answer) = up else { panic!("nothing runs") };
+        self.waiting -= 1;
+        if self.waiting == 0 {
+            self.answer(answer);
+        }
+    }
+
+    fn answer(&mut self, answer: Box<Answer>) {
+        if self.id == NodeId(0) {
+            self.ended.send(()).expect("the bench counts rounds");
+            self.tell(&Down::Verdict(Arc::new(Verdict::default())));
+        } else {
+            let up = Input::Up(self.id, Up::Answer(answer));
+            self.parent.try_send(up).expect("there is room");
+        }
+    }
+
+    fn tell(&self, down: &Down) {
+        for child in &self.asked {
+            let input = Input::Down(down.clone());
+            child.try_send(input).expect("there is room");
+        }
+    }
+}
+
+fn view_of(mission: &MissionSpec) -> View {
+    View {
+        round: 1,
+        now: Time::ZERO,
+        table: ResourceTable::new(mission.robot.resources.len()),
+        situation: mission.start.clone(),
+        running: Default::default(),
+        progress: 0,
+        tree: Arc::new(mission.tree.clone()),
+        geometry: Arc::new(Geometry { robot: mission.robot.clone(), world: mission.world.clone() }),
+        rules: Arc::new(Unconstrained),
+    }
+}
+
+fn current_thread() -> tokio::runtime::Runtime {
+    let mut builder = tokio::runtime::Builder::new_current_thread();
+    builder.enable_all().build().expect("a runtime")
+}
+
+/// The table, from what criterion found.
+fn tell(results: &Path) {
+    let median_us = |name: &str, n: usize| -> Option<f64> {
+        let file = results.join(format!("round/{name}/{n}/new/estimates.json"));
+        let estimates: serde_json::Value = serde_json::from_str(&fs::read_to_string(file).ok()?).ok()?;
+        Some(estimates["median"]["point_estimate"].as_f64()? / 1e3)
+    };
+    let number = |value: Option<f64>, digits: usize| value.map_or("-".into(), |value| format!("{value:.digits$}"));
+    let over = |a: Option<f64>, b: Option<f64>| Some(a? / b?);
+    for load in [Load::Blocked, Load::Asking] {
+        let titles = "nodes|messages|floor µs|machines µs|actors µs|journal µs|actors/floor|\
+                      journal/actors|actors ns/node|actors ns/message";
+        let mut rows = vec![titles.split('|').map(str::to_owned).collect::<Vec<_>>()];
+        for n in SIZES {
+            let of = |name: &str| median_us(&format!("{name} {}", load.name()), n);
+            let (floor, actors, journal) = (median_us("floor", n), of("actors"), of("journal"));
+            let per = |count: f64| actors.map(|us| us * 1e3 / count);
+            rows.push(vec![
+                (2 + 5 * n).to_string(),
+                messages(n).to_string(),
+                number(floor, 1),
+                number(of("machines"), 1),
+                number(actors, 1),
+                number(journal, 1),
+                number(over(actors, floor), 2),
+                number(over(journal, actors), 2),
+                number(per((2 + 5 * n) as f64), 0),
+                number(per(messages(n) as f64), 0),
+            ]);
+        }
+        table::print(&format!("One round, behaviors {}:", load.name()), &rows);
+    }
+    println!(
+        "\nfloor: tokio tasks and messages alone; machines: the nodes without tokio; actors: runtime without journal;\n\
+         journal: with the log file. Median per round; one THEN child in four is asked, the other nodes stay silent."
+    );
+}

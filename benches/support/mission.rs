@@ -1,0 +1,47 @@
+//! Missions built in code.
+
+use std::time::Duration;
+
+use ambidex::model::{
+    BehaviorSpec, Claim, CommandTerm, Condition, ControllerSpec, MissionSpec, Names, NodeId, NodeKind, ObjectId, Pose,
+    Potential, ResourceSpec, RobotSpec, Situation, Topology, TreeSpec, WorldSpec,
+};
+
+/// A robot and a tree in an empty world; `nodes` are in preorder, each with its parent.
+pub fn build(
+    resources: Vec<ResourceSpec>,
+    controllers: Vec<ControllerSpec>,
+    nodes: Vec<(NodeId, NodeKind)>,
+    facts: usize,
+) -> MissionSpec {
+    let (parents, nodes): (Vec<_>, Vec<_>) = nodes.into_iter().unzip();
+    let names = Names {
+        nodes: (0..nodes.len()).map(|id| format!("node {id}")).collect(),
+        controllers: controllers.iter().map(|spec| spec.name.clone()).collect(),
+        ..Names::default()
+    };
+    MissionSpec {
+        name: "bench".into(),
+        robot: RobotSpec { name: "bench".into(), resources, controllers, radius_m: 0.4 },
+        world: WorldSpec { places: Vec::new(), object_offsets: Vec::new(), obstacles: Vec::new() },
+        start: Situation { base: Pose::new(0.0, 0.0, 0.0), objects: Vec::new(), facts: vec![false; facts] },
+        tree: TreeSpec { nodes, topology: Topology::new(parents) },
+        names,
+    }
+}
+
+/// A behavior that is done only by running.
+pub fn behavior(claims: Vec<Claim>, commands: Vec<CommandTerm>, precondition: Condition, potential: f64) -> NodeKind {
+    NodeKind::Behavior(Box::new(BehaviorSpec {
+        kind: "bench".into(),
+        claims,
+        potential: Potential::Constant(potential),
+        satisfied: Condition::Never,
+        precondition,
+        effects: Vec::new(),
+        commands,
+        changes: Vec::<ObjectId>::new(),
+        timeout: Duration::from_secs(600),
+        retries: 0,
+    }))
+}
