@@ -57,8 +57,9 @@ fn main() {
     table.push(row("all", sum(&waiting), sum(&running)));
     table::print("Processor time per second of wall time:", &table);
     println!(
-        "\nwaiting: all are attached and the mission has stalled (--on-stall wait); running: the first drive of\n\
-         experiment 1 at speed 1. {} s each; 10 ms/s is 1 % of a core; wakes are voluntary context switches.",
+        "\nwaiting: all are attached and the mission has stalled (--on-stall wait); running: the first\n\
+         seconds of experiment 1 at speed 1, a drive and the beginning of two picks. {} s each; 10 ms/s is 1 % of a core;\n\
+         wakes are voluntary context switches.",
         WATCHED.as_secs()
     );
 }

@@ -142,3 +142,11 @@ pub fn simulate(
     });
     (records, tally.report().expect("a simulation ends"))
 }
+
+/// Experiment 1 in which one behavior may take no time at all.
+pub fn too_slow(behavior: &str) -> String {
+    let text = std::fs::read_to_string(experiment_file(1)).expect("it is there");
+    let robot = file("config/robots/pr2.yaml");
+    let text = text.replace("../robots/pr2.yaml", robot.to_str().expect("a path in UTF-8"));
+    text.replace(&format!("- {behavior}"), &format!("- {{{behavior}, timeout: 100 ms}}"))
+}

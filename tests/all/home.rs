@@ -14,14 +14,6 @@ use tempfile::TempDir;
 
 use crate::fixtures::file;
 
-/// A robot file for one controller: called left arm, but a head.
-const WRONG_ARM: &str = "\
-robot: wrong
-radius: 0.4 m
-resources: {head: {type: head, controller: left_arm}}
-controllers: {left_arm: {head: {neck: [0 m, 0 m, 1 m], speed: 60 deg/s, acceleration: 180 deg/s^2}}}
-";
-
 /// What takes longer hangs.
 const DEADLINE: Duration = Duration::from_secs(60);
 const POLL: Duration = Duration::from_millis(5);
@@ -65,16 +57,6 @@ impl Home {
         path
     }
 
-    /// Starts the four controllers, each for one daemon; the left arm is a head and refuses what an arm would do.
-    pub fn controllers_with_a_wrong_arm(&self) -> [Process; 4] {
-        let robot = self.write("robot.yaml", WRONG_ARM);
-        let robot = robot.to_str().expect("a path in UTF-8").to_owned();
-        ["left_arm", "right_arm", "head", "base"].map(|name| match name {
-            "left_arm" => self.controller(name, &["--once", "--robot", &robot]),
-            _ => self.controller(name, &["--once"]),
-        })
-    }
-
     /// Starts the program.
     pub fn start<S: AsRef<OsStr>>(&self, args: impl IntoIterator<Item = S>) -> Process {
         self.start_with(args, |_| {})
@@ -106,7 +88,12 @@ impl Home {
 
     /// Starts a daemon of this home's instance.
     pub fn daemon(&self, mission: &Path, more: &[&str]) -> Process {
-        let args = ["daemon", "--instance", self.instance.name()].map(OsStr::new);
+        self.carry("daemon", mission, more)
+    }
+
+    /// Starts `run` or `daemon` in the instance.
+    pub fn carry(&self, verb: &str, mission: &Path, more: &[&str]) -> Process {
+        let args = [verb, "--instance", self.instance.name()].map(OsStr::new);
         let more = more.iter().map(OsStr::new);
         self.start(args.into_iter().chain([mission.as_os_str()]).chain(more))
     }

@@ -7,6 +7,7 @@ mod fixtures;
 mod home;
 mod journals;
 mod live;
+mod losses;
 mod processes;
 mod property;
 mod published;

@@ -7,7 +7,7 @@ use ambidex::journal::Reader;
 use ambidex::model::{Names, Reason, Tally};
 use serde_json::Value;
 
-use crate::fixtures::{HANDS_FULL, TOO_FAR, experiment_file, mission};
+use crate::fixtures::{HANDS_FULL, TOO_FAR, experiment_file, mission, too_slow};
 use crate::home::{Finished, Home, flat};
 
 /// What the log tells.
@@ -168,17 +168,13 @@ fn the_log_of_a_stalled_mission_tells_every_reason() {
     }
 }
 
-/// One arm is not what the daemon believes: what it refuses fails in the end.
 #[test]
 fn the_log_of_a_failed_mission_tells_its_report() {
     let home = Home::new();
-    let controllers = home.controllers_with_a_wrong_arm();
+    let mission = home.write("slow.yaml", &too_slow("pick: {object: 2}"));
     let log = home.path("log.jsonl");
     let args = ["--json", "--speed", "100", "--log", log.to_str().expect("a path in UTF-8")];
-    let finished = home.daemon(&experiment_file(1), &args).ends(1);
-    for controller in controllers {
-        controller.ends(0);
-    }
+    let finished = home.carry("run", &mission, &args).ends(1);
     let story = check(&home, &log, &finished);
     let failed = id(&story.end["failed"]);
     assert_eq!(story.name(&failed), "pick 2", "the left arm takes object 2");

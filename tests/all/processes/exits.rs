@@ -1,6 +1,6 @@
 //! Exit codes and what is said with them; version and completions.
 
-use crate::fixtures::{HANDS_FULL, experiment_file, mission};
+use crate::fixtures::{HANDS_FULL, experiment_file, mission, too_slow};
 use crate::home::{Finished, Home};
 
 use super::report;
@@ -66,16 +66,12 @@ fn a_stall_tells_the_reason_of_every_leaf() {
 }
 
 #[test]
-fn a_controller_that_refuses_fails_the_mission() {
+fn what_takes_too_long_fails_the_mission() {
     let home = Home::new();
-    let controllers = home.controllers_with_a_wrong_arm();
-    let finished = home.daemon(&experiment_file(1), &["--json", "--speed", "100"]).ends(1);
+    let mission = home.write("slow.yaml", &too_slow("pick: {object: 2}"));
+    let finished = home.carry("run", &mission, &["--json", "--speed", "100"]).ends(1);
     assert_eq!(report(&finished)["outcome"], "failed");
-    let said = "would not take its goal: this controller cannot do such a thing";
-    assert!(finished.words().contains(said), "{}", finished.stderr);
-    for controller in controllers {
-        controller.ends(0);
-    }
+    assert!(finished.words().contains("pick 2 failed: it took too long"), "{}", finished.stderr);
     home.is_empty();
 }
 
