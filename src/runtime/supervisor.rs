@@ -192,6 +192,7 @@ impl Supervisor {
             let attach_due = attach_by.filter(|_| !self.has_begun && self.end.is_none());
             tokio::select! {
                 Some(ended) = self.tasks.join_next_with_id(), if self.end.is_none() => self.task_ended(ended),
+                Some(ended) = self.others.join_next() => carry_on(ended),
                 Some(signal) = self.signals.recv() => {
                     if self.signaled(signal) {
                         break;
@@ -267,6 +268,15 @@ impl Supervisor {
                 journal.write(Record::Ended { at: self.timing.clock.now(), end });
             }
         }
+    }
+}
+
+/// Without dispatch or a link the run would wait for ever: their panic is its own.
+fn carry_on(ended: Result<(), JoinError>) {
+    if let Err(error) = ended
+        && error.is_panic()
+    {
+        std::panic::resume_unwind(error.into_panic());
     }
 }
 
