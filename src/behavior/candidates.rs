@@ -76,8 +76,10 @@ fn any_empty(
     }
     match reaches.filter(|_| !empty.is_empty()) {
         Some(object) => {
-            let mut would = view.geometry.robot.of_type(of).filter(|&id| reach(id).is_some());
-            let reason = would.find_map(|id| held(id, access, view, line));
+            let mut would: Vec<_> = view.geometry.robot.of_type(of).filter(|&id| reach(id).is_some()).collect();
+            // One that runs is worth waiting for, so it is named before one that is kept.
+            would.sort_by_key(|&id| !view.table.resource(id).is_running());
+            let reason = would.into_iter().find_map(|id| held(id, access, view, line));
             Err(reason.unwrap_or(Reason::OutOfReach { object }))
         }
         None => Err(Reason::NoneFree { of }),

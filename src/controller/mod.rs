@@ -7,14 +7,14 @@
 //! ```no_run
 //! use ambidex::controller::{ServeOptions, Stop, serve};
 //! use ambidex::ipc::Instance;
-//! use ambidex::model::{Command, ControllerState, Mode, PartEnd, Rejection};
+//! use ambidex::model::{Command, ControllerKind, ControllerState, Mode, PartEnd, Rejection};
 //! use ambidex::motion::{Controller, Progress};
 //!
 //! /// Stands for your driver. `goal` is pan and tilt; `None` means idle.
 //! struct MyHead { angles: [f64; 2], goal: Option<[f64; 2]>, mode: Mode }
 //!
 //! impl Controller for MyHead {
-//!     fn configure(&mut self, _start: ControllerState) -> ControllerState {
+//!     fn configure(&mut self, _limits: &ControllerKind, _start: ControllerState) -> ControllerState {
 //!         self.state() // a real robot knows better than the daemon where it is
 //!     }
 //!     fn start(&mut self, command: &Command, mode: Mode) -> Result<(), Rejection> {

@@ -5,7 +5,10 @@ use std::thread::JoinHandle;
 use super::super::stop::Stopper;
 use super::*;
 use crate::ipc::{ClockOrigin, DaemonPort, Heard, Link};
-use crate::model::{Command, CommandId, ControllerState, FromController, Mode, PartEnd, Pose, Rejection, ToController};
+use crate::model::{
+    BaseSpec, Command, CommandId, ControllerKind, ControllerState, FromController, Mode, PartEnd, Pose, Rejection,
+    ToController,
+};
 use crate::motion::Progress;
 use nalgebra::Vector3;
 
@@ -27,7 +30,7 @@ impl Cart {
 }
 
 impl Controller for Cart {
-    fn configure(&mut self, start: ControllerState) -> ControllerState {
+    fn configure(&mut self, _limits: &ControllerKind, start: ControllerState) -> ControllerState {
         let ControllerState::Base { pose, .. } = start else {
             unreachable!("a cart is a base");
         };
@@ -101,7 +104,9 @@ impl Daemon {
         self.generation += 1;
         let generation = self.generation;
         let start = ControllerState::Base { pose: Pose::new(4.0, 0.0, 0.0), velocity: Vector3::zeros() };
-        self.send(&ToController::Configure { generation, speed: SPEED, start });
+        let limits =
+            ControllerKind::Base(BaseSpec { speed: 1.0, acceleration: 0.5, turn_speed: 1.0, turn_acceleration: 1.0 });
+        self.send(&ToController::Configure { generation, speed: SPEED, limits, start });
         self.until("the configuration", |heard| {
             matches!(heard, Heard::Message(FromController::Configured { generation: g, .. }) if *g == generation)
         });

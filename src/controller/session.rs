@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 use crate::ipc::{Beat, ClockOrigin, DEAD_MAN, PULSE_EVERY, Pulse, Received};
-use crate::model::{CommandId, ControllerState, FromController, Mode, Rejection, Time, ToController};
+use crate::model::{CommandId, ControllerKind, ControllerState, FromController, Mode, Rejection, Time, ToController};
 use crate::motion::{Controller, Executor, STEP};
 
 /// The shortest wait between two wakes in motion, wall time.
@@ -47,6 +47,7 @@ struct Attachment {
     generation: u32,
     origin: ClockOrigin,
     speed: f64,
+    limits: ControllerKind,
     start: ControllerState,
     /// Steps of robot time since its zero: one grid for all controllers.
     step: u64,
@@ -88,11 +89,12 @@ impl<C: Controller> Session<C> {
     pub(super) fn take(&mut self, received: Received, now_ns: u64) {
         let Received { message, epoch, origin } = received;
         match message {
-            ToController::Configure { generation, speed, start } => self.take_configuration(Attachment {
+            ToController::Configure { generation, speed, limits, start } => self.take_configuration(Attachment {
                 epoch,
                 generation,
                 origin,
                 speed,
+                limits,
                 start,
                 step: step_at(origin, speed, now_ns),
                 last_number: None,
@@ -177,7 +179,7 @@ impl<C: Controller> Session<C> {
     }
 
     fn attach(&mut self, mut next: Attachment, now_ns: u64) {
-        let state = self.executor.configure(next.start);
+        let state = self.executor.configure(&next.limits, next.start);
         next.step = step_at(next.origin, next.speed, now_ns);
         let (epoch, generation) = (next.epoch, next.generation);
         tracing::info!(epoch, generation, speed = next.speed, "attached");

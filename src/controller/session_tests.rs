@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 
 use super::*;
-use crate::model::{Command, PartEnd};
+use crate::model::{BaseSpec, Command, PartEnd};
 use crate::motion::Progress;
 
 const MS: u64 = 1_000_000;
@@ -17,7 +17,7 @@ struct Steps {
 }
 
 impl Controller for Steps {
-    fn configure(&mut self, start: ControllerState) -> ControllerState {
+    fn configure(&mut self, _limits: &ControllerKind, start: ControllerState) -> ControllerState {
         start
     }
     fn start(&mut self, command: &Command, _mode: Mode) -> Result<(), Rejection> {
@@ -65,7 +65,9 @@ fn take(session: &mut Session<Steps>, epoch: u64, message: ToController, now_ns:
 }
 
 fn configure(generation: u32, speed: f64) -> ToController {
-    ToController::Configure { generation, speed, start: state(0.0) }
+    let limits =
+        ControllerKind::Base(BaseSpec { speed: 1.0, acceleration: 0.5, turn_speed: 1.0, turn_acceleration: 1.0 });
+    ToController::Configure { generation, speed, limits, start: state(0.0) }
 }
 
 fn goal(number: u32) -> ToController {

@@ -144,7 +144,9 @@ impl Dispatch {
         let start = attachment::start_state(&self.robot, &self.start, id);
         let generation = self.attachments[id.index()].attach();
         self.record(now, id, ControllerMessage::Attached);
-        self.tell(now, id, None, ToController::Configure { generation, speed: self.limits.speed, start });
+        let limits = self.robot.controllers[id.index()].kind;
+        let configure = ToController::Configure { generation, speed: self.limits.speed, limits, start };
+        self.tell(now, id, None, configure);
     }
 
     fn heard(&mut self, now: Time, id: ControllerId, message: FromController) {

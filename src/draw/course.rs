@@ -145,7 +145,7 @@ impl<'a> Course<'a> {
     /// What a run leaves behind. What runs again, or is refused after it succeeded, had been reopened.
     fn after(&self, run: &Interval, is_last: bool) -> LeafState {
         let reason = self.tally.reasons.get(&run.leaf);
-        let is_final = self.tally.end.is_some() || matches!(reason, Some(Reason::GaveUp { .. }));
+        let is_final = self.tally.end.is_some();
         let is_reopened = reason.is_some_and(|reason| *reason != Reason::Satisfied);
         match run.end {
             None => LeafState::Active,

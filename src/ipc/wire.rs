@@ -10,6 +10,9 @@ pub const WIRE_VERSION: u32 = 1;
 /// Way points that fit into one message.
 pub const PATH_MAX: usize = 64;
 
+/// Numbers that describe a controller: an arm has the most.
+pub const LIMITS_MAX: usize = 11;
+
 /// Robot seconds per wall second that a controller takes at most.
 pub const SPEED_MAX: f64 = 10_000.0;
 
@@ -174,6 +177,8 @@ pub struct WireRequest {
     pub at: [f64; 3],
     /// `GOAL`: the way points, the goal last.
     pub path: [WirePose; PATH_MAX],
+    /// `CONFIGURE`: what it moves within which limits, in the order of the model's fields; `start` says of which kind.
+    pub limits: [f64; LIMITS_MAX],
 }
 
 /// From a controller to the daemon.
@@ -254,6 +259,7 @@ impl Default for WireRequest {
             path_len: 0,
             at: [0.0; 3],
             path: [WirePose::default(); PATH_MAX],
+            limits: [0.0; LIMITS_MAX],
         }
     }
 }
@@ -268,7 +274,7 @@ mod tests {
         assert_eq!(size_of::<WireId>(), 16);
         assert_eq!(size_of::<WirePose>(), 24);
         assert_eq!(size_of::<WireState>(), 56);
-        assert_eq!(size_of::<WireRequest>(), 1672);
+        assert_eq!(size_of::<WireRequest>(), 1760);
         assert_eq!(size_of::<WireResponse>(), 112);
         assert_eq!(size_of::<WirePulse>(), 96);
         assert_eq!(size_of::<WireBeat>(), 24);

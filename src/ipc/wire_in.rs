@@ -4,11 +4,12 @@ use nalgebra::{Point3, Vector3};
 
 use super::clock::ClockOrigin;
 use super::wire::{
-    NO_OBJECT, PATH_MAX, SPEED_MAX, WIRE_VERSION, WireBeat, WireId, WirePose, WirePulse, WireRequest, WireResponse,
-    WireState, command, end, mode, rejection, request_kind, response_kind, state_kind,
+    LIMITS_MAX, NO_OBJECT, PATH_MAX, SPEED_MAX, WIRE_VERSION, WireBeat, WireId, WirePose, WirePulse, WireRequest,
+    WireResponse, WireState, command, end, mode, rejection, request_kind, response_kind, state_kind,
 };
 use crate::model::{
-    Command, CommandId, ControllerState, FromController, Mode, ObjectId, PartEnd, Pose, Rejection, Time, ToController,
+    ArmSpec, BaseSpec, Command, CommandId, ControllerKind, ControllerState, FromController, HeadSpec, Mode, ObjectId,
+    PartEnd, Pose, Rejection, Time, ToController,
 };
 
 /// A request as a controller may believe it.
@@ -31,6 +32,7 @@ pub(super) fn request(wire: &WireRequest) -> Result<Received, Rejection> {
         request_kind::CONFIGURE => ToController::Configure {
             generation: wire.id.generation,
             speed: speed(wire.speed)?,
+            limits: limits(wire.start.kind, wire.limits)?,
             start: state(&wire.start)?,
         },
         request_kind::GOAL => {
@@ -121,6 +123,29 @@ fn state(wire: &WireState) -> Result<ControllerState, Rejection> {
         }
         _ => Err(Rejection::Malformed),
     }
+}
+
+fn limits(kind: u32, numbers: [f64; LIMITS_MAX]) -> Result<ControllerKind, Rejection> {
+    let numbers = all_finite(numbers)?;
+    let point = |from: usize| Point3::new(numbers[from], numbers[from + 1], numbers[from + 2]);
+    let (kind, bounds) = match kind {
+        state_kind::BASE => {
+            let [speed, acceleration, turn_speed, turn_acceleration, ..] = numbers;
+            (ControllerKind::Base(BaseSpec { speed, acceleration, turn_speed, turn_acceleration }), &numbers[..4])
+        }
+        state_kind::ARM => {
+            let [.., reach_m, speed, acceleration, grip_s, lift_m] = numbers;
+            let (shoulder, tuck) = (point(0), point(3));
+            let arm = ArmSpec { shoulder, tuck, reach_m, speed, acceleration, grip_s, lift_m };
+            (ControllerKind::Arm(arm), &numbers[6..9])
+        }
+        state_kind::HEAD => {
+            let (speed, acceleration) = (numbers[3], numbers[4]);
+            (ControllerKind::Head(HeadSpec { neck: point(0), speed, acceleration }), &numbers[3..5])
+        }
+        _ => return Err(Rejection::Malformed),
+    };
+    if bounds.iter().all(|bound| *bound > 0.0) { Ok(kind) } else { Err(Rejection::Malformed) }
 }
 
 fn command_of(wire: &WireRequest) -> Result<Command, Rejection> {

@@ -5,11 +5,12 @@ use nalgebra::Point3;
 use super::clock::ClockOrigin;
 use super::link::LinkError;
 use super::wire::{
-    NO_OBJECT, PATH_MAX, WIRE_VERSION, WireId, WirePose, WireRequest, WireResponse, WireState, command, end, mode,
-    rejection, request_kind, response_kind, state_kind,
+    LIMITS_MAX, NO_OBJECT, PATH_MAX, WIRE_VERSION, WireId, WirePose, WireRequest, WireResponse, WireState, command,
+    end, mode, rejection, request_kind, response_kind, state_kind,
 };
 use crate::model::{
-    Command, CommandId, ControllerState, FromController, Mode, ObjectId, PartEnd, Pose, Rejection, ToController,
+    Command, CommandId, ControllerKind, ControllerState, FromController, Mode, ObjectId, PartEnd, Pose, Rejection,
+    ToController,
 };
 
 pub(super) fn request(
@@ -20,11 +21,12 @@ pub(super) fn request(
 ) -> Result<WireRequest, LinkError> {
     let mut wire = WireRequest::default();
     match message {
-        ToController::Configure { generation, speed, start } => {
+        ToController::Configure { generation, speed, limits, start } => {
             wire.kind = request_kind::CONFIGURE;
             wire.id = WireId { epoch, generation: *generation, number: 0 };
             wire.origin_ns = origin.0;
             wire.speed = *speed;
+            wire.limits = wire_limits(limits);
             wire.start = state(start);
         }
         ToController::Goal { id, mode, command } => {
@@ -106,6 +108,25 @@ pub(super) fn state(state: &ControllerState) -> WireState {
             velocity: [velocity[0], velocity[1], 0.0],
         },
     }
+}
+
+fn wire_limits(kind: &ControllerKind) -> [f64; LIMITS_MAX] {
+    let mut numbers = [0.0; LIMITS_MAX];
+    match kind {
+        ControllerKind::Base(base) => {
+            numbers[..4].copy_from_slice(&[base.speed, base.acceleration, base.turn_speed, base.turn_acceleration]);
+        }
+        ControllerKind::Arm(arm) => {
+            numbers[..3].copy_from_slice(arm.shoulder.coords.as_slice());
+            numbers[3..6].copy_from_slice(arm.tuck.coords.as_slice());
+            numbers[6..].copy_from_slice(&[arm.reach_m, arm.speed, arm.acceleration, arm.grip_s, arm.lift_m]);
+        }
+        ControllerKind::Head(head) => {
+            numbers[..3].copy_from_slice(head.neck.coords.as_slice());
+            numbers[3..5].copy_from_slice(&[head.speed, head.acceleration]);
+        }
+    }
+    numbers
 }
 
 fn write_command(what: &Command, wire: &mut WireRequest) -> Result<(), LinkError> {

@@ -17,6 +17,26 @@ fn states() -> Vec<ControllerState> {
     ]
 }
 
+fn limits(start: &ControllerState) -> ControllerKind {
+    match start {
+        ControllerState::Base { .. } => {
+            ControllerKind::Base(BaseSpec { speed: 1.0, acceleration: 0.5, turn_speed: 0.75, turn_acceleration: 0.25 })
+        }
+        ControllerState::Arm { .. } => ControllerKind::Arm(ArmSpec {
+            shoulder: Point3::new(-0.05, 0.2, 0.8),
+            tuck: Point3::new(0.2, 0.3, 0.9),
+            reach_m: 0.95,
+            speed: 0.5,
+            acceleration: 0.6,
+            grip_s: 0.7,
+            lift_m: 0.1,
+        }),
+        ControllerState::Head { .. } => {
+            ControllerKind::Head(HeadSpec { neck: Point3::new(0.0, 0.1, 1.2), speed: 2.0, acceleration: 3.0 })
+        }
+    }
+}
+
 fn commands() -> Vec<Command> {
     let (object, at) = (ObjectId(9), Point3::new(0.5, 0.1, 0.8));
     let path = |length: usize| (0..length).map(|i| Pose::new(i as f64, 1.0, -0.5)).collect();
@@ -35,7 +55,8 @@ fn goal(command: Command) -> ToController {
 }
 
 fn configure() -> ToController {
-    ToController::Configure { generation: ID.generation, speed: 20.0, start: states()[0] }
+    let start = states()[0];
+    ToController::Configure { generation: ID.generation, speed: 20.0, limits: limits(&start), start }
 }
 
 fn to_wire(message: &ToController) -> WireRequest {
@@ -50,6 +71,7 @@ fn every_request_comes_back_as_it_was() {
     messages.extend(states().into_iter().map(|start| ToController::Configure {
         generation: ID.generation,
         speed: 0.5,
+        limits: limits(&start),
         start,
     }));
     for message in messages {
@@ -103,7 +125,9 @@ fn what_does_not_fit_is_not_sent() {
 #[test]
 fn wrong_requests_are_refused() {
     type Spoil = fn(&mut WireRequest);
-    let rows: [(ToController, Spoil, Rejection); 22] = [
+    let rows: [(ToController, Spoil, Rejection); 24] = [
+        (configure(), |w| w.limits[1] = f64::NAN, Rejection::NotFinite),
+        (configure(), |w| w.limits[0] = 0.0, Rejection::Malformed),
         (configure(), |w| w.version = 0, Rejection::Version),
         (configure(), |w| w.version = 2, Rejection::Version),
         (configure(), |w| w.kind = 0, Rejection::Malformed),

@@ -197,7 +197,6 @@ fn blocked() -> Vec<Blocked> {
         Reason::WholeRobot { by: node },
         Reason::NotItsTurn { after: node },
         Reason::Ending { failed: node },
-        Reason::GaveUp { attempts: 3 },
     ];
     let leaf = NodeId(2);
     reasons.map(|reason| Blocked { leaf, reason }).into()
@@ -239,7 +238,17 @@ fn controller_messages() -> Vec<ControllerMessage> {
         vec![ControllerMessage::Attached, ControllerMessage::Joined { leaf, id: id() }, ControllerMessage::Lost];
     messages.extend(states().map(|start| ControllerMessage::Told {
         leaf: None,
-        message: ToController::Configure { generation: 1, speed: 20.0, start },
+        message: ToController::Configure {
+            generation: 1,
+            speed: 20.0,
+            limits: ControllerKind::Base(BaseSpec {
+                speed: 1.0,
+                acceleration: 0.5,
+                turn_speed: 1.0,
+                turn_acceleration: 1.0,
+            }),
+            start,
+        },
     }));
     messages.extend(commands.map(goal));
     messages.push(ControllerMessage::Told { leaf: Some(leaf), message: ToController::Cancel { id: id() } });

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::{Command, Mode, ObjectId, Pose, Time};
+use super::{Command, ControllerKind, Mode, ObjectId, Pose, Time};
 
 /// Identity of a command: which attachment of the controller, and a number that never comes twice in it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -18,12 +18,14 @@ pub struct CommandId {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ToController {
-    /// The first message of an attachment. Limits stand in the robot's description.
+    /// The first message of an attachment.
     Configure {
         /// The attachment.
         generation: u32,
         /// Robot seconds per wall second.
         speed: f64,
+        /// What it moves, and within which limits.
+        limits: ControllerKind,
         /// Where a simulated controller starts; a real one answers with its own state.
         start: ControllerState,
     },

@@ -130,11 +130,6 @@ pub enum Reason {
         /// The child that failed.
         failed: NodeId,
     },
-    /// It failed as often as it may.
-    GaveUp {
-        /// How often it was tried.
-        attempts: u32,
-    },
 }
 
 impl Reason {
@@ -190,9 +185,6 @@ impl Reason {
             Self::NotItsTurn { after } => format!("its turn comes after {}", names.node(*after)),
             Self::Ending { failed } => {
                 format!("{} failed, and what runs beside it is being ended", names.node(*failed))
-            }
-            Self::GaveUp { attempts } => {
-                format!("it failed {attempts} times, which is as often as it may")
             }
         }
     }

@@ -5,7 +5,7 @@ use nalgebra::{Point3, SVector, Vector3};
 use super::course::{Leg, Mover};
 use super::profile::Limits;
 use super::{Controller, Progress};
-use crate::model::{ArmSpec, Command, ControllerState, Mode, ObjectId, Rejection};
+use crate::model::{ArmSpec, Command, ControllerKind, ControllerState, Mode, ObjectId, Rejection};
 
 /// The leg at the end of which the gripper has closed or opened.
 const GRIP_LEG: usize = 1;
@@ -62,7 +62,10 @@ impl Arm {
 }
 
 impl Controller for Arm {
-    fn configure(&mut self, start: ControllerState) -> ControllerState {
+    fn configure(&mut self, limits: &ControllerKind, start: ControllerState) -> ControllerState {
+        if let ControllerKind::Arm(spec) = limits {
+            self.spec = *spec;
+        }
         let (at, holds) = match start {
             ControllerState::Arm { gripper, holds, .. } => (gripper.coords, holds),
             ControllerState::Base { .. } | ControllerState::Head { .. } => (self.mover.position(), self.holds),

@@ -7,7 +7,7 @@ use nalgebra::{Point2, Vector3};
 use super::course::{Leg, Mover};
 use super::profile::Limits;
 use super::{Controller, Progress};
-use crate::model::{BaseSpec, Command, ControllerState, Mode, Pose, Rejection};
+use crate::model::{BaseSpec, Command, ControllerKind, ControllerState, Mode, Pose, Rejection};
 
 /// A simulated base.
 #[derive(Debug, Clone)]
@@ -53,7 +53,10 @@ impl Base {
 }
 
 impl Controller for Base {
-    fn configure(&mut self, start: ControllerState) -> ControllerState {
+    fn configure(&mut self, limits: &ControllerKind, start: ControllerState) -> ControllerState {
+        if let ControllerKind::Base(spec) = limits {
+            self.spec = *spec;
+        }
         let at = match start {
             ControllerState::Base { pose, .. } => coordinates(&pose),
             ControllerState::Arm { .. } | ControllerState::Head { .. } => self.mover.position(),

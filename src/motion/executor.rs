@@ -1,7 +1,9 @@
 //! A controller with the command that it works on: the same in a process and in a simulation.
 
 use super::{Controller, Progress};
-use crate::model::{Command, CommandId, ControllerState, FromController, Mode, PartEnd, Rejection, Time};
+use crate::model::{
+    Command, CommandId, ControllerKind, ControllerState, FromController, Mode, PartEnd, Rejection, Time,
+};
 
 /// Carries out one command at a time and tells of it.
 #[derive(Debug)]
@@ -24,10 +26,10 @@ impl<C: Controller> Executor<C> {
         Self { controller, active: None }
     }
 
-    /// Takes the start state of a new attachment and gives the true one.
-    pub fn configure(&mut self, start: ControllerState) -> ControllerState {
+    /// Takes limits and start state of a new attachment and gives the true state.
+    pub fn configure(&mut self, limits: &ControllerKind, start: ControllerState) -> ControllerState {
         self.active = None;
-        self.controller.configure(start)
+        self.controller.configure(limits, start)
     }
 
     /// State at the end of the last step.
@@ -93,8 +95,8 @@ impl<C: Controller> Executor<C> {
 }
 
 impl<C: Controller + ?Sized> Controller for Box<C> {
-    fn configure(&mut self, start: ControllerState) -> ControllerState {
-        (**self).configure(start)
+    fn configure(&mut self, limits: &ControllerKind, start: ControllerState) -> ControllerState {
+        (**self).configure(limits, start)
     }
 
     fn start(&mut self, command: &Command, mode: Mode) -> Result<(), Rejection> {

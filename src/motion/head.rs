@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector2};
 use super::course::{Leg, Mover};
 use super::profile::Limits;
 use super::{Controller, Progress};
-use crate::model::{Command, ControllerState, HeadSpec, Mode, Rejection};
+use crate::model::{Command, ControllerKind, ControllerState, HeadSpec, Mode, Rejection};
 
 /// A simulated head.
 #[derive(Debug, Clone)]
@@ -32,7 +32,10 @@ impl Head {
 }
 
 impl Controller for Head {
-    fn configure(&mut self, start: ControllerState) -> ControllerState {
+    fn configure(&mut self, limits: &ControllerKind, start: ControllerState) -> ControllerState {
+        if let ControllerKind::Head(spec) = limits {
+            self.spec = *spec;
+        }
         let at = match start {
             ControllerState::Head { angles, .. } => Vector2::from(angles),
             ControllerState::Base { .. } | ControllerState::Arm { .. } => self.mover.position(),

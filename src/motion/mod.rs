@@ -25,10 +25,11 @@ pub const STEP: Duration = Duration::from_millis(10);
 ///
 /// Implement it to attach a robot of your own and hand it to `controller::serve`.
 pub trait Controller {
-    /// Takes the daemon's idea of the start state and answers with the true one.
+    /// Takes the daemon's limits and its idea of the start state, and answers with the true state.
     ///
-    /// A simulated controller goes where it is told; a real one ignores `start` and reports itself.
-    fn configure(&mut self, start: ControllerState) -> ControllerState;
+    /// A simulated controller goes where it is told; a real one ignores `start` and reports itself. Limits of another
+    /// kind than its own are not for it.
+    fn configure(&mut self, limits: &ControllerKind, start: ControllerState) -> ControllerState;
 
     /// Begins a command.
     ///

@@ -224,11 +224,12 @@ fn a_start_state_is_taken_only_by_its_own_kind() {
         ControllerState::Base { pose: Pose::new(1.0, 2.0, 3.0), velocity: Vector3::zeros() },
         ControllerState::Head { angles: [0.1, 0.2], velocity: [0.0; 2] },
     ];
+    let limits = [ControllerKind::Arm(ARM), ControllerKind::Base(BASE), ControllerKind::Head(HEAD)];
     for (kind, mut controller) in all().into_iter().enumerate() {
         for (index, &state) in states.iter().enumerate() {
             let before = controller.state();
             let expected = if index == kind { state } else { before };
-            assert_eq!(controller.configure(state), expected);
+            assert_eq!(controller.configure(&limits[kind], state), expected);
             assert_eq!(controller.state(), expected);
         }
     }

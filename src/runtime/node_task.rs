@@ -57,9 +57,11 @@ impl ToNode {
         deliver(&self.0, Input::Ended(outcome));
     }
 
-    /// Where the base is while it drives; the next such message says it better, so a full inbox does not matter.
+    /// Where the base is while it drives. The next such message says it better, so it only takes room that nobody needs.
     pub(super) fn observed(&self, change: Change) {
-        drop(self.0.try_send(Input::Observed(change)));
+        if self.0.capacity() > self.0.max_capacity() / 2 {
+            drop(self.0.try_send(Input::Observed(change)));
+        }
     }
 }
 

@@ -169,8 +169,8 @@ impl<'a> Simulation<'a> {
     fn tell(&mut self, id: ControllerId, message: &ToController) {
         let plant = &mut self.plants[id.index()];
         let reply = match message {
-            ToController::Configure { generation, start, .. } => {
-                let state = plant.configure(*start);
+            ToController::Configure { generation, limits, start, .. } => {
+                let state = plant.configure(limits, *start);
                 FromController::Configured { generation: *generation, state }
             }
             ToController::Goal { id, mode, command } => match plant.begin(*id, *mode, command, self.now) {

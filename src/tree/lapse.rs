@@ -72,8 +72,7 @@ impl Situated<'_> {
             | Reason::AlreadyDone { .. }
             | Reason::Alternative { .. }
             | Reason::NotItsTurn { .. }
-            | Reason::Ending { .. }
-            | Reason::GaveUp { .. } => false,
+            | Reason::Ending { .. } => false,
         }
     }
 

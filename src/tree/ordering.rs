@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::Answer;
 use super::composite::{Child, Composite, Open};
-use crate::model::{Blocked, Completion, NodeId, Reason, Span};
+use crate::model::{Blocked, Completion, Hold, NodeId, Reason, Span};
 use crate::world::View;
 
 /// The ordering constraint of a task node.
@@ -126,7 +126,11 @@ fn committed(node: &Composite) -> Option<usize> {
     let view = &node.open.as_ref()?.activation.view;
     let is_done = node.done_below.range(below.from..below.to).next().is_some();
     let is_running = node.running.range(below.from..below.to).next().is_some();
-    let is_holding = view.table.leases().any(|(_, lease)| below.contains(lease.holder));
+    // A behavior may have kept two things: while one of them is left, what it was done for may still come.
+    let is_holding = view.table.leases().any(|(_, lease)| {
+        let is_kept = lease.hold == Hold::Intention && below.contains(lease.behavior);
+        is_kept || below.contains(lease.holder)
+    });
     (!node.has_lapsed || is_done || is_running || is_holding).then_some(child)
 }
 

@@ -291,23 +291,26 @@ impl Root {
 
     fn apply_world(&mut self, now: Time, change: Change, out: &mut Outbox) {
         let held_before: Vec<_> = self.table.iter().map(|(id, _)| self.situation.held_by(id).is_some()).collect();
-        if self.situation.apply(change) {
-            self.empty(&held_before, &[change]);
+        let is_different = self.situation.apply(change);
+        // A lease may say of a gripper that it is full when nobody knows with what.
+        if self.empty(&held_before, &[change]) || is_different {
             self.progress += 1;
             self.is_wanted = true;
             out.push(Effect::Record(Box::new(Record::World { at: now, change })));
         }
     }
 
-    /// A physical lease ends when the world shows the gripper empty.
-    fn empty(&mut self, held_before: &[bool], changes: &[Change]) {
+    /// A physical lease ends when the world shows the gripper empty; true if one did.
+    fn empty(&mut self, held_before: &[bool], changes: &[Change]) -> bool {
         let ids: Vec<_> = self.table.iter().map(|(id, _)| id).collect();
+        let before = self.table.leases().count();
         for id in ids {
             let is_said_empty = changes.contains(&Change::Emptied(id));
             if (held_before[id.index()] || is_said_empty) && self.situation.held_by(id).is_none() {
                 self.table.emptied(id);
             }
         }
+        self.table.leases().count() < before
     }
 
     fn remember_kept(&mut self) {

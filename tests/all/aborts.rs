@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use ambidex::model::{Command, ControllerState, Message, MissionEnd, Mode, NodeId, Record, Rejection};
+use ambidex::model::{Command, ControllerKind, ControllerState, Message, MissionEnd, Mode, NodeId, Record, Rejection};
 use ambidex::motion::{self, Controller, Progress};
 use ambidex::runtime::{Control, Ended};
 
@@ -52,7 +52,7 @@ struct Stubborn {
 }
 
 impl Controller for Stubborn {
-    fn configure(&mut self, start: ControllerState) -> ControllerState {
+    fn configure(&mut self, _: &ControllerKind, start: ControllerState) -> ControllerState {
         self.state = start;
         start
     }

@@ -14,6 +14,14 @@ use tempfile::TempDir;
 
 use crate::fixtures::file;
 
+/// A robot file for one controller: called left arm, but a head.
+const WRONG_ARM: &str = "\
+robot: wrong
+radius: 0.4 m
+resources: {head: {type: head, controller: left_arm}}
+controllers: {left_arm: {head: {neck: [0 m, 0 m, 1 m], speed: 60 deg/s, acceleration: 180 deg/s^2}}}
+";
+
 /// What takes longer hangs.
 const DEADLINE: Duration = Duration::from_secs(60);
 const POLL: Duration = Duration::from_millis(5);
@@ -55,6 +63,16 @@ impl Home {
         let path = self.path(name);
         fs::write(&path, text).expect("a file");
         path
+    }
+
+    /// Starts the four controllers, each for one daemon; the left arm is a head and refuses what an arm would do.
+    pub fn controllers_with_a_wrong_arm(&self) -> [Process; 4] {
+        let robot = self.write("robot.yaml", WRONG_ARM);
+        let robot = robot.to_str().expect("a path in UTF-8").to_owned();
+        ["left_arm", "right_arm", "head", "base"].map(|name| match name {
+            "left_arm" => self.controller(name, &["--once", "--robot", &robot]),
+            _ => self.controller(name, &["--once"]),
+        })
     }
 
     /// Starts the program.

@@ -23,8 +23,8 @@ struct Watched {
 }
 
 impl Controller for Watched {
-    fn configure(&mut self, start: ControllerState) -> ControllerState {
-        self.body.configure(start)
+    fn configure(&mut self, limits: &ControllerKind, start: ControllerState) -> ControllerState {
+        self.body.configure(limits, start)
     }
 
     fn start(&mut self, command: &Command, mode: Mode) -> Result<(), Rejection> {

@@ -7,7 +7,7 @@ use ambidex::journal::Reader;
 use ambidex::model::{Names, Reason, Tally};
 use serde_json::Value;
 
-use crate::fixtures::{HANDS_FULL, TOO_FAR, experiment_file, file, mission};
+use crate::fixtures::{HANDS_FULL, TOO_FAR, experiment_file, mission};
 use crate::home::{Finished, Home, flat};
 
 /// What the log tells.
@@ -168,15 +168,11 @@ fn the_log_of_a_stalled_mission_tells_every_reason() {
     }
 }
 
-/// One arm is shorter than the daemon believes: what it refuses fails in the end.
+/// One arm is not what the daemon believes: what it refuses fails in the end.
 #[test]
 fn the_log_of_a_failed_mission_tells_its_report() {
     let home = Home::new();
-    let robot = std::fs::read_to_string(file("config/robots/pr2.yaml")).expect("the robot file");
-    let robot = home.write("robot.yaml", &robot.replacen("reach: 0.95 m", "reach: 0.5 m", 1));
-    let robot = robot.to_str().expect("a path in UTF-8");
-    let names = ["left_arm", "right_arm", "head", "base"];
-    let controllers = names.map(|name| home.controller(name, &["--once", "--robot", robot]));
+    let controllers = home.controllers_with_a_wrong_arm();
     let log = home.path("log.jsonl");
     let args = ["--json", "--speed", "100", "--log", log.to_str().expect("a path in UTF-8")];
     let finished = home.daemon(&experiment_file(1), &args).ends(1);

@@ -3,7 +3,7 @@
 use crate::fixtures::{HANDS_FULL, experiment_file, mission};
 use crate::home::{Finished, Home};
 
-use super::{CONTROLLERS, report};
+use super::report;
 
 fn ambidex(args: &[&str], code: i32) -> Finished {
     let home = Home::new();
@@ -65,17 +65,13 @@ fn a_stall_tells_the_reason_of_every_leaf() {
     home.is_empty();
 }
 
-/// The controllers' arms are shorter than the daemon believes.
 #[test]
 fn a_controller_that_refuses_fails_the_mission() {
     let home = Home::new();
-    let robot = std::fs::read_to_string(crate::fixtures::file("config/robots/pr2.yaml")).expect("the robot file");
-    let robot = home.write("robot.yaml", &robot.replace("reach: 0.95 m", "reach: 0.5 m"));
-    let robot = robot.to_str().expect("a path in UTF-8");
-    let controllers = CONTROLLERS.map(|name| home.controller(name, &["--once", "--robot", robot]));
+    let controllers = home.controllers_with_a_wrong_arm();
     let finished = home.daemon(&experiment_file(1), &["--json", "--speed", "100"]).ends(1);
     assert_eq!(report(&finished)["outcome"], "failed");
-    let said = "would not take its goal: the point is out of reach";
+    let said = "would not take its goal: this controller cannot do such a thing";
     assert!(finished.words().contains(said), "{}", finished.stderr);
     for controller in controllers {
         controller.ends(0);

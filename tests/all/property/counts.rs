@@ -22,8 +22,8 @@ pub struct Counts {
     pub rechoices: u64,
 }
 
-/// Made elsewhere: a leaf whose turn has not come is not activated, and one that gave up is not either.
-const NOT_OF_THE_CORE: [&str; 2] = ["NotItsTurn", "GaveUp"];
+/// Made elsewhere: a leaf whose turn has not come is not activated.
+const NOT_OF_THE_CORE: [&str; 1] = ["NotItsTurn"];
 const REASONS: [&str; 20] = [
     "Satisfied",
     "Held",

@@ -1,10 +1,10 @@
-//! One row for each reason that the core gives; `NotItsTurn` and `GaveUp` are said of leaves that are not asked.
+//! One row for each reason that the core gives; `NotItsTurn` is said of leaves that are not asked.
 
 use std::sync::Arc;
 
 use ambidex::model::{
-    Access, BehaviorSpec, Change, ChannelId, Condition, FactId, Keep, NodeId, ObjectId, Obstacle, PlaceId, Potential,
-    Reason, ResourceId, Situation, Wanted, Whereabouts,
+    Access, BehaviorSpec, Change, ChannelId, Condition, ControllerKind, FactId, Keep, MissionSpec, NodeId, ObjectId,
+    Obstacle, PlaceId, Potential, Reason, ResourceId, Situation, Wanted, Whereabouts,
 };
 use ambidex::tree::{Serial, Settings};
 use ambidex::world::{Compatible, Use};
@@ -12,7 +12,7 @@ use nalgebra::Point3;
 
 use super::Event::{Fails, Ok as Succeeds, World};
 use super::{Event, FREE, Run, and, leaf, or, robot, then};
-use crate::support::{self, BASE, GRIPPER, HEAD, TOOL, Tree, WING, blank, claim, fact, mission, move_to, pick};
+use crate::support::{self, BASE, Body, GRIPPER, HEAD, TOOL, Tree, WING, blank, claim, fact, mission, move_to, pick};
 
 const PLACES: usize = 4;
 const X: Access = Access::Exclusive;
@@ -59,6 +59,17 @@ fn first(spec: BehaviorSpec) -> Tree {
     leaf("first", BehaviorSpec { potential: Potential::Constant(5.0), ..spec })
 }
 
+/// All arms but some are too short for anything.
+fn reach_only(mission: &mut MissionSpec, arms: &[usize]) {
+    for (index, controller) in mission.robot.controllers.iter_mut().enumerate() {
+        if let ControllerKind::Arm(arm) = &mut controller.kind
+            && !arms.contains(&index)
+        {
+            arm.reach_m = 0.1;
+        }
+    }
+}
+
 #[test]
 fn of_the_world() {
     let (place, stand) = (PlaceId(1), support::place(1, PLACES).stand);
@@ -96,6 +107,28 @@ fn of_resources() {
     let holds = first(BehaviorSpec { claims, ..blank("holds") });
     let late = then([leaf("begin", blank("begin")), it(move_to(robot(2, 1), PlaceId(0), PLACES))]);
     check(and([holds, late]), &[Succeeds("begin")], "no gripper would be available to it there");
+}
+
+#[test]
+fn of_grippers_that_would_reach() {
+    // Of those that would reach the one that runs is named: it is worth waiting for.
+    let keep = Keep::Physical(X);
+    let kept = BehaviorSpec { claims: vec![claim(Wanted::Named(ResourceId(0)), X, keep)], ..blank("kept") };
+    let body = Body { grippers: 3, ..robot(2, 1) };
+    let near = Wanted::AnyEmpty { of: GRIPPER, reaches: Some(LYING) };
+    let tree = and([
+        then([leaf("keeps", kept), leaf("waits", blank("waits"))]),
+        then([leaf("go", blank("go")), leaf("runs", wants(Wanted::Named(ResourceId(1)))), leaf("end", blank("end"))]),
+        then([leaf("begin", blank("begin")), it(wants(near))]),
+    ]);
+    let there = World(Change::Base(support::place(0, PLACES).stand));
+    let events = [there, Succeeds("keeps"), Succeeds("go"), Succeeds("begin")];
+    let objects = vec![Whereabouts::At(PlaceId(0)), Whereabouts::Unknown];
+    let mut mission = mission(body, PLACES, objects, vec![false; 2], &tree);
+    reach_only(&mut mission, &[0, 1]);
+    let run = Run::new(mission, Settings::default(), &events);
+    let reason = run.reason("it").map(|reason| reason.sentence(&run.mission.names));
+    assert_eq!(reason.as_deref(), Some("gripper#1 is held by runs"));
 }
 
 #[test]

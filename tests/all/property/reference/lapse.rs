@@ -90,7 +90,10 @@ impl Model<'_> {
             let below = self.below(child);
             let is_done = self.done.iter().any(|&node| below.contains(node));
             let mut leases = self.rows.iter().flat_map(|row| &row.leases);
-            let is_held = leases.any(|held| below.contains(held.holder));
+            let is_held = leases.any(|held| {
+                let is_kept = held.hold == Hold::Intention && below.contains(held.behavior);
+                is_kept || below.contains(held.holder)
+            });
             if !is_done && !is_held && !self.runs_below(child) {
                 self.committed.remove(&node);
                 self.rechoices += 1;

@@ -51,9 +51,9 @@ impl Model<'_> {
 
     /// The world is different from outside; true if a round follows.
     pub fn world(&mut self, change: Change) -> bool {
-        let before = self.situation.clone();
+        let before = (self.situation.clone(), self.rows.clone());
         self.change(&[change]);
-        let is_different = self.situation != before;
+        let is_different = (&self.situation, &self.rows) != (&before.0, &before.1);
         self.progress += u64::from(is_different);
         is_different
     }

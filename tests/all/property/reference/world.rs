@@ -193,6 +193,7 @@ impl Model<'_> {
             Some(object) if reaching.is_empty() => {
                 let mut would: Vec<_> = all.into_iter().filter(|&id| reach(id).is_some()).collect();
                 would.retain(|id| !fits(id));
+                would.sort_by_key(|&id| !self.is_run(id));
                 let reason = match would.iter().find_map(|&id| held(id)) {
                     Some(refusal) => refusal.reason,
                     None => Reason::OutOfReach { object },
