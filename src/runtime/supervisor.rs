@@ -14,7 +14,7 @@ use super::journal_task::{Journal, Sink};
 use super::link_task::{LinkTask, Port};
 use super::node_task::{Surroundings, ToNode, wire};
 use crate::dispatch::{self, Dispatch, Limits};
-use crate::model::{Change, ControllerId, Header, MissionEnd, MissionSpec, NodeId, Record};
+use crate::model::{Change, ControllerId, Header, MissionEnd, MissionSpec, NodeId, Record, ToController};
 use crate::tree::{self, Begin, Settings};
 
 /// How a run is carried.
@@ -139,18 +139,7 @@ impl Supervisor {
             ids.insert(handle.id(), id);
             aborts.push(handle);
         }
-        let (orders, inboxes): (Vec<_>, Vec<_>) = links.iter().map(|_| mpsc::unbounded_channel()).unzip();
-        for (index, (link, orders)) in std::iter::zip(links, inboxes).enumerate() {
-            let id = ControllerId::from(index);
-            let task = LinkTask { id, link, orders, dispatch: to_dispatch.clone() };
-            let to_dispatch = to_dispatch.clone();
-            others.spawn(async move {
-                if let Err(error) = task.run().await {
-                    tracing::error!(target: "ambidex::controller", controller = id.0, %error, "the link broke");
-                    drop(to_dispatch.send(dispatch::Input::Lost(id)));
-                }
-            });
-        }
+        let orders = spawn_links(links, &to_dispatch, &mut others);
         let dispatch = DispatchTask {
             dispatch: Dispatch::new(mission, Limits::at_speed(timing.clock.speed())),
             inbox,
@@ -179,7 +168,7 @@ impl Supervisor {
             missing: (0..mission.robot.controllers.len()).map(ControllerId::from).collect(),
             end: None,
             ending: None,
-            has_begun: false,
+            has_begun: mission.robot.controllers.is_empty(),
             writer: None,
         }
     }
@@ -287,6 +276,30 @@ impl Supervisor {
             }
         }
     }
+}
+
+/// Starts a task per link; gives the way to each.
+fn spawn_links(
+    links: Vec<Box<dyn Port>>,
+    dispatch: &mpsc::UnboundedSender<dispatch::Input>,
+    tasks: &mut JoinSet<()>,
+) -> Vec<mpsc::UnboundedSender<ToController>> {
+    let spawn = |(index, link)| {
+        let id = ControllerId::from(index);
+        let (way, orders) = mpsc::unbounded_channel();
+        let dispatch = dispatch.clone();
+        let task = LinkTask { id, link, orders, dispatch: dispatch.clone() };
+        tasks.spawn(async move {
+            if let Err(error) = task.run().await {
+                tracing::error!(target: "ambidex::controller", controller = id.0, %error, "the link broke");
+                drop(dispatch.send(dispatch::Input::Lost(id)));
+                // What follows from it is the mission's end; the task itself is no news.
+                std::future::pending::<()>().await;
+            }
+        });
+        way
+    };
+    links.into_iter().enumerate().map(spawn).collect()
 }
 
 /// Comes back when the task has ended; never without one.

@@ -111,7 +111,12 @@ impl Root {
     }
 
     pub(super) fn begin(&mut self, now: Time, begin: Begin, out: &mut Outbox) {
-        assert!(self.phase == Phase::Waiting, "a mission begins once");
+        match self.phase {
+            Phase::Waiting => {}
+            // The end came first.
+            Phase::Ending(_) | Phase::Over => return,
+            Phase::Going => panic!("a mission begins once"),
+        }
         self.situation = begin.situation;
         self.phase = Phase::Going;
         self.is_wanted = true;

@@ -2,6 +2,7 @@
 
 mod aborts;
 mod attach;
+mod broken;
 mod driver;
 mod fixtures;
 mod home;

@@ -1,0 +1,134 @@
+//! The bare floor: tokio's tasks and messages without the machines.
+
+use super::*;
+
+/// Tasks, inboxes and messages as in `runtime`, with a count of answers in place of a machine.
+pub struct Floor {
+    tokio: tokio::runtime::Runtime,
+    tasks: Vec<JoinHandle<()>>,
+    root: mpsc::Sender<Input>,
+    ended: mpsc::UnboundedReceiver<()>,
+    delivered: Arc<AtomicU64>,
+    expected: u64,
+}
+
+struct FloorTask {
+    id: NodeId,
+    inbox: mpsc::Receiver<Input>,
+    parent: mpsc::Sender<Input>,
+    asked: Vec<mpsc::Sender<Input>>,
+    waiting: usize,
+    view: Arc<View>,
+    ended: mpsc::UnboundedSender<()>,
+    delivered: Arc<AtomicU64>,
+}
+
+impl Floor {
+    pub fn start(n: usize) -> Self {
+        let mission = tree_of(n, Load::Blocked);
+        let view = Arc::new(view_of(&mission));
+        let topology = &mission.tree.topology;
+        let tokio = current_thread();
+        let (to_bench, ended) = mpsc::unbounded_channel();
+        let delivered = Arc::new(AtomicU64::new(0));
+        let ids = || (0..mission.tree.nodes.len()).map(NodeId::from);
+        let below = |id: NodeId| topology.end(id).index() - id.index() - 1;
+        let (ways, inboxes): (Vec<_>, Vec<_>) = ids().map(|id| mpsc::channel(72 + 3 * below(id))).unzip();
+        let task = |(id, inbox)| {
+            let asked = match mission.tree.nodes[NodeId::index(id)] {
+                NodeKind::Then => 1,
+                NodeKind::Root | NodeKind::And | NodeKind::Or | NodeKind::Behavior(_) => n,
+            };
+            let children = topology.children(id).take(asked);
+            FloorTask {
+                id,
+                inbox,
+                parent: ways[topology.parent(id).index()].clone(),
+                asked: children.map(|child| ways[child.index()].clone()).collect(),
+                waiting: 0,
+                view: Arc::clone(&view),
+                ended: to_bench.clone(),
+                delivered: Arc::clone(&delivered),
+            }
+        };
+        let tasks = std::iter::zip(ids(), inboxes).map(task);
+        let tasks = tasks.map(|task| tokio.spawn(task.run())).collect();
+        Self { tasks, tokio, root: ways[0].clone(), ended, delivered, expected: messages(n) }
+    }
+
+    pub fn rounds(&mut self, rounds: u64) -> Duration {
+        let before = self.delivered.load(Ordering::Relaxed);
+        let begun = Instant::now();
+        self.tokio.block_on(async {
+            for _ in 0..rounds {
+                let change = Input::World(Change::Fact(TOGGLED, true));
+                self.root.try_send(change).expect("there is room");
+                self.ended.recv().await.expect("it runs");
+            }
+        });
+        let passed = begun.elapsed();
+        let delivered = self.delivered.load(Ordering::Relaxed) - before;
+        // The verdicts of the last round may still be on their way; those of the round before came instead.
+        let (all, verdicts) = (rounds * self.expected, self.expected / 3);
+        assert!(delivered.abs_diff(all) <= verdicts, "{delivered} of {all}");
+        passed
+    }
+
+    pub fn end(self) {
+        self.tasks.iter().for_each(JoinHandle::abort);
+    }
+}
+
+impl FloorTask {
+    async fn run(mut self) {
+        while let Some(input) = self.inbox.recv().await {
+            if !matches!(input, Input::World(_)) {
+                self.delivered.fetch_add(1, Ordering::Relaxed);
+            }
+            match input {
+                Input::Down(down @ Down::Activation(_)) => self.activate(&down),
+                Input::Down(down) => self.tell(&down),
+                Input::Up(_, up) => self.answered(up),
+                Input::World(_) => {
+                    self.activate(&Down::Activation(Activation { view: Arc::clone(&self.view), skips: Arc::from([]) }))
+                }
+                Input::Ended(_) | Input::Begin(_) | Input::Observed(_) | Input::End(_) => {
+                    panic!("nothing runs")
+                }
+            }
+        }
+    }
+
+    fn activate(&mut self, down: &Down) {
+        self.waiting = self.asked.len();
+        self.tell(down);
+        if self.waiting == 0 {
+            self.answer(Box::default());
+        }
+    }
+
+    fn answered(&mut self, up: Up) {
+        let Up::Answer(answer) = up else { panic!("nothing runs") };
+        self.waiting -= 1;
+        if self.waiting == 0 {
+            self.answer(answer);
+        }
+    }
+
+    fn answer(&mut self, answer: Box<Answer>) {
+        if self.id == NodeId(0) {
+            self.ended.send(()).expect("the bench counts rounds");
+            self.tell(&Down::Verdict(Arc::new(Verdict::default())));
+        } else {
+            let up = Input::Up(self.id, Up::Answer(answer));
+            self.parent.try_send(up).expect("there is room");
+        }
+    }
+
+    fn tell(&self, down: &Down) {
+        for child in &self.asked {
+            let input = Input::Down(down.clone());
+            child.try_send(input).expect("there is room");
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! A defect outside the tree: a task of the runtime that panics ends the run loudly, it does not hang it.
+
+use std::os::fd::{AsFd, BorrowedFd};
+use std::os::unix::net::UnixStream;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use ambidex::ipc::{Heard, Link, LinkError};
+use ambidex::model::{MissionEnd, ToController};
+use ambidex::runtime::{self, Clock, Ended, Options, Port};
+use ambidex::tree::Settings;
+use tokio::sync::mpsc;
+
+use crate::fixtures::{experiment_file, load};
+
+const DEADLINE: Duration = Duration::from_secs(10);
+
+/// A link that panics at its first sound.
+struct Broken {
+    ear: UnixStream,
+}
+
+impl Link for Broken {
+    fn send(&mut self, _: &ToController) -> Result<(), LinkError> {
+        Ok(())
+    }
+
+    fn drain(&mut self) -> Vec<Heard> {
+        panic!("this link is broken on purpose")
+    }
+
+    fn beat(&mut self) {}
+
+    fn is_attached(&self) -> Option<u32> {
+        None
+    }
+
+    fn last_heard(&self) -> Option<Instant> {
+        None
+    }
+
+    fn forget(&mut self) {}
+}
+
+impl AsFd for Broken {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.ear.as_fd()
+    }
+}
+
+#[test]
+fn a_panic_in_a_link_ends_the_run() {
+    let mission = load(&experiment_file(1));
+    let (ears, _voices): (Vec<_>, Vec<_>) =
+        mission.robot.controllers.iter().map(|_| UnixStream::pair().expect("a pair")).unzip();
+    let links = ears.into_iter().map(|ear| Box::new(Broken { ear }) as Box<dyn Port>).collect();
+    let executor = tokio::runtime::Builder::new_current_thread().enable_all().build().expect("an executor");
+    executor.block_on(async {
+        let (_control, controlled) = mpsc::unbounded_channel();
+        let options = Options {
+            settings: Settings::default(),
+            clock: Clock::start(1.0),
+            attach_timeout: None,
+            grace: Duration::ZERO,
+            journal: None,
+        };
+        let run = tokio::spawn(runtime::run(Arc::new(mission), links, options, controlled));
+        let ended = tokio::time::timeout(DEADLINE, run).await.expect("the run hangs");
+        let ended = ended.expect("the run itself goes on to its end");
+        assert_eq!(ended, Ended::Mission(MissionEnd::TaskLost));
+    });
+}
