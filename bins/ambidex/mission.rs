@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use ambidex::config::{self, Loaded};
+use ambidex::config::{self, ConfigError, Loaded};
 use ambidex::ipc::Instance;
 use ambidex::model::{MissionEnd, Record};
 use ambidex::runtime::{self, Clock, Control, Ended, Options, Sink};
@@ -39,7 +39,7 @@ pub fn daemon(args: &DaemonArgs) -> Result<Exit> {
 }
 
 fn load(args: &MissionArgs) -> Result<Loaded> {
-    Ok(config::load_mission(&args.mission, args.robot.as_deref())?)
+    config::load_mission(&args.mission, args.robot.as_deref()).map_err(ConfigError::into_report)
 }
 
 fn go(
@@ -59,7 +59,7 @@ fn go(
     let clock = Clock::start(live.speed);
     let links = robot::links(&loaded.mission, instance, &clock).into_diagnostic()?;
     let observer = Observer::new(&loaded.mission, args, instance.name(), &terminal).into_diagnostic()?;
-    observer.say_what_it_waits_for(&loaded.mission);
+    observer.say_what_it_waits_for();
     let observer = Arc::new(Mutex::new(observer));
     let robot = &loaded.mission.robot;
     let start = || Children::start(robot, &loaded.robot_path, instance, args.log_format, &terminal);

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use ambidex::draw::{self, Progress};
 use ambidex::journal::{self, JournalError, JournalFile};
-use ambidex::model::{MissionEnd, MissionSpec, Record, Tally};
+use ambidex::model::{ControllerMessage, MissionEnd, MissionSpec, Record, Tally};
 
 use crate::args::MissionArgs;
 use crate::terminal::Terminal;
@@ -25,6 +25,7 @@ pub struct Observer {
     is_json: bool,
     drawn: Option<Instant>,
     is_stale: bool,
+    missing: Vec<String>,
 }
 
 impl Observer {
@@ -50,6 +51,7 @@ impl Observer {
             is_json: args.json,
             drawn: None,
             is_stale: false,
+            missing: mission.names.controllers.clone(),
         })
     }
 
@@ -69,6 +71,7 @@ impl Observer {
             self.draw();
         } else if let Some(line) = self.progress.plain_line(record) {
             self.terminal.say(&line);
+            self.say_who_is_missing(record);
         }
     }
 
@@ -94,10 +97,28 @@ impl Observer {
     }
 
     /// Names the controllers without which the mission does not begin.
-    pub fn say_what_it_waits_for(&self, mission: &MissionSpec) {
-        if !self.is_quiet {
-            self.terminal.say(&format!("waiting for {}", mission.names.controllers.join(", ")));
+    pub fn say_what_it_waits_for(&self) {
+        if !self.is_quiet && !self.missing.is_empty() {
+            self.terminal.say(&format!("waiting for {}", self.missing.join(", ")));
         }
+    }
+
+    /// Where no live display shows it: who is missing after one more has come or gone.
+    fn say_who_is_missing(&mut self, record: &Record) {
+        let Record::Controller { controller, message, .. } = record else {
+            return;
+        };
+        let name = self.names.controller(*controller).to_owned();
+        match message {
+            ControllerMessage::Attached => self.missing.retain(|missing| *missing != name),
+            ControllerMessage::Lost if self.tally().rounds == 0 => self.missing.push(name),
+            ControllerMessage::Lost
+            | ControllerMessage::Told { .. }
+            | ControllerMessage::Joined { .. }
+            | ControllerMessage::Heard { .. }
+            | ControllerMessage::Refused { .. } => return,
+        }
+        self.say_what_it_waits_for();
     }
 
     /// What is known so far.

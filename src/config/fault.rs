@@ -29,6 +29,17 @@ pub struct Fault {
 }
 
 impl ConfigError {
+    /// The error as it is shown: a single mistake speaks for itself.
+    pub fn into_report(mut self) -> miette::Report {
+        match self.faults.pop() {
+            Some(only) if self.faults.is_empty() => only.into(),
+            last => {
+                self.faults.extend(last);
+                self.into()
+            }
+        }
+    }
+
     /// The mistakes, file by file in the order of the lines.
     pub fn faults(&self) -> &[Fault] {
         &self.faults
