@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, RawFd};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::RequestSendError;
@@ -239,10 +239,6 @@ impl Link for DaemonPort {
     fn is_attached(&self) -> Option<u32> {
         let seen = self.seen?;
         (age(seen.sent_ns) < DEAD_MAN).then_some(seen.pid)
-    }
-
-    fn last_heard(&self) -> Option<Instant> {
-        Instant::now().checked_sub(age(self.seen?.sent_ns))
     }
 
     fn forget(&mut self) {

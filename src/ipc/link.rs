@@ -1,7 +1,5 @@
 //! The link between runtime and one controller, whatever carries it.
 
-use std::time::Instant;
-
 use crate::model::{CommandId, ControllerState, FromController, Rejection, Time, ToController};
 
 /// One controller as the runtime sees it. No call blocks.
@@ -20,9 +18,6 @@ pub trait Link {
 
     /// The process id of the controller, if it showed a sign of life within [`DEAD_MAN`](super::DEAD_MAN).
     fn is_attached(&self) -> Option<u32>;
-
-    /// When the controller last showed a sign of life.
-    fn last_heard(&self) -> Option<Instant>;
 
     /// Gives the controller up: nothing of the present attachment will be heard any more.
     fn forget(&mut self);

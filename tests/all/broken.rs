@@ -3,7 +3,7 @@
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use ambidex::ipc::{Heard, Link, LinkError};
 use ambidex::model::{MissionEnd, ToController};
@@ -32,10 +32,6 @@ impl Link for Broken {
     fn beat(&mut self) {}
 
     fn is_attached(&self) -> Option<u32> {
-        None
-    }
-
-    fn last_heard(&self) -> Option<Instant> {
         None
     }
 

@@ -128,10 +128,6 @@ impl Link for Overheard {
         self.port.is_attached()
     }
 
-    fn last_heard(&self) -> Option<Instant> {
-        self.port.last_heard()
-    }
-
     fn forget(&mut self) {
         self.port.forget();
     }
