@@ -97,6 +97,13 @@ impl Dispatch {
         }
     }
 
+    pub(super) fn closed(&mut self, now: Time, controller: ControllerId, id: CommandId) {
+        if self.slots[controller.index()].knows(id) {
+            self.record(now, controller, ControllerMessage::Refused { why: Rejection::Unknown });
+            self.drop_current(now, controller, End::Failed(Fault::Aborted(controller)));
+        }
+    }
+
     pub(super) fn part_ended(&mut self, now: Time, controller: ControllerId, end: PartEnd, state: ControllerState) {
         let Some(active) = self.slots[controller.index()].current.take() else {
             return;

@@ -25,6 +25,8 @@ pub enum Input {
     Heard(ControllerId, FromController),
     /// What a controller said could not be used.
     Refused(ControllerId, Rejection),
+    /// A controller let go of a command without a result.
+    Closed(ControllerId, CommandId),
     /// A controller is gone.
     Lost(ControllerId),
     /// A leaf was granted.
@@ -116,6 +118,7 @@ impl Dispatch {
             Input::Attached(id) => self.attached(now, id),
             Input::Heard(id, message) => self.heard(now, id, message),
             Input::Refused(id, why) => self.record(now, id, ControllerMessage::Refused { why }),
+            Input::Closed(id, command) => self.closed(now, id, command),
             Input::Lost(id) => self.lost(now, id),
             Input::Start(goal) => self.start(now, goal),
             Input::Stop(leaf) => self.stop(now, leaf, End::Canceled),

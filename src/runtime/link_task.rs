@@ -70,7 +70,7 @@ impl LinkTask {
             let input = match heard {
                 Heard::Message(message) => Input::Heard(self.id, message),
                 Heard::Refused(why) => Input::Refused(self.id, why),
-                Heard::Closed(_) => Input::Refused(self.id, Rejection::Unknown),
+                Heard::Closed(command) => Input::Closed(self.id, command),
                 Heard::State { generation, .. } => {
                     has_left |= watch.serves && generation == 0;
                     watch.serves = generation != 0;
