@@ -3,12 +3,12 @@
 mod aborts;
 mod attach;
 mod broken;
+mod dispatching;
 mod driver;
 mod fixtures;
 mod home;
 mod journals;
 mod live;
-mod losses;
 mod processes;
 mod property;
 mod published;

@@ -1,10 +1,10 @@
-//! Controllers that are lost, silent or incredible: simulated, and to the dispatch alone.
+//! The dispatch alone: sharing, and controllers that are lost, silent or incredible; losses simulated too.
 
 use std::time::Duration;
 
 use ambidex::dispatch::{Dispatch, Effect, Input, Limits};
 use ambidex::model::{
-    Access, Command, CommandId, ControllerId, ControllerState, End, Fault, FromController, Goal, MissionEnd,
+    Access, ChannelId, Command, CommandId, ControllerId, ControllerState, End, Fault, FromController, Goal, MissionEnd,
     MissionSpec, Mode, NodeId, ObjectId, Part, PartEnd, Pose, Record, Rejection, ResourceId, Time, ToController,
 };
 use ambidex::sim::{self, Event};
@@ -125,4 +125,75 @@ fn a_configuration_is_repeated_and_then_given_up() {
     }
     assert!(effects.contains(&Effect::Lost(ARM)), "{effects:?}");
     assert_eq!(dispatch.deadline(), None);
+}
+
+const BASE: ControllerId = ControllerId(3);
+const OTHER: NodeId = NodeId(4);
+
+/// A goal that grasps with one arm while the base stands.
+fn pick(leaf: NodeId, arm: u32) -> Goal {
+    let mut goal = Goal { leaf, ..grasp() };
+    goal.parts[0].resource = ResourceId(arm);
+    let access = Access::Shared(ChannelId(0));
+    goal.parts.push(Part { resource: ResourceId(3), access, mode: Mode::Maintain, command: Command::Stand });
+    goal
+}
+
+/// What the base is told.
+fn told(effects: &[Effect]) -> Vec<&ToController> {
+    let to_base = effects.iter().filter_map(|effect| match effect {
+        Effect::Tell(BASE, message) => Some(message),
+        _ => None,
+    });
+    to_base.collect()
+}
+
+fn achieved(arm: u32, dispatch: &mut Dispatch) -> Vec<Effect> {
+    let id = CommandId { generation: 1, number: 1 };
+    let state = self::arm(Some(ObjectId(arm)));
+    let message = FromController::Result { id, end: PartEnd::Succeeded, began: Time(1), ended: Time(9), state };
+    dispatch.handle(Time(10), Input::Heard(ControllerId(arm), message))
+}
+
+fn stood(end: PartEnd, dispatch: &mut Dispatch) -> Vec<Effect> {
+    let id = CommandId { generation: 1, number: 1 };
+    let state = ControllerState::Base { pose: Pose::new(7.0, 3.5, 0.0), velocity: Vector3::zeros() };
+    let message = FromController::Result { id, end, began: Time(1), ended: Time(11), state };
+    dispatch.handle(Time(12), Input::Heard(BASE, message))
+}
+
+#[test]
+fn what_lasts_is_begun_by_the_first_and_ended_by_the_last() {
+    let mission = load(&experiment_file(1));
+    let mut dispatch = ready(&mission);
+    let begun = dispatch.handle(Time::ZERO, Input::Start(pick(LEAF, 0)));
+    assert!(matches!(told(&begun)[..], [ToController::Goal { mode: Mode::Maintain, .. }]), "{begun:?}");
+    let joined = dispatch.handle(Time::ZERO, Input::Start(pick(OTHER, 1)));
+    assert!(told(&joined).is_empty(), "the second joins: {joined:?}");
+    let first = achieved(0, &mut dispatch);
+    assert_eq!((end(&first), told(&first).len()), (Some(End::Succeeded), 0), "the first leaves at once");
+    let last = achieved(1, &mut dispatch);
+    assert!(matches!(told(&last)[..], [ToController::Cancel { .. }]), "the last stops it: {last:?}");
+    let at_rest = stood(PartEnd::Canceled, &mut dispatch);
+    let is_over = |effect: &Effect| matches!(effect, Effect::Ended(OTHER, outcome) if outcome.end == End::Succeeded);
+    assert!(at_rest.iter().any(is_over), "the last ends when the base is free: {at_rest:?}");
+}
+
+#[test]
+fn what_should_last_and_ends_early_fails_all_who_hold_it() {
+    let mission = load(&experiment_file(1));
+    let mut dispatch = ready(&mission);
+    dispatch.handle(Time::ZERO, Input::Start(pick(LEAF, 0)));
+    dispatch.handle(Time::ZERO, Input::Start(pick(OTHER, 1)));
+    stood(PartEnd::Aborted, &mut dispatch);
+    for (arm, leaf) in [(0, LEAF), (1, OTHER)] {
+        let id = CommandId { generation: 1, number: 1 };
+        let state = self::arm(None);
+        let canceled = FromController::Result { id, end: PartEnd::Canceled, began: Time(1), ended: Time(20), state };
+        let effects = dispatch.handle(Time(21), Input::Heard(ControllerId(arm), canceled));
+        let failed = End::Failed(Fault::NotMaintained(BASE));
+        let is_over =
+            |effect: &Effect| matches!(effect, Effect::Ended(of, outcome) if *of == leaf && outcome.end == failed);
+        assert!(effects.iter().any(is_over), "{effects:?}");
+    }
 }
