@@ -91,10 +91,8 @@ impl Dispatch {
         }
     }
 
-    pub(super) fn rejected(&mut self, now: Time, controller: ControllerId, id: CommandId, why: Rejection) {
-        if self.slots[controller.index()].knows(id) {
-            self.drop_current(now, controller, End::Failed(Fault::Rejected(controller, why)));
-        }
+    pub(super) fn rejected(&mut self, now: Time, controller: ControllerId, why: Rejection) {
+        self.drop_current(now, controller, End::Failed(Fault::Rejected(controller, why)));
     }
 
     pub(super) fn closed(&mut self, now: Time, controller: ControllerId, id: CommandId) {
@@ -108,13 +106,10 @@ impl Dispatch {
         let Some(active) = self.slots[controller.index()].current.take() else {
             return;
         };
-        let lasts = active.work.mode == Mode::Maintain;
-        let fault = match end {
-            PartEnd::Succeeded if !lasts => None,
-            PartEnd::Succeeded | PartEnd::Aborted | PartEnd::Canceled if lasts => {
-                Some(Fault::NotMaintained(controller))
-            }
-            PartEnd::Succeeded | PartEnd::Aborted | PartEnd::Canceled => Some(Fault::Aborted(controller)),
+        let fault = match (active.work.mode, end) {
+            (Mode::Achieve, PartEnd::Succeeded) => None,
+            (Mode::Achieve, PartEnd::Aborted | PartEnd::Canceled) => Some(Fault::Aborted(controller)),
+            (Mode::Maintain, _) => Some(Fault::NotMaintained(controller)),
         };
         for leaf in active.holders {
             self.report(leaf, active.work.resource, state);

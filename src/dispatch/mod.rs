@@ -12,8 +12,8 @@ use goals::Running;
 use slot::Slot;
 
 use crate::model::{
-    Change, Command, CommandId, ControllerId, ControllerMessage, ControllerState, End, FromController, Goal,
-    MissionSpec, NodeId, Outcome, Record, Rejection, RobotSpec, Situation, Time, ToController,
+    Change, CommandId, ControllerId, ControllerMessage, ControllerState, End, FromController, Goal, MissionSpec,
+    NodeId, Outcome, Record, Rejection, RobotSpec, Situation, Time, ToController,
 };
 
 /// What reaches the dispatch.
@@ -184,7 +184,7 @@ impl Dispatch {
                 self.check_ready();
             }
             FromController::Accepted { .. } => self.slots[id.index()].accepted(),
-            FromController::Rejected { id: command, why } => self.rejected(now, id, command, why),
+            FromController::Rejected { why, .. } => self.rejected(now, id, why),
             FromController::Feedback { state, .. } => self.observe(state),
             FromController::Result { end, state, .. } => self.part_ended(now, id, end, state),
         }
@@ -203,8 +203,8 @@ impl Dispatch {
     fn incredible(&mut self, now: Time, id: ControllerId, message: &FromController) {
         let why = Rejection::Malformed;
         self.record(now, id, ControllerMessage::Refused { why });
-        if let FromController::Result { id: command, .. } = message {
-            self.rejected(now, id, *command, why);
+        if matches!(message, FromController::Result { .. }) {
+            self.rejected(now, id, why);
         }
     }
 
@@ -239,22 +239,15 @@ impl Dispatch {
         self.effects.push(Effect::Tell(id, message));
     }
 
-    fn record(&mut self, at: Time, controller: ControllerId, message: ControllerMessage) {
-        self.effects.push(Effect::Record(Record::Controller { at, controller, message }));
-    }
-}
-
-/// Sends a command with a new identity.
-impl Dispatch {
+    /// Sends a command with a new identity.
     fn send(&mut self, now: Time, id: ControllerId, leaf: NodeId, work: &slot::Work) -> CommandId {
         let command = self.attachments[id.index()].next_command();
         let message = ToController::Goal { id: command, mode: work.mode, command: work.command.clone() };
         self.tell(now, id, Some(leaf), message);
         command
     }
-}
 
-/// Whether two commands are the same thing to keep up.
-fn is_same(a: &Command, b: &Command) -> bool {
-    std::mem::discriminant(a) == std::mem::discriminant(b)
+    fn record(&mut self, at: Time, controller: ControllerId, message: ControllerMessage) {
+        self.effects.push(Effect::Record(Record::Controller { at, controller, message }));
+    }
 }

@@ -59,7 +59,12 @@ impl Slot {
         let lasts = active.work.mode == Mode::Maintain && work.mode == Mode::Maintain;
         let is_same = active.work.resource == work.resource
             && active.work.access.joins(work.access)
-            && super::is_same(&active.work.command, &work.command);
+            && is_same(&active.work.command, &work.command);
         (lasts && is_same && !active.is_canceled).then_some(active)
     }
+}
+
+/// Whether two commands are the same thing to keep up.
+fn is_same(a: &Command, b: &Command) -> bool {
+    std::mem::discriminant(a) == std::mem::discriminant(b)
 }

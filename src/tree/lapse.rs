@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::behavior;
-use crate::model::{Blocked, Hold, Line, NodeId, Reason, Reopened, ResourceTable, TreeSpec};
+use crate::model::{Blocked, Grant, Hold, Line, NodeId, Reason, Reopened, ResourceTable, TreeSpec};
 use crate::world::View;
 
 /// What root knows at the end of a round.
@@ -13,7 +13,7 @@ pub(super) struct Situated<'a> {
     /// The table with this round's grants.
     pub(super) table: &'a ResourceTable,
     /// What runs, this round's grants included.
-    pub(super) running: &'a BTreeSet<NodeId>,
+    pub(super) running: &'a BTreeMap<NodeId, Grant>,
     pub(super) refused: &'a BTreeMap<NodeId, Reason>,
 }
 
@@ -52,14 +52,14 @@ impl Situated<'_> {
         match reason {
             Reason::Held { resource, .. } => runs_on(*resource),
             // Root may bind the other request to another resource than the AND that compared the two.
-            Reason::Outbid { resource, by, .. } => runs_on(*resource) || self.running.contains(by),
+            Reason::Outbid { resource, by, .. } => runs_on(*resource) || self.running.contains_key(by),
             Reason::NoneFree { of } | Reason::NothingAvailable { of } => {
                 self.view.geometry.robot.of_type(*of).any(runs_on)
             }
             Reason::SameObject { with: by, .. }
             | Reason::Clash { with: by }
             | Reason::WholeRobot { by }
-            | Reason::Driving { by } => self.running.contains(by),
+            | Reason::Driving { by } => self.running.contains_key(by),
             Reason::Satisfied
             | Reason::Missing { .. }
             | Reason::OutOfReach { .. }

@@ -240,9 +240,8 @@ impl Root {
     }
 
     fn reopen(&mut self, view: &View, verdict: &Verdict) -> Option<Reopened> {
-        let running: BTreeSet<NodeId> = self.running.keys().copied().collect();
-        let (tree, table, refused) = (&*self.tree, &self.table, &verdict.refused);
-        let situated = Situated { tree, view, table, running: &running, refused };
+        let (tree, table, running, refused) = (&*self.tree, &self.table, &self.running, &verdict.refused);
+        let situated = Situated { tree, view, table, running, refused };
         let reopened = situated.lapse().or_else(|| {
             let is_stuck = running.is_empty() && self.held.is_empty();
             if is_stuck { situated.go_back(&self.keepers) } else { None }
@@ -257,7 +256,7 @@ impl Root {
     fn apply(&mut self, now: Time, release: Release, out: &mut Outbox) {
         let grant = self.running.remove(&release.leaf).expect("only what runs ends");
         let going = release.going;
-        let held_before: Vec<_> = self.table.iter().map(|(id, _)| self.situation.held_by(id).is_some()).collect();
+        let were_full = self.full();
         for &change in &release.changes {
             self.situation.apply(change);
         }
@@ -280,7 +279,7 @@ impl Root {
             self.keepers
                 .retain(|&(holder, leaf)| !topology.is_within(holder, failed) && !topology.is_within(leaf, failed));
         }
-        self.empty(&held_before, &release.changes);
+        self.empty(&were_full, &release.changes);
         self.is_wanted = true;
         out.push(Effect::Record(Box::new(Record::Released {
             at: now,
@@ -297,23 +296,28 @@ impl Root {
     }
 
     fn apply_world(&mut self, now: Time, change: Change, out: &mut Outbox) {
-        let held_before: Vec<_> = self.table.iter().map(|(id, _)| self.situation.held_by(id).is_some()).collect();
+        let were_full = self.full();
         let is_different = self.situation.apply(change);
         // A lease may say of a gripper that it is full when nobody knows with what.
-        if self.empty(&held_before, &[change]) || is_different {
+        if self.empty(&were_full, &[change]) || is_different {
             self.progress += 1;
             self.is_wanted = true;
             out.push(Effect::Record(Box::new(Record::World { at: now, change })));
         }
     }
 
+    /// Which resources hold an object, by resource.
+    fn full(&self) -> Vec<bool> {
+        self.table.iter().map(|(id, _)| self.situation.held_by(id).is_some()).collect()
+    }
+
     /// A physical lease ends when the world shows the gripper empty; true if one did.
-    fn empty(&mut self, held_before: &[bool], changes: &[Change]) -> bool {
+    fn empty(&mut self, were_full: &[bool], changes: &[Change]) -> bool {
         let ids: Vec<_> = self.table.iter().map(|(id, _)| id).collect();
         let before = self.table.leases().count();
         for id in ids {
             let is_said_empty = changes.contains(&Change::Emptied(id));
-            if (held_before[id.index()] || is_said_empty) && self.situation.held_by(id).is_none() {
+            if (were_full[id.index()] || is_said_empty) && self.situation.held_by(id).is_none() {
                 self.table.emptied(id);
             }
         }
