@@ -226,8 +226,8 @@ mod tests {
         check(&written(&samples::records())[..30], no_journal);
         check(
             b"{\"record\":\"header\",\"version\":7,\"shape\":[]}\n",
-            "the journal run.jsonl has version 7; this program reads version 1",
+            "the journal run.jsonl has version 7; this program reads version 2",
         );
-        check(b"{\"record\":\"header\",\"version\":1}\n", "line 1 of the journal run.jsonl is not a record");
+        check(b"{\"record\":\"header\",\"version\":2}\n", "line 1 of the journal run.jsonl is not a record");
     }
 }

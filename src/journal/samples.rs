@@ -38,6 +38,7 @@ pub(super) fn records() -> Vec<Record> {
     ];
     let at = Time(2_000_000);
     records.extend(changes.map(|change| Record::World { at, change }));
+    records.extend(resources());
     records.extend(controller_messages().into_iter().map(told));
     let ends = [
         MissionEnd::Done,
@@ -137,6 +138,14 @@ pub(super) fn grant() -> Grant {
         changes: vec![ObjectId(0)],
         skips: request().skips,
     }
+}
+
+/// A resource that is held, and one that is free again.
+pub(super) fn resources() -> [Record; 2] {
+    let mut table = ResourceTable::new(3);
+    table.take(&Topology::new([0, 0, 1, 1].map(NodeId).to_vec()), &grant());
+    let states = [table.resource(ResourceId(0)).clone(), Resource::default()];
+    states.map(|state| Record::Resource { at: Time(1_500_000), resource: ResourceId(0), state })
 }
 
 fn decisions() -> Vec<Record> {

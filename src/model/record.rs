@@ -4,11 +4,11 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Change, CommandId, ControllerId, End, FromController, Grant, MissionSpec, Names, NodeId, NodeKind, Reason,
-    Rejection, Request, ResourceId, Time, ToController, TypeId,
+    Rejection, Request, Resource, ResourceId, Time, ToController, TypeId,
 };
 
 /// Version of the journal's form; a reader refuses any other.
-pub const JOURNAL_VERSION: u32 = 1;
+pub const JOURNAL_VERSION: u32 = 2;
 
 /// One line of the journal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -61,6 +61,15 @@ pub enum Record {
         at: Time,
         /// How.
         change: Change,
+    },
+    /// What a resource is like now that root moved, made or ended leases of it; nobody holds one that was never told of.
+    Resource {
+        /// When.
+        at: Time,
+        /// Which.
+        resource: ResourceId,
+        /// Who holds it, how and why.
+        state: Resource,
     },
     /// A message between the runtime and a controller.
     Controller {

@@ -72,7 +72,7 @@ impl Tally {
                     run.end = Some(*end);
                 }
             }
-            Record::World { at, .. } | Record::Controller { at, .. } => self.now = *at,
+            Record::World { at, .. } | Record::Resource { at, .. } | Record::Controller { at, .. } => self.now = *at,
             Record::Ended { at, end } => {
                 self.now = *at;
                 // Only the first word counts: what is made safe afterwards ends as canceled.

@@ -45,6 +45,8 @@ pub struct Root {
     geometry: Arc<Geometry>,
     settings: Settings,
     table: ResourceTable,
+    /// The table as the records tell it.
+    told: ResourceTable,
     situation: Situation,
     running: BTreeMap<NodeId, Grant>,
     round: u32,
@@ -82,6 +84,7 @@ impl Root {
             geometry: Arc::new(geometry),
             settings: settings.clone(),
             table: ResourceTable::new(mission.robot.resources.len()),
+            told: ResourceTable::new(mission.robot.resources.len()),
             situation: mission.start.clone(),
             running: BTreeMap::new(),
             round: 0,
@@ -204,6 +207,7 @@ impl Root {
             refused: verdict.refused.iter().map(|(&leaf, reason)| Blocked { leaf, reason: reason.clone() }).collect(),
             reopened: verdict.reopened.clone(),
         })));
+        self.tell_table(now, out);
         out.push(Effect::Down(TOP, Down::Verdict(Arc::new(verdict))));
         if matches!(self.phase, Phase::Ending(_)) && !self.running.is_empty() {
             out.push(Effect::Down(TOP, Down::Cancel(self.round)));
@@ -288,6 +292,7 @@ impl Root {
             going,
             changes: release.changes,
         })));
+        self.tell_table(now, out);
         if self.phase != Phase::Over && going.completed.is_some_and(|completed| completed.node == TOP) {
             self.finish(now, MissionEnd::Done, out);
         } else if self.phase == Phase::Going && going.failed == Some(TOP) {
@@ -303,6 +308,7 @@ impl Root {
             self.progress += 1;
             self.is_wanted = true;
             out.push(Effect::Record(Box::new(Record::World { at: now, change })));
+            self.tell_table(now, out);
         }
     }
 
@@ -349,10 +355,20 @@ impl Root {
         }
     }
 
+    /// Records every resource that is not as it was last told.
+    fn tell_table(&mut self, now: Time, out: &mut Outbox) {
+        for (id, resource) in self.table.iter().filter(|(id, resource)| self.told.resource(*id) != *resource) {
+            let state = resource.clone();
+            out.push(Effect::Record(Box::new(Record::Resource { at: now, resource: id, state })));
+        }
+        self.told.clone_from(&self.table);
+    }
+
     fn finish(&mut self, now: Time, end: MissionEnd, out: &mut Outbox) {
         self.phase = Phase::Over;
         if end == MissionEnd::Done {
             self.table.clear();
+            self.tell_table(now, out);
         }
         out.push(Effect::Record(Box::new(Record::Ended { at: now, end })));
         out.push(Effect::Finished(end));

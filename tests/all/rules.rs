@@ -103,7 +103,7 @@ impl Run {
         let mut refused = self.driver.records.iter().filter_map(|record| match record {
             Record::Decided { refused, .. } => refused.iter().find(|blocked| blocked.leaf == leaf),
             Record::Header(_) | Record::Sent { .. } | Record::Released { .. } => None,
-            Record::World { .. } | Record::Controller { .. } | Record::Ended { .. } => None,
+            Record::World { .. } | Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => None,
         });
         refused.next_back().map(|blocked| blocked.reason.clone())
     }

@@ -15,7 +15,7 @@ impl Progress {
         let names = &self.tally.header.as_ref()?.names;
         let (at, text) = match record {
             Record::Header(header) => (Time::ZERO, self.begins(header)),
-            Record::Sent { .. } => return None,
+            Record::Sent { .. } | Record::Resource { .. } => return None,
             Record::Decided { at, granted, reopened, .. } => {
                 (*at, self.decided(*at, granted, reopened.as_ref(), names)?)
             }

@@ -57,7 +57,7 @@ impl Progress {
                 let is_behavior = |node: &&NodeEntry| node.kind.is_behavior();
                 self.behaviors = header.nodes.iter().filter(is_behavior).count();
             }
-            Record::Sent { .. } | Record::Ended { .. } => {}
+            Record::Sent { .. } | Record::Resource { .. } | Record::Ended { .. } => {}
             Record::Decided { granted, reopened, .. } => {
                 if let Some(reopened) = reopened {
                     self.done.remove(&reopened.leaf);

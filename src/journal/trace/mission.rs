@@ -2,7 +2,7 @@
 
 use tracing::{debug, error, info, warn};
 
-use crate::model::{Change, End, Going, Grant, Header, MissionEnd, Names, NodeId, Reopened};
+use crate::model::{Change, End, Going, Grant, Header, MissionEnd, Names, NodeId, Reopened, Resource, ResourceId};
 
 use super::{MISSION, words};
 
@@ -88,6 +88,20 @@ pub(super) fn changed(at_s: f64, change: &Change, names: &Names) {
         changes = %words::changes(std::slice::from_ref(change), names),
         at_s,
         "world changed"
+    );
+}
+
+/// The five properties of a resource (III-B); its type stands in the header.
+pub(super) fn used(at_s: f64, id: ResourceId, resource: &Resource, names: &Names) {
+    debug!(
+        target: MISSION,
+        resource = names.resource(id),
+        owners = resource.owners(),
+        channel = resource.channel().map(|channel| names.channel(channel)),
+        locked = resource.is_locked(),
+        holders = %words::nodes(resource.leases().iter().map(|lease| lease.holder), names),
+        at_s,
+        "resource"
     );
 }
 

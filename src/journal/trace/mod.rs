@@ -38,6 +38,7 @@ pub fn emit(record: &Record, names: &Names) {
             mission::released(at.seconds(), *leaf, *end, *going, changes, names)
         }
         Record::World { at, change } => mission::changed(at.seconds(), change, names),
+        Record::Resource { at, resource, state } => mission::used(at.seconds(), *resource, state, names),
         Record::Controller { at, controller, message } => {
             controller::said(at.seconds(), names.controller(*controller), message, names)
         }

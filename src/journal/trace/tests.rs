@@ -164,3 +164,14 @@ fn the_end_of_a_mission_is_as_loud_as_it_is_bad() {
         .collect();
     assert_eq!(levels, ["INFO", "WARN", "WARN", "INFO", "ERROR", "ERROR"]);
 }
+
+#[test]
+fn a_resource_has_the_five_properties_of_the_paper() {
+    let [held, free] = samples::resources();
+    check(
+        held,
+        &["DEBUG ambidex::mission resource resource=[base] owners=[1] channel=[at shelf] locked=[true] \
+           holders=[pick 1] at_s=[1.5]"],
+    );
+    check(free, &["DEBUG ambidex::mission resource resource=[base] owners=[0] locked=[false] holders=[] at_s=[1.5]"]);
+}

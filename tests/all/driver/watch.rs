@@ -106,7 +106,7 @@ impl Watch {
                 }
             }
             Record::Released { leaf, end, going, .. } => self.release(*leaf, *end, going),
-            Record::Header(_) | Record::Sent { .. } | Record::World { .. } => {}
+            Record::Header(_) | Record::Sent { .. } | Record::World { .. } | Record::Resource { .. } => {}
             Record::Controller { .. } | Record::Ended { .. } => {}
         }
     }

@@ -88,7 +88,7 @@ impl Counts {
                 }
             }
             Record::Released { going, .. } => self.failures += u64::from(going.failed.is_some()),
-            Record::Header(_) | Record::Sent { .. } | Record::World { .. } => {}
+            Record::Header(_) | Record::Sent { .. } | Record::World { .. } | Record::Resource { .. } => {}
             Record::Controller { .. } | Record::Ended { .. } => {}
         }
     }

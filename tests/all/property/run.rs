@@ -226,7 +226,8 @@ fn compare(
             reopened.as_ref(),
         )),
         Record::Ended { end, .. } => Some(format!("{end:?}")),
-        Record::Header(_) | Record::Sent { .. } | Record::World { .. } | Record::Controller { .. } => None,
+        Record::Header(_) | Record::Sent { .. } | Record::World { .. } => None,
+        Record::Resource { .. } | Record::Controller { .. } => None,
     });
     let said: Vec<String> = said.collect();
     let mut expected: Vec<String> =
