@@ -41,6 +41,7 @@ pub fn behavior(claims: Vec<Claim>, commands: Vec<CommandTerm>, precondition: Co
         effects: Vec::new(),
         commands,
         changes: Vec::<ObjectId>::new(),
+        takes: Duration::ZERO,
         timeout: Duration::from_secs(600),
         retries: 0,
     }))

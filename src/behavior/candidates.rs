@@ -25,7 +25,14 @@ fn need(claim: &Claim, view: &View, line: &Line<'_>) -> Result<Need, Reason> {
             Whereabouts::At(_) | Whereabouts::Unknown => return Err(Reason::NotHeld { object }),
         },
         Wanted::Any(of) => any(of, claim.access, view, line)?,
-        Wanted::AnyEmpty { of, reaches } => any_empty(of, reaches, claim.access, view, line)?,
+        Wanted::AnyEmpty { of, reaches } => {
+            let all: Vec<_> = view.geometry.robot.of_type(of).collect();
+            empty(any(of, claim.access, view, line)?, claim.access, (of, &all), reaches, view, line)?
+        }
+        Wanted::Empty { resource, reaches } => {
+            let of = view.geometry.robot.resources[resource.index()].ty;
+            empty(one(resource, claim.access, view, line)?, claim.access, (of, &[resource]), reaches, view, line)?
+        }
     };
     Ok(Need { access: claim.access, keep: claim.keep, candidates })
 }
@@ -53,14 +60,15 @@ fn any(of: TypeId, access: Access, view: &View, line: &Line<'_>) -> Result<Vec<C
     if candidates.is_empty() { Err(Reason::NoneFree { of }) } else { Ok(candidates) }
 }
 
-fn any_empty(
-    of: TypeId,
-    reaches: Option<ObjectId>,
+/// Those that hold nothing and reach the object, of some that fit; `all` are those that would do if they were free.
+fn empty(
+    fitting: Vec<Candidate>,
     access: Access,
+    (of, all): (TypeId, &[ResourceId]),
+    reaches: Option<ObjectId>,
     view: &View,
     line: &Line<'_>,
 ) -> Result<Vec<Candidate>, Reason> {
-    let fitting = any(of, access, view, line)?;
     let reach = |resource| match reaches {
         Some(object) => view.geometry.reach_m(&view.situation, resource, object),
         None => Some(0.0),
@@ -76,7 +84,7 @@ fn any_empty(
     }
     match reaches.filter(|_| !empty.is_empty()) {
         Some(object) => {
-            let mut would: Vec<_> = view.geometry.robot.of_type(of).filter(|&id| reach(id).is_some()).collect();
+            let mut would: Vec<_> = all.iter().copied().filter(|&id| reach(id).is_some()).collect();
             // One that runs is worth waiting for, so it is named before one that is kept.
             would.sort_by_key(|&id| !view.table.resource(id).is_running());
             let reason = would.into_iter().find_map(|id| held(id, access, view, line));

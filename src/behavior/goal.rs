@@ -11,7 +11,7 @@ pub fn goal(spec: &BehaviorSpec, grant: &Grant, view: &View) -> Goal {
         let binding = grant.bindings[term.claim];
         Part { resource: binding.resource, access: binding.access, mode: term.mode, command: command(term.task, view) }
     });
-    Goal { leaf: grant.leaf, parts: parts.collect(), timeout: spec.timeout }
+    Goal { leaf: grant.leaf, parts: parts.collect(), takes: spec.takes, timeout: spec.timeout }
 }
 
 fn command(task: Task, view: &View) -> Command {

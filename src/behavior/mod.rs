@@ -67,18 +67,24 @@ fn request(spec: &BehaviorSpec, view: &View, line: &Line<'_>) -> Result<Request,
 /// Activation potential, greater than 0; a potential of 0 means not to ask. n is 1 when the robot has none of the type.
 fn potential(potential: &Potential, view: &View, line: &Line<'_>) -> Result<f64, Reason> {
     match *potential {
+        Potential::Constant(0.0) | Potential::Scaled { value: 0.0, .. } => Err(Reason::Unwanted),
         Potential::Constant(value) => Ok(value),
+        Potential::Scaled { value, by } => Ok(value * scale(by, view, line)?),
         Potential::Nearness { to, floor_m, scale_by } => {
-            let available = match scale_by {
-                None => 1,
-                Some(of) if view.geometry.robot.of_type(of).next().is_none() => 1,
-                Some(of) => match available(of, view, line) {
-                    0 => return Err(Reason::NothingAvailable { of }),
-                    count => count,
-                },
-            };
-            Ok(available as f64 / view.situation.base.distance_m(&to).max(floor_m))
+            let available = scale_by.map_or(Ok(1.0), |of| scale(of, view, line))?;
+            Ok(available / view.situation.base.distance_m(&to).max(floor_m))
         }
+    }
+}
+
+/// The factor that a type gives to a potential.
+fn scale(of: TypeId, view: &View, line: &Line<'_>) -> Result<f64, Reason> {
+    if view.geometry.robot.of_type(of).next().is_none() {
+        return Ok(1.0);
+    }
+    match available(of, view, line) {
+        0 => Err(Reason::NothingAvailable { of }),
+        count => Ok(count as f64),
     }
 }
 

@@ -15,9 +15,11 @@ const MAX_DEPTH: usize = 132;
 /// Stack of the parser: it takes up to 40 KiB for one level in a debug build, more than a thread may have to spare.
 const STACK_BYTES: usize = 32 << 20;
 
-/// Where something stands in a file.
+/// Where something stands in the files.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Spot {
+    /// Which file, in the order of opening.
+    pub(super) file: usize,
     /// Counted from 1.
     pub(super) line: usize,
     /// Counted from 1.
@@ -67,25 +69,33 @@ pub(super) struct SyntaxFault {
     pub(super) message: String,
 }
 
-/// Reads a file's text, on a stack of its own.
-pub(super) fn parse(text: &str) -> Result<Node, SyntaxFault> {
-    let gave_up = |message: String| SyntaxFault { spot: Spot::default(), message };
+/// Reads the text of a file, on a stack of its own.
+pub(super) fn parse(file: usize, text: &str) -> Result<Node, SyntaxFault> {
+    let whole = Spot { file, ..Spot::default() };
+    let gave_up = |message: String| SyntaxFault { spot: whole, message };
     std::thread::scope(|scope| {
         std::thread::Builder::new()
             .name("yaml".to_owned())
             .stack_size(STACK_BYTES)
-            .spawn_scoped(scope, || parse_here(text))
+            .spawn_scoped(scope, || parse_here(Text { file, text }))
             .map_err(|error| gave_up(format!("cannot start to read it: {error}")))?
             .join()
             .unwrap_or_else(|_| Err(gave_up("the YAML parser gave up on it".to_owned())))
     })
 }
 
-fn parse_here(text: &str) -> Result<Node, SyntaxFault> {
-    match serde_saphyr::from_str_with_options::<Spanned<Parsed>>(text, options()) {
+/// The text of a file, which places are found in.
+#[derive(Debug, Clone, Copy)]
+struct Text<'a> {
+    file: usize,
+    text: &'a str,
+}
+
+fn parse_here(text: Text<'_>) -> Result<Node, SyntaxFault> {
+    match serde_saphyr::from_str_with_options::<Spanned<Parsed>>(text.text, options()) {
         Ok(parsed) => Ok(located(parsed, text)),
         Err(error) => Err(SyntaxFault {
-            spot: error.location().map_or_else(Spot::default, |at| spot(at, text)),
+            spot: error.location().map_or(Spot { file: text.file, ..Spot::default() }, |at| spot(at, text)),
             message: sentence(&error),
         }),
     }
@@ -123,15 +133,15 @@ fn options() -> Options {
     }
 }
 
-fn located(parsed: Spanned<Parsed>, text: &str) -> Node {
+fn located(parsed: Spanned<Parsed>, text: Text<'_>) -> Node {
     let value = match parsed.value {
         Parsed::Null => Value::Null,
         Parsed::Text(text) => Value::Scalar { text, number: None },
         Parsed::Flag(flag) => {
-            Value::Scalar { text: written(parsed.defined, text).unwrap_or_else(|| flag.to_string()), number: None }
+            Value::Scalar { text: written(parsed.defined, text.text).unwrap_or_else(|| flag.to_string()), number: None }
         }
         Parsed::Number(number) => Value::Scalar {
-            text: written(parsed.defined, text).unwrap_or_else(|| number.to_string()),
+            text: written(parsed.defined, text.text).unwrap_or_else(|| number.to_string()),
             number: Some(number),
         },
         Parsed::List(list) => Value::List(list.into_iter().map(|item| located(item, text)).collect()),
@@ -154,13 +164,13 @@ fn written(at: Location, text: &str) -> Option<String> {
     text.get(from..from.checked_add(length)?).map(String::from)
 }
 
-fn spot(at: Location, text: &str) -> Spot {
+fn spot(at: Location, Text { file, text }: Text<'_>) -> Spot {
     let number = |value: u64| usize::try_from(value).unwrap_or(0);
     let (line, column) = (number(at.line()), number(at.column()));
     let known = at.span().byte_offset().map(number);
     let offset = known.unwrap_or_else(|| offset_of(line, column, text));
     let length = at.span().byte_len().map_or(0, number);
-    Spot { line, column, offset: offset.min(text.len()), length: length.min(text.len().saturating_sub(offset)) }
+    Spot { file, line, column, offset: offset.min(text.len()), length: length.min(text.len().saturating_sub(offset)) }
 }
 
 /// Bytes before a line and column, for the places that the parser counts in characters alone.

@@ -1,10 +1,11 @@
 //! Mistakes in files: each with file, line, key, what was found and what is allowed; all of them at once.
 
+use std::collections::BTreeSet;
 use std::fmt;
-use std::path::Path;
+use std::mem;
 use std::sync::Arc;
 
-use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
+use miette::{Diagnostic, LabeledSpan, NamedSource, Severity, SourceCode};
 
 use super::document::Spot;
 
@@ -18,11 +19,12 @@ pub struct ConfigError {
     uncounted: usize,
 }
 
-/// One mistake.
+/// One mistake, or what is legal but surely not meant.
 #[derive(Debug, Clone)]
 pub struct Fault {
     source: Arc<NamedSource<String>>,
-    spot: Option<Spot>,
+    spot: Spot,
+    severity: Severity,
     key: String,
     message: String,
     help: Option<String>,
@@ -44,11 +46,6 @@ impl ConfigError {
     pub fn faults(&self) -> &[Fault] {
         &self.faults
     }
-
-    /// Nothing was built and nothing says why: never a reason to panic over a file.
-    pub(super) fn unexplained() -> Self {
-        Self { faults: Vec::new(), uncounted: 1 }
-    }
 }
 
 impl Fault {
@@ -59,7 +56,7 @@ impl Fault {
 
     /// Line and column, counted from 1; none when the file could not be read at all.
     pub fn position(&self) -> Option<(usize, usize)> {
-        self.spot.filter(|spot| spot.line > 0).map(|spot| (spot.line, spot.column))
+        (self.spot.line > 0).then_some((self.spot.line, self.spot.column))
     }
 
     /// The key whose value is wrong; empty for the file as a whole.
@@ -71,13 +68,29 @@ impl Fault {
     pub fn message(&self) -> &str {
         &self.message
     }
+
+    /// What is allowed, or what to do.
+    pub fn help(&self) -> Option<&str> {
+        self.help.as_deref()
+    }
+
+    /// Whether the file can be used all the same.
+    pub fn is_warning(&self) -> bool {
+        self.severity == Severity::Warning
+    }
 }
 
 impl fmt::Display for ConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.faults.len() + self.uncounted {
-            1 => f.write_str("one mistake in the files"),
-            count => write!(f, "{count} mistakes in the files"),
+        let warnings = self.faults.iter().filter(|fault| fault.is_warning()).count();
+        match self.faults.len() - warnings + self.uncounted {
+            1 => f.write_str("one mistake in the files")?,
+            count => write!(f, "{count} mistakes in the files")?,
+        }
+        match warnings {
+            0 => Ok(()),
+            1 => f.write_str(", and a warning"),
+            count => write!(f, ", and {count} warnings"),
         }
     }
 }
@@ -110,63 +123,86 @@ impl Diagnostic for Fault {
         self.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
     }
 
+    fn severity(&self) -> Option<Severity> {
+        Some(self.severity)
+    }
+
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.spot.map(|_| &*self.source as &dyn SourceCode)
+        (self.spot.line > 0).then_some(&*self.source as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let spot = self.spot?;
-        let label = LabeledSpan::new(Some("here".to_owned()), spot.offset, spot.length.max(1));
-        Some(Box::new(std::iter::once(label)))
+        let Spot { offset, length, line, .. } = self.spot;
+        let label = LabeledSpan::new(Some("here".to_owned()), offset, length.max(1));
+        (line > 0).then(|| Box::new(std::iter::once(label)) as Box<_>)
     }
 }
 
-/// The mistakes found so far in one file.
-#[derive(Debug)]
+/// The mistakes found so far in all files.
+#[derive(Debug, Default)]
 pub(super) struct Faults {
-    source: Arc<NamedSource<String>>,
+    sources: Vec<Arc<NamedSource<String>>>,
     list: Vec<Fault>,
+    known: BTreeSet<(usize, usize, String)>,
+    errors: usize,
     uncounted: usize,
 }
 
 impl Faults {
-    /// None yet, in a file with this text.
-    pub(super) fn new(file: &Path, text: String) -> Self {
-        Self { source: Arc::new(NamedSource::new(file.display().to_string(), text)), list: Vec::new(), uncounted: 0 }
+    /// A further file with this text; its number is for the spots in it.
+    pub(super) fn open(&mut self, name: &str, text: String) -> usize {
+        self.sources.push(Arc::new(NamedSource::new(name, text)));
+        self.sources.len() - 1
     }
 
-    /// Whether the file is free of mistakes so far.
-    pub(super) fn is_empty(&self) -> bool {
-        self.list.is_empty()
+    /// Mistakes so far that make a file useless.
+    pub(super) fn errors(&self) -> usize {
+        self.errors
     }
 
-    /// Adds one at a place in the file; `help` says what is allowed.
+    /// Adds one at a place in a file; `help` says what is allowed.
     pub(super) fn push(&mut self, spot: Spot, key: &str, message: String, help: Option<String>) {
-        self.add(Some(spot), key, message, help);
+        self.add(Severity::Error, spot, key, message, help);
     }
 
-    /// Adds one about the file as a whole.
-    pub(super) fn push_whole(&mut self, message: String) {
-        self.add(None, "", message, None);
+    /// Adds what is legal but surely not meant.
+    pub(super) fn warn(&mut self, spot: Spot, key: &str, message: String, help: Option<String>) {
+        self.add(Severity::Warning, spot, key, message, help);
     }
 
-    fn add(&mut self, spot: Option<Spot>, key: &str, message: String, help: Option<String>) {
+    fn add(&mut self, severity: Severity, spot: Spot, key: &str, message: String, help: Option<String>) {
+        // What is used twice is wrong once.
+        if !self.known.insert((spot.file, spot.offset, message.clone())) {
+            return;
+        }
+        self.errors += usize::from(severity == Severity::Error);
         if self.list.len() >= MAX_FAULTS {
             self.uncounted += 1;
             return;
         }
-        self.list.push(Fault { source: Arc::clone(&self.source), spot, key: key.to_owned(), message, help });
+        let source = Arc::clone(&self.sources[spot.file]);
+        self.list.push(Fault { source, spot, severity, key: key.to_owned(), message, help });
     }
 
-    /// All mistakes of several files as one error; none if there are none.
-    pub(super) fn into_error(files: impl IntoIterator<Item = Self>) -> Option<ConfigError> {
-        let mut error = ConfigError { faults: Vec::new(), uncounted: 0 };
-        for mut file in files {
-            file.list.sort_by_key(|fault| fault.spot.map_or(0, |spot| spot.offset));
-            error.faults.extend(file.list);
-            error.uncounted += file.uncounted;
+    /// All of them, file by file in the order of the lines.
+    pub(super) fn take(&mut self) -> Vec<Fault> {
+        self.list.sort_by_key(|fault| (fault.spot.file, fault.spot.offset));
+        mem::take(&mut self.list)
+    }
+
+    /// What was built and the warnings beside it.
+    ///
+    /// # Errors
+    /// Everything that was found, if any of it is a mistake.
+    pub(super) fn into_result<T>(mut self, built: Option<T>) -> Result<(T, Vec<Fault>), ConfigError> {
+        let faults = self.take();
+        match built {
+            Some(built) if self.errors == 0 => Ok((built, faults)),
+            // Nothing was built and nothing says why: never a reason to panic over a file.
+            Some(_) | None => {
+                Err(ConfigError { uncounted: self.uncounted.max(usize::from(faults.is_empty())), faults })
+            }
         }
-        (!error.faults.is_empty()).then_some(error)
     }
 }
 

@@ -2,59 +2,71 @@
 
 mod document;
 mod fault;
+mod files;
 mod kinds;
-mod labels;
 mod names;
+mod parameter;
 mod quantity;
 mod raw;
 mod reader;
 mod robot;
-mod siblings;
+mod schema;
+mod shape;
 mod task;
+mod template;
 #[cfg(test)]
 mod tests;
+mod unmeant;
 mod world;
 
-use std::fs::File;
-use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 pub use fault::{ConfigError, Fault};
 pub use robot::RobotFile;
+pub use schema::{Format, schema};
 
 use crate::model::{MissionSpec, Names};
-use document::{MAX_BYTES, Node};
 use fault::Faults;
-use reader::Item;
+use files::{Files, LIBRARY, MISSION, beside};
+use kinds::Kinds;
+use names::Register;
+use parameter::{Known, RobotNames};
+use reader::{Fields, Item, Name};
+use task::{Subtrees, Surroundings};
 use world::WorldNames;
 
 /// A mission with the file of its robot.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Loaded {
     /// The mission.
     pub mission: MissionSpec,
     /// Where its robot stands, for the controllers to read it too.
     pub robot_path: PathBuf,
+    /// What is legal in the files but surely not meant.
+    pub warnings: Vec<Fault>,
+}
+
+/// What a file turned out to be.
+#[derive(Debug, Clone)]
+pub enum Checked {
+    /// A mission that can be run.
+    Mission(Box<Loaded>),
+    /// A robot, and what is surely not meant in its file.
+    Robot(Box<RobotFile>, Vec<Fault>),
+    /// Behaviors and subtrees for missions, by name, and what is surely not meant in their file.
+    Library(Vec<String>, Vec<Fault>),
 }
 
 /// Loads a mission and the robot that it names, or `robot_override` instead.
 ///
 /// # Errors
-/// Every mistake in both files.
+/// Every mistake in all its files.
 pub fn load_mission(path: &Path, robot_override: Option<&Path>) -> Result<Loaded, ConfigError> {
-    let (mut faults, node) = read(path);
-    let raw = node.and_then(|node| raw::Mission::read(Item::root(&node), &mut faults));
-    let robot_path = robot_override.map(Path::to_owned).or_else(|| {
-        let name = raw.as_ref()?.robot.as_ref()?;
-        Some(beside(path, &name.value))
-    });
-    let (robot_faults, robot) = match &robot_path {
-        Some(path) => read_robot(path),
-        None => (Faults::new(path, String::new()), None),
-    };
-    let mission = raw.and_then(|raw| build(raw, robot, &mut faults));
-    let loaded = mission.zip(robot_path).map(|(mission, robot_path)| Loaded { mission, robot_path });
-    finish(loaded, [faults, robot_faults])
+    let mut faults = Faults::default();
+    let files = Files::with_includes(path, &mut faults);
+    let loaded = files.main().and_then(|main| mission(path, &files, main, robot_override, &mut faults));
+    let ((mission, robot_path), warnings) = faults.into_result(loaded)?;
+    Ok(Loaded { mission, robot_path, warnings })
 }
 
 /// Loads a robot alone, as a controller process does.
@@ -62,83 +74,122 @@ pub fn load_mission(path: &Path, robot_override: Option<&Path>) -> Result<Loaded
 /// # Errors
 /// Every mistake in the file.
 pub fn load_robot(path: &Path) -> Result<RobotFile, ConfigError> {
-    let (faults, robot) = read_robot(path);
-    finish(robot, [faults])
+    let mut faults = Faults::default();
+    let robot = read_robot(path, None, &mut faults);
+    faults.into_result(robot).map(|(robot, _)| robot)
 }
 
-/// Where a path in a file leads.
-fn beside(file: &Path, name: &str) -> PathBuf {
-    file.parent().unwrap_or(Path::new("")).join(name)
-}
-
-fn read_robot(path: &Path) -> (Faults, Option<RobotFile>) {
-    let (mut faults, node) = read(path);
-    let raw = node.and_then(|node| raw::Robot::read(Item::root(&node), &mut faults));
-    let robot = raw.and_then(|raw| robot::build(raw, &mut faults));
-    (faults, robot)
-}
-
-fn read(path: &Path) -> (Faults, Option<Node>) {
-    match text(path) {
-        Ok(text) => {
-            let parsed = document::parse(&text);
-            let mut faults = Faults::new(path, text);
-            match parsed {
-                Ok(node) => (faults, Some(node)),
-                Err(fault) => {
-                    faults.push(fault.spot, "", fault.message, None);
-                    (faults, None)
-                }
-            }
+/// Checks a file of any format with everything that it leads to.
+///
+/// # Errors
+/// Every mistake in all its files.
+pub fn check(path: &Path) -> Result<Checked, ConfigError> {
+    let mut faults = Faults::default();
+    let files = Files::with_includes(path, &mut faults);
+    let Some(main) = files.main() else {
+        return faults.into_result(None).map(|((), warnings)| Checked::Library(Vec::new(), warnings));
+    };
+    match Format::of(main) {
+        Some(Format::Robot) => {
+            let robot = robot::read(main, &mut faults);
+            faults.into_result(robot).map(|(robot, warnings)| Checked::Robot(Box::new(robot), warnings))
         }
-        Err(error) => {
-            let mut faults = Faults::new(path, String::new());
-            faults.push_whole(format!("cannot read {}: {error}", path.display()));
-            (faults, None)
+        Some(Format::Behaviors) => {
+            let names = library(&files, main, &mut faults);
+            faults.into_result(names).map(|(names, warnings)| Checked::Library(names, warnings))
         }
+        Some(Format::Mission) | None => load_mission(path, None).map(|loaded| Checked::Mission(Box::new(loaded))),
     }
 }
 
-fn text(path: &Path) -> io::Result<String> {
-    let mut text = String::new();
-    File::open(path)?.take(MAX_BYTES + 1).read_to_string(&mut text)?;
-    if text.len() as u64 > MAX_BYTES {
-        let message = format!("it is larger than {MAX_BYTES} bytes");
-        return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
-    }
-    Ok(text)
+fn read_robot(path: &Path, named: Option<&Name>, faults: &mut Faults) -> Option<RobotFile> {
+    let files = Files::alone(path, named, faults);
+    robot::read(files.main()?, faults)
 }
 
-fn build(raw: raw::Mission, robot: Option<RobotFile>, faults: &mut Faults) -> Option<MissionSpec> {
-    let (raw_world, raw_task) = (raw.world?, raw.task);
-    let world_names = WorldNames::of(&raw_world);
-    let world = world::build(raw_world, &world_names, faults);
-    let around = task::Surroundings { robot: robot.as_ref(), world: world.as_ref(), names: &world_names };
-    let (tree, nodes) = task::build(raw_task?, &around, faults)?;
-    let (world, robot) = (world?, robot?);
-    let places = world_names.places.into_names();
-    Some(MissionSpec {
-        name: raw.mission?.value,
+/// A mission file with its libraries and its robot.
+fn mission(
+    path: &Path,
+    files: &Files,
+    main: Item<'_>,
+    robot_override: Option<&Path>,
+    faults: &mut Faults,
+) -> Option<(MissionSpec, PathBuf)> {
+    let fields = main.fields(&MISSION, faults)?;
+    let name = fields.get("mission").and_then(|item| item.name("the name of the mission", faults));
+    let (kinds, mut subtrees) = declared(files, &fields, faults);
+    let raw_world = fields.get("world").and_then(|item| raw::World::read(item, faults));
+    let robot_name = fields.get("robot").and_then(|item| item.path("the path of a robot file", faults));
+    let robot_path = match robot_override {
+        Some(path) => Some(path.to_owned()),
+        None => robot_name.as_ref().map(|name| beside(path, &name.value)),
+    };
+    let named = robot_name.as_ref().filter(|_| robot_override.is_none());
+    let robot = robot_path.as_ref().and_then(|path| read_robot(path, named, faults));
+    let robot_names = robot.as_ref().map(RobotNames::of);
+    let world_names = raw_world.as_ref().map(WorldNames::of);
+    let world = raw_world.zip(world_names.as_ref()).and_then(|(raw, names)| world::build(raw, names, faults));
+    let around = Surroundings {
+        kinds: &kinds,
+        known: Known { world: world_names.as_ref(), robot: robot_names.as_ref() },
+        robot: robot.as_ref(),
+        world: world.as_ref(),
+    };
+    task::check_all(&mut subtrees, &around, faults);
+    let task = fields.get("task").and_then(|item| task::build(item, &subtrees, &around, faults))?;
+    let (world, robot, names) = (world?, robot?, world_names?);
+    let mission = MissionSpec {
+        name: name?.value,
         robot: robot.robot,
         world: world.spec,
         start: world.start,
-        tree,
+        tree: task.tree,
         names: Names {
-            nodes,
-            channels: places.iter().map(|place| format!("at {place}")).collect(),
-            places,
-            objects: world_names.objects.into_names(),
-            facts: world_names.facts.into_names(),
+            nodes: task.names,
+            channels: task.channels,
+            places: names.places.into_names(),
+            objects: names.objects.into_names(),
+            facts: names.facts.into_names(),
             ..robot.names
         },
-    })
+    };
+    unmeant::look_for(&mission, &task.spots, faults);
+    Some((mission, robot_path?))
 }
 
-/// What was built, if no file has a fault.
-fn finish<T>(built: Option<T>, files: impl IntoIterator<Item = Faults>) -> Result<T, ConfigError> {
-    match (Faults::into_error(files), built) {
-        (Some(error), _) => Err(error),
-        (None, Some(built)) => Ok(built),
-        (None, None) => Err(ConfigError::unexplained()),
+/// A library by itself: names of a world are not known in it.
+fn library(files: &Files, main: Item<'_>, faults: &mut Faults) -> Option<Vec<String>> {
+    let fields = main.fields(&LIBRARY, faults)?;
+    fields.get("library").and_then(|item| item.name("the name of the library", faults))?;
+    let (kinds, mut subtrees) = declared(files, &fields, faults);
+    let around = Surroundings { kinds: &kinds, known: Known { world: None, robot: None }, robot: None, world: None };
+    task::check_all(&mut subtrees, &around, faults);
+    let own = ["behaviors", "subtrees"].into_iter().filter_map(|key| fields.get(key));
+    let names = own.flat_map(|item| item.keys().map(str::to_owned).collect::<Vec<_>>());
+    Some(names.collect())
+}
+
+/// Behaviors and subtrees of a file and of all that it includes.
+fn declared<'a>(files: &'a Files, main: &Fields<'a>, faults: &mut Faults) -> (Kinds, Subtrees<'a>) {
+    let (mut kinds, mut subtrees) = (Kinds::default(), Subtrees::default());
+    let libraries: Vec<_> = files.libraries().filter_map(|item| item.fields(&LIBRARY, faults)).collect();
+    for file in libraries.iter().chain([main]) {
+        // A list of includes that is none has led to no files.
+        for item in file.get("include").and_then(|item| item.list("a list of paths", faults)).into_iter().flatten() {
+            item.path("the path of a file", faults);
+        }
+        kinds.declare(file.get("behaviors"), &task::RESERVED, faults);
+        subtrees.declare(file.get("subtrees"), faults);
+    }
+    (kinds, subtrees)
+}
+
+impl RobotNames {
+    fn of(robot: &RobotFile) -> Self {
+        let register = |what, names: &[String]| Register::of(what, names.iter().map(String::as_str));
+        Self {
+            resources: register("resource", &robot.names.resources),
+            types: register("type of resource", &robot.names.types),
+        }
     }
 }

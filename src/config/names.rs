@@ -62,6 +62,11 @@ impl Register {
     }
 
     /// All names by id.
+    pub(super) fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// All names by id.
     pub(super) fn into_names(self) -> Vec<String> {
         self.names
     }

@@ -13,6 +13,8 @@ pub(super) enum Dimension {
     Acceleration,
     TurnSpeed,
     TurnAcceleration,
+    /// A number without a unit.
+    Plain,
 }
 
 /// A dimension and the values that make sense.
@@ -38,6 +40,10 @@ pub(super) const HEADING: Quantity = quantity(Dimension::Angle, -2.0 * PI, 2.0 *
 pub(super) const TIMEOUT: Quantity = quantity(Dimension::Time, 0.01, 86_400.0);
 /// How long a gripper takes.
 pub(super) const GRIP: Quantity = quantity(Dimension::Time, 0.0, 600.0);
+/// How long a behavior takes at least; nothing by itself.
+pub(super) const DURATION: Quantity = quantity(Dimension::Time, 0.0, 86_400.0);
+/// An activation potential; 0 means not to ask.
+pub(super) const POTENTIAL: Quantity = quantity(Dimension::Plain, 0.0, 1e9);
 /// A top speed.
 pub(super) const SPEED: Quantity = quantity(Dimension::Speed, 0.001, 100.0);
 /// A top acceleration.
@@ -63,6 +69,7 @@ impl Dimension {
             Self::Acceleration => &[("m/s^2", 1.0), ("m/s²", 1.0), ("cm/s^2", 0.01)],
             Self::TurnSpeed => &[("rad/s", 1.0), ("deg/s", DEGREE)],
             Self::TurnAcceleration => &[("rad/s^2", 1.0), ("rad/s²", 1.0), ("deg/s^2", DEGREE), ("deg/s²", DEGREE)],
+            Self::Plain => &[("", 1.0)],
         }
     }
 
@@ -76,6 +83,7 @@ impl Dimension {
             Self::Acceleration => "an acceleration such as `0.5 m/s^2`",
             Self::TurnSpeed => "a turning speed such as `60 deg/s`",
             Self::TurnAcceleration => "a turning acceleration such as `90 deg/s^2`",
+            Self::Plain => "a number such as `4.5`",
         }
     }
 

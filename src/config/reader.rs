@@ -6,6 +6,7 @@ use std::ops::RangeInclusive;
 use super::document::{Located, Node, Spot, Value};
 use super::fault::{Faults, suggestion};
 use super::quantity::Quantity;
+use super::shape::{Form, Shape};
 
 /// Longest name, bytes.
 const MAX_NAME_BYTES: usize = 64;
@@ -31,7 +32,7 @@ pub(super) struct Name {
 /// A map of which every key is known.
 #[derive(Debug, Clone)]
 pub(super) struct Fields<'a> {
-    what: &'a str,
+    shape: &'static Shape,
     at: Item<'a>,
     entries: &'a [(Located<String>, Node)],
 }
@@ -50,7 +51,8 @@ impl<'a> Item<'a> {
         Self { key: &key.value, spot, value: &node.value }
     }
 
-    fn wrong(&self, wanted: &str, faults: &mut Faults) {
+    /// Says that something else belongs here.
+    pub(super) fn wrong(&self, wanted: &str, faults: &mut Faults) {
         let found = match self.value {
             Value::Null => "nothing".to_owned(),
             Value::Scalar { text, .. } => format!("`{}`", shortened(text)),
@@ -61,9 +63,72 @@ impl<'a> Item<'a> {
         faults.push(self.spot, self.key, message, None);
     }
 
+    /// The value of a key that the writer chose.
+    pub(super) fn of(key: &'a str, node: &'a Node) -> Self {
+        Self { key, spot: node.spot, value: &node.value }
+    }
+
+    /// No value.
+    pub(super) fn nothing(key: &'a str, spot: Spot) -> Self {
+        Self { key, spot, value: &Value::Null }
+    }
+
     /// Whether it is a single word, number or text.
     pub(super) fn is_scalar(&self) -> bool {
         matches!(self.value, Value::Scalar { .. })
+    }
+
+    /// Whether it is a map.
+    pub(super) fn is_map(&self) -> bool {
+        matches!(self.value, Value::Map(_))
+    }
+
+    /// The keys of a map; none of anything else.
+    pub(super) fn keys(&self) -> impl Iterator<Item = &'a str> {
+        let entries: &[_] = match self.value {
+            Value::Map(entries) => entries,
+            Value::Null | Value::Scalar { .. } | Value::List(_) => &[],
+        };
+        entries.iter().map(|(key, _)| key.value.as_str())
+    }
+
+    /// The items of a list; none of anything else.
+    pub(super) fn each(&self) -> Vec<Self> {
+        match self.value {
+            Value::List(list) => self.items(list).collect(),
+            Value::Null | Value::Scalar { .. } | Value::Map(_) => Vec::new(),
+        }
+    }
+
+    /// The value of a key of a map whose shape is not known yet.
+    pub(super) fn value_of(&self, wanted: &str) -> Option<Self> {
+        let Value::Map(entries) = self.value else {
+            return None;
+        };
+        entries.iter().find(|(key, _)| key.value == wanted).map(|(key, node)| Self::under(key, node))
+    }
+
+    /// Whether there is no value.
+    pub(super) fn is_nothing(&self) -> bool {
+        matches!(self.value, Value::Null)
+    }
+
+    /// The value itself.
+    pub(super) fn node(&self) -> Node {
+        Located { value: self.value.clone(), spot: self.spot }
+    }
+
+    /// A path: any text of one line.
+    pub(super) fn path(&self, what: &str, faults: &mut Faults) -> Option<Name> {
+        match self.text() {
+            Some(text) if !text.is_empty() && !text.contains('\0') => {
+                Some(Name { value: text.to_owned(), key: self.key.to_owned(), spot: self.spot })
+            }
+            Some(_) | None => {
+                self.wrong(what, faults);
+                None
+            }
+        }
     }
 
     /// A name: a word, a number or quoted text.
@@ -74,6 +139,28 @@ impl<'a> Item<'a> {
         };
         let name = Name { value: text.clone(), key: self.key.to_owned(), spot: self.spot };
         is_name(&name, faults).then_some(name)
+    }
+
+    /// One of some words.
+    pub(super) fn word(&self, allowed: &[&str], what: &str, faults: &mut Faults) -> Option<&'a str> {
+        let Value::Scalar { text, .. } = self.value else {
+            self.wrong(what, faults);
+            return None;
+        };
+        if allowed.contains(&text.as_str()) {
+            return Some(text);
+        }
+        let message = format!("found `{}` instead of {what}", shortened(text));
+        faults.push(self.spot, self.key, message, Some(suggestion(text, what, allowed.iter().copied())));
+        None
+    }
+
+    /// Its text as written, where it is a word, number or text.
+    pub(super) fn text(&self) -> Option<&'a str> {
+        match self.value {
+            Value::Scalar { text, .. } => Some(text),
+            Value::Null | Value::List(_) | Value::Map(_) => None,
+        }
     }
 
     /// A number in SI units.
@@ -89,15 +176,16 @@ impl<'a> Item<'a> {
             Ok(_) => {
                 let unit = dimension.units()[0].0;
                 let message = format!("`{}` is out of bounds", shortened(text));
-                let help = format!("allowed: {from:.5} to {to:.5} {unit}");
+                let round = |bound: &f64| (bound * 1e5).round() / 1e5;
+                let help = format!("allowed: {} to {} {unit}", round(from), round(to)).trim_end().to_owned();
                 faults.push(self.spot, self.key, message, Some(help));
                 None
             }
             Err(_) => {
                 let units: Vec<_> = dimension.units().iter().map(|unit| unit.0).collect();
                 let message = format!("found `{}` instead of {}", shortened(text), dimension.example());
-                let help = format!("units: {}", units.join(", "));
-                faults.push(self.spot, self.key, message, Some(help));
+                let help = (units != [""]).then(|| format!("units: {}", units.join(", ")));
+                faults.push(self.spot, self.key, message, help);
                 None
             }
         }
@@ -194,20 +282,32 @@ impl<'a> Item<'a> {
         Some(named)
     }
 
-    /// A map of which all keys are known; others are faults.
-    pub(super) fn fields(&self, what: &'a str, allowed: &[&str], faults: &mut Faults) -> Option<Fields<'a>> {
+    /// A map of that shape: unknown keys, missing ones and two where one belongs are faults.
+    pub(super) fn fields(&self, shape: &'static Shape, faults: &mut Faults) -> Option<Fields<'a>> {
         let Value::Map(entries) = self.value else {
-            self.wrong(what, faults);
+            self.wrong(shape.what, faults);
             return None;
         };
-        for (key, _) in entries {
-            if !allowed.contains(&key.value.as_str()) {
-                let message = format!("{what} has no key `{}`", shortened(&key.value));
-                let help = suggestion(&key.value, "key", allowed.iter().copied());
-                faults.push(key.spot, &key.value, message, Some(help));
+        let fields = Fields { shape, at: *self, entries };
+        let is_unknown = |key: &str| shape.others.is_none() && shape.field(key).is_none();
+        let unknown = entries.iter().filter(|(key, _)| is_unknown(&key.value));
+        let mut is_complete = true;
+        for (key, _) in unknown {
+            is_complete = false;
+            fields.unknown(key, shape.keys(), faults);
+        }
+        for field in shape.fields.iter().filter(|field| field.is_required) {
+            if fields.get(field.key).is_none() {
+                let message = format!("{} lacks the key `{}`", shape.what, field.key);
+                faults.push(fields.spot(), self.key, message, Some(field.doc.to_owned()));
             }
         }
-        Some(Fields { what, at: *self, entries })
+        // A choice that is only misspelt has its fault.
+        let chosen = fields.among(shape.one_of).len();
+        if !shape.one_of.is_empty() && chosen != 1 && (chosen > 1 || is_complete) {
+            fields.not_one_of(chosen, shape.one_of.iter().copied(), faults);
+        }
+        Some(fields)
     }
 }
 
@@ -219,26 +319,75 @@ impl<'a> Fields<'a> {
 
     /// Every entry whose key is one of these, in the order of the file.
     pub(super) fn among(&self, keys: &[&str]) -> Vec<Item<'a>> {
-        self.entries
-            .iter()
-            .filter(|(key, _)| keys.contains(&key.value.as_str()))
-            .map(|(key, node)| Item::under(key, node))
-            .collect()
+        self.entries_but(|key| keys.contains(&key)).map(|(_, item)| item).collect()
     }
 
     /// The value of a key, if it is there.
-    pub(super) fn optional(&self, key: &str) -> Option<Item<'a>> {
+    pub(super) fn get(&self, key: &str) -> Option<Item<'a>> {
         self.among(&[key]).into_iter().next()
     }
 
-    /// The value of a key that must be there.
-    pub(super) fn required(&self, key: &str, faults: &mut Faults) -> Option<Item<'a>> {
-        let found = self.optional(key);
-        if found.is_none() {
-            let message = format!("{} lacks the key `{key}`", self.what);
-            faults.push(self.spot(), self.at.key, message, None);
+    /// The number of a key in SI units, of the quantity that the shape tells.
+    pub(super) fn number(&self, key: &str, faults: &mut Faults) -> Option<f64> {
+        match self.shape.field(key)?.form {
+            Form::Quantity(quantity) => self.get(key)?.quantity(quantity, faults),
+            Form::Word | Form::Words(_) | Form::Flag | Form::Count(_) | Form::Vector(..) | Form::List(_) => None,
+            Form::Each(_) | Form::Map(_) | Form::Nested(_) | Form::Either(_) | Form::Arguments => None,
         }
-        found
+    }
+
+    /// The numbers of a key in SI units, as many and of the quantity that the shape tells.
+    pub(super) fn vector(&self, key: &str, faults: &mut Faults) -> Option<Vec<f64>> {
+        match self.shape.field(key)?.form {
+            Form::Vector(least, most, quantity) => self.get(key)?.vector(least..=most, quantity, faults),
+            Form::Word | Form::Words(_) | Form::Flag | Form::Count(_) | Form::Quantity(_) | Form::List(_) => None,
+            Form::Each(_) | Form::Map(_) | Form::Nested(_) | Form::Either(_) | Form::Arguments => None,
+        }
+    }
+
+    /// The same, or what it is where the key is left out.
+    pub(super) fn number_or(&self, key: &str, default: f64, faults: &mut Faults) -> Option<f64> {
+        if self.get(key).is_some() { self.number(key, faults) } else { Some(default) }
+    }
+
+    /// The one value of a choice of keys; none where the choice is wrong.
+    pub(super) fn one(&self) -> Option<Item<'a>> {
+        match self.among(self.shape.one_of).as_slice() {
+            [one] => Some(*one),
+            _ => None,
+        }
+    }
+
+    /// Every entry whose key is none of these.
+    pub(super) fn others(&self, known: &[&str]) -> impl Iterator<Item = (&'a Located<String>, Item<'a>)> {
+        self.entries_but(|key| !known.contains(&key))
+    }
+
+    fn entries_but(&self, is_wanted: impl Fn(&str) -> bool) -> impl Iterator<Item = (&'a Located<String>, Item<'a>)> {
+        let wanted = self.entries.iter().filter(move |(key, _)| is_wanted(&key.value));
+        wanted.map(|(key, node)| (key, Item::under(key, node)))
+    }
+
+    /// Says that a key means nothing here.
+    pub(super) fn unknown<'b>(
+        &self,
+        key: &Located<String>,
+        allowed: impl IntoIterator<Item = &'b str>,
+        faults: &mut Faults,
+    ) {
+        let message = format!("{} has no key `{}`", self.shape.what, shortened(&key.value));
+        faults.push(key.spot, &key.value, message, Some(suggestion(&key.value, "key", allowed)));
+    }
+
+    /// Says that none or several stand where one belongs.
+    pub(super) fn not_one_of<'b>(&self, found: usize, allowed: impl IntoIterator<Item = &'b str>, faults: &mut Faults) {
+        let message = match found {
+            0 => format!("{} that does not say what it is", self.shape.what),
+            several => format!("{} that is {several} things instead of one", self.shape.what),
+        };
+        let allowed: Vec<&str> = allowed.into_iter().collect();
+        let help = format!("write exactly one of: {}", allowed.join(", "));
+        faults.push(self.spot(), self.at.key, message, Some(help));
     }
 }
 

@@ -3,11 +3,15 @@
 use std::collections::BTreeMap;
 
 use super::fault::Faults;
-use super::kinds::{BASE, GRIPPER, HEAD};
 use super::names::Register;
 use super::raw::{Resource, Robot};
-use super::reader::Name;
+use super::reader::{Item, Name};
 use crate::model::{ControllerId, ControllerKind, ControllerSpec, Names, ResourceSpec, RobotSpec, TypeId};
+
+/// The types that the behaviors of the paper know.
+const GRIPPER: &str = "gripper";
+const HEAD: &str = "head";
+const BASE: &str = "base";
 
 /// Most resources of a robot.
 const MAX_RESOURCES: usize = 1000;
@@ -23,8 +27,14 @@ pub struct RobotFile {
     pub names: Names,
 }
 
-/// Checks a robot file; `None` when it has faults.
-pub(super) fn build(raw: Robot, faults: &mut Faults) -> Option<RobotFile> {
+/// Reads and checks a robot file; `None` when it has faults.
+pub(super) fn read(file: Item<'_>, faults: &mut Faults) -> Option<RobotFile> {
+    let before = faults.errors();
+    let raw = Robot::read(file, faults)?;
+    build(raw, faults).filter(|_| faults.errors() == before)
+}
+
+fn build(raw: Robot, faults: &mut Faults) -> Option<RobotFile> {
     let controllers = Register::of("controller", raw.controllers.iter().map(|(name, _)| name.value.as_str()));
     let mut types = Register::new("type of resource");
     let mut users = BTreeMap::new();
@@ -46,7 +56,7 @@ pub(super) fn build(raw: Robot, faults: &mut Faults) -> Option<RobotFile> {
         specs.extend(kind.map(|kind| ControllerSpec { name: name.value.clone(), kind }));
     }
     let (name, radius_m) = (raw.robot?.value, raw.radius_m?);
-    faults.is_empty().then(|| RobotFile {
+    Some(RobotFile {
         robot: RobotSpec { name, resources, controllers: specs, radius_m },
         names: Names {
             resources: raw.resources.into_iter().map(|(name, _)| name.value).collect(),

@@ -14,6 +14,8 @@ use crate::model::{
 pub(super) struct Running {
     /// Controllers that still work on it, with the resource and mode of the part.
     parts: Vec<(ControllerId, ResourceId, Mode)>,
+    /// When it may end, at the earliest.
+    ripe: Time,
     due: Option<Time>,
     /// How it will have ended when the last part has.
     end: Option<End>,
@@ -22,7 +24,13 @@ pub(super) struct Running {
 
 impl Running {
     pub(super) fn deadline(&self) -> Option<Time> {
-        self.due
+        let ripe = self.is_achieved().then_some(self.ripe);
+        self.due.map(|due| ripe.map_or(due, |ripe| ripe.min(due)))
+    }
+
+    /// Whether only its time keeps it.
+    fn is_achieved(&self) -> bool {
+        self.parts.iter().all(|(.., mode)| *mode == Mode::Maintain)
     }
 }
 
@@ -40,8 +48,8 @@ impl Dispatch {
             return;
         }
         let parts = works.iter().map(|(controller, work)| (*controller, work.resource, work.mode)).collect();
-        let due = Some(now + goal.timeout);
-        self.goals.insert(leaf, Running { parts, due, end: None, reports: Vec::new() });
+        let (ripe, due) = (now + goal.takes, Some(now + goal.timeout));
+        self.goals.insert(leaf, Running { parts, ripe, due, end: None, reports: Vec::new() });
         for (controller, work) in works {
             self.begin(now, controller, leaf, work);
         }
@@ -79,6 +87,9 @@ impl Dispatch {
             .collect();
         for leaf in late {
             self.stop(now, leaf, End::Failed(Fault::TimedOut));
+        }
+        for leaf in self.goals.keys().copied().collect::<Vec<_>>() {
+            self.settle(now, leaf);
         }
         for index in 0..self.slots.len() {
             let controller = ControllerId::from(index);
@@ -230,10 +241,10 @@ impl Dispatch {
         let Some(running) = self.goals.get_mut(&leaf) else {
             return;
         };
-        let is_achieved = running.parts.iter().all(|(.., mode)| *mode == Mode::Maintain);
-        if is_achieved && running.end.is_none() {
+        if running.is_achieved() && running.ripe <= now && running.end.is_none() {
             self.stop(now, leaf, End::Succeeded);
         } else if running.parts.is_empty()
+            && running.end.is_some()
             && let Some(running) = self.goals.remove(&leaf)
         {
             let end = running.end.expect("a goal without parts has ended");

@@ -42,6 +42,13 @@ pub enum Wanted {
         /// The object that it must reach.
         reaches: Option<ObjectId>,
     },
+    /// This resource, while it holds no object and, where an object is given, reaches it.
+    Empty {
+        /// The resource.
+        resource: ResourceId,
+        /// The object that it must reach.
+        reaches: Option<ObjectId>,
+    },
     /// Any resource of a type, whatever it holds.
     Any(TypeId),
     /// The resource that holds the object.

@@ -69,6 +69,8 @@ pub struct Goal {
     pub leaf: NodeId,
     /// Its parts, in the order of the kind.
     pub parts: Vec<Part>,
+    /// How long it takes at least, robot time.
+    pub takes: Duration,
     /// How long it may take, robot time.
     pub timeout: Duration,
 }

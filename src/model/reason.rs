@@ -75,6 +75,8 @@ pub enum Reason {
         /// What it must be.
         holds: bool,
     },
+    /// Its potential is 0 whatever happens: it is never to be asked for.
+    Unwanted,
     /// Its potential is 0: nothing of the type would be available to it there.
     NothingAvailable {
         /// The type.
@@ -165,6 +167,7 @@ impl Reason {
             Self::NoPath { place } => format!("no free path leads to {}", names.place(*place)),
             Self::Fact { fact, holds: true } => format!("\"{}\" does not hold", names.fact(*fact)),
             Self::Fact { fact, holds: false } => format!("\"{}\" holds", names.fact(*fact)),
+            Self::Unwanted => "its potential is 0, which means that it is not to run".into(),
             Self::NothingAvailable { of } => {
                 format!("no {} would be available to it there", names.ty(*of))
             }

@@ -250,6 +250,8 @@ pub struct BehaviorSpec {
     pub commands: Vec<CommandTerm>,
     /// Objects that it changes.
     pub changes: Vec<ObjectId>,
+    /// How long it runs at least, robot time: all of it for one that no controller ends.
+    pub takes: Duration,
     /// How long it may run, robot time.
     pub timeout: Duration,
     /// How often it asks again after it failed.
@@ -261,6 +263,13 @@ pub struct BehaviorSpec {
 pub enum Potential {
     /// Always the same.
     Constant(f64),
+    /// A value times the available resources of a type.
+    Scaled {
+        /// The value of each.
+        value: f64,
+        /// The type.
+        by: TypeId,
+    },
     /// Equation (1): `n / max(distance, floor)`, metres in the plane.
     Nearness {
         /// Where it would go, map frame.

@@ -61,6 +61,7 @@ impl Situated<'_> {
             | Reason::WholeRobot { by }
             | Reason::Driving { by } => self.running.contains_key(by),
             Reason::Satisfied
+            | Reason::Unwanted
             | Reason::Missing { .. }
             | Reason::OutOfReach { .. }
             | Reason::NotHeld { .. }

@@ -203,6 +203,7 @@ pub fn blank(kind: &str) -> BehaviorSpec {
         effects: Vec::new(),
         commands: Vec::new(),
         changes: Vec::new(),
+        takes: Duration::ZERO,
         timeout: Duration::from_secs(60),
         retries: 0,
     }

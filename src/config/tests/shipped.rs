@@ -192,7 +192,7 @@ task:
     assert_eq!(spec.names.nodes, expected);
     let scale = |node| match spec.tree.behavior(NodeId(node)).unwrap().potential {
         Potential::Nearness { scale_by, .. } => scale_by,
-        Potential::Constant(_) => panic!("not a move"),
+        Potential::Constant(_) | Potential::Scaled { .. } => panic!("not a move"),
     };
     assert_eq!([3, 7, 11].map(scale), [Some(TypeId(0)), None, None]);
     let nested = spec.tree.behavior(NodeId(6)).unwrap();

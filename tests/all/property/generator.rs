@@ -275,7 +275,9 @@ impl<'a> Maker<'a> {
     /// The types of which a claim may take one.
     fn types(&self, claim: &Claim) -> Option<TypeId> {
         match claim.wanted {
-            Wanted::Named(resource) => Some(self.body.spec().resources[resource.index()].ty),
+            Wanted::Named(resource) | Wanted::Empty { resource, .. } => {
+                Some(self.body.spec().resources[resource.index()].ty)
+            }
             Wanted::AnyEmpty { of, .. } | Wanted::Any(of) => Some(of),
             Wanted::Holding(_) => None,
         }

@@ -129,6 +129,7 @@ impl Model<'_> {
     fn potential(&self, potential: &Potential, leaf: NodeId, skips: &[Span]) -> Result<f64, Refusal> {
         let (to, floor_m, scale_by) = match *potential {
             Potential::Constant(value) => return Ok(value),
+            Potential::Scaled { .. } => unreachable!("none is generated"),
             Potential::Nearness { to, floor_m, scale_by } => (to, floor_m, scale_by),
         };
         let mut count = 1;
@@ -174,6 +175,7 @@ impl Model<'_> {
             },
             Wanted::Any(of) => (of, false, None),
             Wanted::AnyEmpty { of, reaches } => (of, true, reaches),
+            Wanted::Empty { .. } => unreachable!("none is generated"),
         };
         let all = self.of_type(of);
         if all.is_empty() {

@@ -2,15 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::fault::Faults;
-use super::kinds::Kind;
-use super::names::Register;
-use super::task::{Draft, DraftKind};
+use super::super::fault::Faults;
+use super::{Draft, DraftKind};
 
 /// Gives every node a name of its own, in preorder.
-pub(super) fn label(drafts: &[Draft], places: &Register, objects: &Register, faults: &mut Faults) -> Vec<String> {
+pub(super) fn label(drafts: &[Draft], faults: &mut Faults) -> Vec<String> {
     let mut taken = BTreeSet::from(["root".to_owned()]);
-    for name in drafts.iter().filter_map(|draft| draft.name.as_ref()) {
+    // What stands in a subtree is used as often as the subtree is, so its names are only wishes.
+    for name in drafts.iter().filter(|draft| !draft.is_used).filter_map(|draft| draft.name.as_ref()) {
         if !taken.insert(name.value.clone()) {
             let message = format!("another node is called `{}`", name.value);
             faults.push(name.spot, "name", message, None);
@@ -22,14 +21,15 @@ pub(super) fn label(drafts: &[Draft], places: &Register, objects: &Register, fau
     }
     let mut numbers = BTreeMap::new();
     let name = |draft: &Draft| {
-        if let Some(name) = &draft.name {
-            return name.value.clone();
-        }
         if let Some(DraftKind::Root) = draft.kind {
             return "root".to_owned();
         }
-        let plain = composite(draft).map_or_else(|| behavior(draft, places, objects), str::to_owned);
-        let is_numbered = composite(draft).is_some() && words.get(&composite(draft)) > Some(&1);
+        let written = draft.name.as_ref().map(|name| &name.value);
+        if let Some(name) = written.filter(|_| !draft.is_used) {
+            return name.clone();
+        }
+        let plain = written.cloned().or_else(|| composite(draft).map(str::to_owned)).unwrap_or_else(|| draft.label());
+        let is_numbered = written.is_none() && composite(draft).is_some() && words.get(&composite(draft)) > Some(&1);
         let number = numbers.entry(plain.clone()).or_insert(0);
         unused(&plain, is_numbered, number, &mut taken)
     };
@@ -52,25 +52,10 @@ fn unused(plain: &str, is_numbered: bool, number: &mut u32, taken: &mut BTreeSet
 }
 
 fn composite(draft: &Draft) -> Option<&'static str> {
-    match draft.kind? {
+    match draft.kind.as_ref()? {
         DraftKind::And => Some("and"),
         DraftKind::Or => Some("or"),
         DraftKind::Then => Some("then"),
         DraftKind::Root | DraftKind::Behavior(_) => None,
-    }
-}
-
-fn behavior(draft: &Draft, places: &Register, objects: &Register) -> String {
-    match draft.kind {
-        Some(DraftKind::Behavior(Kind::Move { to, .. })) => {
-            format!("move to {}", places.name(to.place.index()))
-        }
-        Some(DraftKind::Behavior(Kind::Pick { object, .. })) => {
-            format!("pick {}", objects.name(object.index()))
-        }
-        Some(DraftKind::Behavior(Kind::Place { object, .. })) => {
-            format!("place {}", objects.name(object.index()))
-        }
-        Some(DraftKind::Root | DraftKind::And | DraftKind::Or | DraftKind::Then) | None => "node".to_owned(),
     }
 }
