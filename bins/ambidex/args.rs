@@ -9,6 +9,8 @@ use ambidex::tree::{Allocator, Greedy, Serial};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
+use crate::check::{CheckArgs, SchemaArgs};
+
 const EXIT_CODES: &str = "\
 Exit codes:
     0  the mission is done
@@ -43,6 +45,10 @@ pub enum Verb {
     Controller(ControllerArgs),
     /// Run a mission under a virtual clock, without processes.
     Simulate(SimulateArgs),
+    /// Say everything that is wrong with mission, robot and behavior files.
+    Check(CheckArgs),
+    /// Print the JSON Schema of a file format, for editors.
+    Schema(SchemaArgs),
     /// Print a completion script for a shell.
     Completions {
         /// Which shell.

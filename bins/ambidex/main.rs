@@ -1,6 +1,7 @@
 //! The command line of Ambidex: one file per verb, no logic of its own.
 
 mod args;
+mod check;
 mod children;
 mod controller;
 mod exit;
@@ -25,6 +26,8 @@ fn main() -> ExitCode {
         Verb::Daemon(args) => mission::daemon(&args),
         Verb::Controller(args) => controller::controller(&args),
         Verb::Simulate(args) => simulate::simulate(&args),
+        Verb::Check(args) => check::check(&args),
+        Verb::Schema(args) => check::schema(&args),
         Verb::Completions { shell } => {
             clap_complete::generate(shell, &mut Cli::command(), "ambidex", &mut std::io::stdout());
             Ok(Exit::Done)

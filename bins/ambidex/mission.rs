@@ -13,6 +13,7 @@ use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::mpsc;
 
 use crate::args::{DaemonArgs, LiveArgs, MissionArgs, OnStall, RunArgs};
+use crate::check;
 use crate::children::Children;
 use crate::exit::Exit;
 use crate::observer::{Observer, REDRAW};
@@ -38,8 +39,13 @@ pub fn daemon(args: &DaemonArgs) -> Result<Exit> {
     go(&args.mission, &args.live, &args.instance, args.attach_timeout, loaded, false)
 }
 
-fn load(args: &MissionArgs) -> Result<Loaded> {
-    config::load_mission(&args.mission, args.robot.as_deref()).map_err(ConfigError::into_report)
+/// Loads the files of a mission and says what is surely not meant in them.
+pub fn load(args: &MissionArgs) -> Result<Loaded> {
+    let loaded = config::load_mission(&args.mission, args.robot.as_deref()).map_err(ConfigError::into_report)?;
+    if !args.quiet {
+        check::say_all(loaded.warnings.clone());
+    }
+    Ok(loaded)
 }
 
 fn go(

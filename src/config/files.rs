@@ -13,8 +13,10 @@ use super::task::{NODE, SUBTREE};
 
 /// Most files that one mission includes.
 const MAX_FILES: usize = 100;
-/// What the behaviors of the paper are called in messages.
-const PAPER: &str = "the behaviors of the paper (built in)";
+/// The behaviors of the paper, which are always there.
+const PAPER: &str = include_str!("../../config/behaviors/paper.yaml");
+/// What they are called in messages.
+const PAPER_NAME: &str = "the behaviors of the paper (built in)";
 
 const INCLUDE: Form = Form::List(&Form::Word);
 const BEHAVIORS: Form = Form::Each(&Form::Map(&BEHAVIOR));
@@ -57,10 +59,12 @@ impl Files {
     /// The behaviors of the paper, then a file and everything that it includes, each once.
     pub(super) fn with_includes(path: &Path, faults: &mut Faults) -> Self {
         let mut files = Self::default();
-        let paper = parse(PAPER, include_str!("../../config/behaviors/paper.yaml").to_owned(), faults);
-        files.list.push((PathBuf::new(), paper));
+        // The file of the paper's behaviors may be checked itself.
+        if !text(path).is_ok_and(|text| text == PAPER) {
+            files.list.push((PathBuf::new(), parse(PAPER_NAME, PAPER.to_owned(), faults)));
+        }
         files.open(path, None, faults);
-        let mut next = 1;
+        let mut next = files.list.len() - 1;
         while next < files.list.len() {
             let (including, node) = &files.list[next];
             let wanted: Vec<_> =

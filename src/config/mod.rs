@@ -5,6 +5,7 @@ mod fault;
 mod files;
 mod kinds;
 mod names;
+mod outlook;
 mod parameter;
 mod quantity;
 mod raw;
@@ -16,7 +17,7 @@ mod task;
 mod template;
 #[cfg(test)]
 mod tests;
-mod unmeant;
+
 mod world;
 
 use std::path::{Path, PathBuf};
@@ -153,7 +154,7 @@ fn mission(
             ..robot.names
         },
     };
-    unmeant::look_for(&mission, &task.spots, faults);
+    outlook::look(&mission, &task.spots, faults);
     Some((mission, robot_path?))
 }
 

@@ -94,6 +94,17 @@ impl Type {
         Self::ALL.into_iter().find(|ty| ty.word() == word)
     }
 
+    /// Whether a value looks like one of this type; whether a name exists is seen where it is used.
+    fn check_form(self, item: Item<'_>, faults: &mut Faults) {
+        match self {
+            Self::Number => drop(item.quantity(&POTENTIAL, faults)),
+            Self::Offset => drop(item.vector(2..=2, &NEAR, faults)),
+            Self::Object | Self::Place | Self::Resource | Self::Kind | Self::Text => {
+                drop(item.name(self.what(), faults))
+            }
+        }
+    }
+
     /// How it is written.
     pub(super) fn word(self) -> &'static str {
         Self::WORDS[self as usize]
@@ -176,11 +187,14 @@ impl Parameter {
             }
             let fields = item.fields(&PARAMETER, faults)?;
             let ty = Type::read(fields.get("type")?, faults)?;
-            let defaults = fields.get("default").map(|item| match item.node() {
+            let defaults: Option<Vec<Node>> = fields.get("default").map(|item| match item.node() {
                 // A list is several values, except where the value itself is a list.
                 Node { value: Value::List(list), .. } if ty != Type::Offset => list,
                 node => vec![node],
             });
+            for default in defaults.iter().flatten() {
+                ty.check_form(Item::of("default", default), faults);
+            }
             Some((ty, defaults))
         };
         let read = each(item, "a map of parameters", faults, read);

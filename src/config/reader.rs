@@ -133,7 +133,13 @@ impl<'a> Item<'a> {
 
     /// A name: a word, a number or quoted text.
     pub(super) fn name(&self, what: &str, faults: &mut Faults) -> Option<Name> {
-        let Value::Scalar { text, .. } = self.value else {
+        let text = match self.value {
+            // Not what anybody calls a thing: a number that went wrong.
+            Value::Scalar { number: Some(number), .. } if !number.is_finite() => None,
+            Value::Scalar { text, .. } => Some(text),
+            Value::Null | Value::List(_) | Value::Map(_) => None,
+        };
+        let Some(text) = text else {
             self.wrong(what, faults);
             return None;
         };

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Blocked, End, Grant, Header, MissionEnd, NodeId, Reason, Record, Time};
+use super::{Blocked, End, EntryKind, Grant, Header, MissionEnd, NodeId, Reason, Record, Time};
 
 /// When a leaf ran once: from its grant to its release.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -140,9 +140,30 @@ impl Tally {
         let met = self.reasons.iter().filter(|(_, reason)| **reason == Reason::Satisfied).map(|(leaf, _)| *leaf);
         let new: Vec<_> = met
             .filter(|leaf| !self.has_succeeded(*leaf) && self.skipped.iter().all(|(known, _)| known != leaf))
+            .filter(|leaf| !self.is_way_not_taken(*leaf))
             .map(|leaf| (leaf, at))
             .collect();
         self.skipped.extend(new);
+    }
+
+    /// Whether an OR above went another way.
+    fn is_way_not_taken(&self, leaf: NodeId) -> bool {
+        let Some(nodes) = self.header.as_ref().map(|header| &header.nodes) else {
+            return false;
+        };
+        // A journal can hold anything: a parent stands before its children or is none.
+        let parent = |node: NodeId| nodes.get(node.index()).map(|entry| entry.parent).filter(|up| *up < node);
+        let is_below = |node: NodeId, top: NodeId| {
+            let line = std::iter::successors(Some(node), |node| parent(*node));
+            line.take_while(|node| *node >= top).any(|node| node == top)
+        };
+        let has_run = |top: NodeId| {
+            let mut done = self.intervals.iter().filter(|run| run.end == Some(End::Succeeded));
+            done.any(|run| is_below(run.leaf, top))
+        };
+        let line = std::iter::successors(Some(leaf), |node| parent(*node));
+        let mut steps = line.filter_map(|child| Some((child, parent(child)?)));
+        steps.any(|(child, or)| nodes[or.index()].kind == EntryKind::Or && has_run(or) && !has_run(child))
     }
 
     fn has_succeeded(&self, leaf: NodeId) -> bool {

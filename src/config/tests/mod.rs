@@ -2,6 +2,7 @@
 
 mod hostile;
 mod mistakes;
+mod mutations;
 mod shipped;
 
 use std::fs;

@@ -1,0 +1,127 @@
+//! `ambidex check` and `ambidex schema`.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use ambidex::config::{self, Checked, Fault, Format};
+use ambidex::model::MissionSpec;
+use clap::{Args, ValueEnum};
+use miette::{IntoDiagnostic, Result};
+use serde_json::{Value, json};
+
+use crate::exit::Exit;
+
+/// `ambidex check`.
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    /// Mission, robot and behavior files; what each is is seen from its keys.
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Print one list of all faults on stdout, and nothing else there.
+    #[arg(long)]
+    json: bool,
+    /// Treat warnings like mistakes.
+    #[arg(long)]
+    strict: bool,
+}
+
+/// `ambidex schema`.
+#[derive(Debug, Args)]
+pub struct SchemaArgs {
+    /// Which format.
+    format: FormatName,
+}
+
+/// Names of file formats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum FormatName {
+    /// A task for a robot in a world.
+    Mission,
+    /// A robot and its controllers.
+    Robot,
+    /// Behaviors and subtrees for missions.
+    Behaviors,
+}
+
+/// Says everything that is wrong with some files.
+pub fn check(args: &CheckArgs) -> Result<Exit> {
+    let mut list = Vec::new();
+    let mut is_sound = true;
+    for file in &args.files {
+        let faults = match config::check(file) {
+            Ok(checked) => {
+                let (summary, warnings) = told(checked);
+                if !args.json {
+                    writeln!(std::io::stdout(), "{}: {summary}", file.display()).into_diagnostic()?;
+                    say_all(warnings.clone());
+                }
+                is_sound &= warnings.is_empty() || !args.strict;
+                warnings
+            }
+            Err(error) => {
+                is_sound = false;
+                let faults = error.faults().to_vec();
+                if !args.json {
+                    say(&error.into_report());
+                }
+                faults
+            }
+        };
+        list.extend(faults.iter().map(as_json));
+    }
+    if args.json {
+        writeln!(std::io::stdout(), "{}", Value::from(list)).into_diagnostic()?;
+    }
+    Ok(if is_sound { Exit::Done } else { Exit::Usage })
+}
+
+/// Prints the JSON Schema of a format.
+pub fn schema(args: &SchemaArgs) -> Result<Exit> {
+    let format = match args.format {
+        FormatName::Mission => Format::Mission,
+        FormatName::Robot => Format::Robot,
+        FormatName::Behaviors => Format::Behaviors,
+    };
+    let text = serde_json::to_string_pretty(&config::schema(format)).into_diagnostic()?;
+    writeln!(std::io::stdout(), "{text}").into_diagnostic()?;
+    Ok(Exit::Done)
+}
+
+/// Prints what was found in files that can be used all the same.
+pub fn say_all(warnings: Vec<Fault>) {
+    warnings.into_iter().for_each(|warning| say(&warning.into()));
+}
+
+fn say(report: &miette::Report) {
+    drop(writeln!(std::io::stderr(), "{report:?}"));
+}
+
+/// What a file is, in a line, and what is surely not meant in it.
+fn told(checked: Checked) -> (String, Vec<Fault>) {
+    match checked {
+        Checked::Mission(loaded) => (mission(&loaded.mission), loaded.warnings),
+        Checked::Robot(robot, warnings) => {
+            let (resources, controllers) = (robot.robot.resources.len(), robot.robot.controllers.len());
+            (format!("robot {}, {resources} resources, {controllers} controllers", robot.robot.name), warnings)
+        }
+        Checked::Library(names, warnings) => (format!("library of {}", names.join(", ")), warnings),
+    }
+}
+
+fn mission(mission: &MissionSpec) -> String {
+    let (nodes, leaves) = (mission.tree.nodes.len(), mission.tree.leaves().count());
+    format!("mission {}, {nodes} nodes ({leaves} behaviors) for robot {}", mission.name, mission.robot.name)
+}
+
+fn as_json(fault: &Fault) -> Value {
+    let position = fault.position();
+    json!({
+        "file": fault.file(),
+        "line": position.map(|(line, _)| line),
+        "column": position.map(|(_, column)| column),
+        "severity": if fault.is_warning() { "warning" } else { "error" },
+        "key": fault.key(),
+        "message": fault.message(),
+        "help": fault.help(),
+    })
+}

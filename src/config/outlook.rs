@@ -1,0 +1,233 @@
+//! What a mission must come to, seen before it runs: what cannot be done, and what is legal but surely not meant.
+
+use std::collections::BTreeSet;
+
+use super::document::Spot;
+use super::fault::Faults;
+use crate::model::{
+    BehaviorSpec, Claim, Condition, EffectTerm, FactId, Keep, MissionSpec, NodeId, NodeKind, ResourceId, TypeId, Wanted,
+};
+
+/// Looks at a mission; `spots` has the place of each node.
+pub(super) fn look(mission: &MissionSpec, spots: &[Spot], faults: &mut Faults) {
+    let outlook = Outlook { mission, spots };
+    let brought = outlook.brought();
+    for leaf in mission.tree.leaves() {
+        outlook.look_for_heirs(leaf, faults);
+        outlook.look_for_facts(leaf, &brought, faults);
+    }
+    for supply in outlook.supplies() {
+        outlook.look_for_shortage(supply, faults);
+    }
+}
+
+struct Outlook<'a> {
+    mission: &'a MissionSpec,
+    spots: &'a [Spot],
+}
+
+/// What behaviors keep for good: a resource, or any of a type.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Supply {
+    One(ResourceId),
+    Any(TypeId),
+}
+
+/// How many of a supply a node needs at once at least, and how many more are kept when it is done.
+#[derive(Debug, Clone, Copy, Default)]
+struct Demand {
+    peak: i64,
+    net: i64,
+}
+
+impl Outlook<'_> {
+    fn behavior(&self, leaf: NodeId) -> &BehaviorSpec {
+        self.mission.tree.behavior(leaf).expect("leaves have behaviors")
+    }
+
+    fn warn(&self, node: NodeId, message: String, help: &str, faults: &mut Faults) {
+        let name = self.mission.names.node(node);
+        faults.warn(self.spots[node.index()], name, message, Some(help.to_owned()));
+    }
+
+    /// An intention lives only while a THEN that is not complete holds it.
+    fn look_for_heirs(&self, leaf: NodeId, faults: &mut Faults) {
+        let tree = &self.mission.tree;
+        let keeps = |claim: &Claim| matches!(claim.keep, Keep::Intention(_));
+        let parent = tree.topology.parent(leaf);
+        let is_loose = matches!(tree.nodes[parent.index()], NodeKind::And | NodeKind::Or);
+        if !is_loose || !self.behavior(leaf).claims.iter().any(keeps) {
+            return;
+        }
+        let mut node = leaf;
+        while node.0 > 0 {
+            let parent = tree.topology.parent(node);
+            let has_heirs = tree.topology.end(node) < tree.topology.end(parent);
+            if matches!(tree.nodes[parent.index()], NodeKind::Then) && has_heirs {
+                return;
+            }
+            node = parent;
+        }
+        let message = "nobody inherits what it keeps: other behaviors may undo it at once".to_owned();
+        self.warn(leaf, message, "put it in a `then`, before what it is done for", faults);
+    }
+
+    /// Every fact as some behavior makes it.
+    fn brought(&self) -> BTreeSet<(FactId, bool)> {
+        let effects = self.mission.tree.leaves().flat_map(|leaf| &self.behavior(leaf).effects);
+        let facts = effects.filter_map(|effect| match effect {
+            EffectTerm::Fact(fact, holds) => Some((*fact, *holds)),
+            EffectTerm::Lies(..) | EffectTerm::Taken(..) | EffectTerm::Stands(_) => None,
+        });
+        facts.collect()
+    }
+
+    fn look_for_facts(&self, leaf: NodeId, brought: &BTreeSet<(FactId, bool)>, faults: &mut Faults) {
+        let mut needed = Vec::new();
+        facts(&self.behavior(leaf).precondition, &mut needed);
+        for (fact, holds) in needed {
+            let is_so = self.mission.start.facts[fact.index()] == holds;
+            if is_so || brought.contains(&(fact, holds)) {
+                continue;
+            }
+            let (fact, verb) = (self.mission.names.fact(fact), if holds { "sets" } else { "clears" });
+            let message = format!("it can never run: no behavior {verb} \"{fact}\"");
+            self.warn(leaf, message, "see `facts` of the world and `effects` of the behaviors", faults);
+        }
+    }
+
+    /// What is kept physically by any behavior.
+    fn supplies(&self) -> BTreeSet<Supply> {
+        let claims = self.mission.tree.leaves().flat_map(|leaf| &self.behavior(leaf).claims);
+        let kept = claims.filter(|claim| matches!(claim.keep, Keep::Physical(_)));
+        kept.filter_map(|claim| self.supply(claim)).collect()
+    }
+
+    fn supply(&self, claim: &Claim) -> Option<Supply> {
+        let robot = &self.mission.robot;
+        match claim.wanted {
+            Wanted::Named(resource) | Wanted::Empty { resource, .. } => Some(Supply::One(resource)),
+            Wanted::Any(of) | Wanted::AnyEmpty { of, .. } => {
+                let mut all = robot.of_type(of);
+                Some(match (all.next(), all.next()) {
+                    (Some(only), None) => Supply::One(only),
+                    (_, _) => Supply::Any(of),
+                })
+            }
+            Wanted::Holding(_) => None,
+        }
+    }
+
+    fn count(&self, supply: Supply) -> i64 {
+        match supply {
+            Supply::One(_) => 1,
+            Supply::Any(of) => self.mission.robot.of_type(of).count() as i64,
+        }
+    }
+
+    /// Needs that the robot cannot meet, each told at the smallest node that has it.
+    fn look_for_shortage(&self, supply: Supply, faults: &mut Faults) {
+        let tree = &self.mission.tree;
+        let mut demands = vec![Demand::default(); tree.nodes.len()];
+        let mut is_told = vec![false; tree.nodes.len()];
+        for node in (0..tree.nodes.len()).rev().map(NodeId::from) {
+            let children: Vec<NodeId> = tree.topology.children(node).collect();
+            let below: Vec<Demand> = children.iter().map(|child| demands[child.index()]).collect();
+            demands[node.index()] = match &tree.nodes[node.index()] {
+                NodeKind::Behavior(behavior) => self.demand(behavior, supply),
+                NodeKind::Then => in_order(&below),
+                NodeKind::And | NodeKind::Root => in_any_order(&below),
+                NodeKind::Or => either(&below),
+            };
+            let is_told_below = children.iter().any(|child| is_told[child.index()]);
+            is_told[node.index()] = is_told_below;
+            if !is_told_below && demands[node.index()].peak > self.count(supply) {
+                is_told[node.index()] = true;
+                self.tell_shortage(supply, node, demands[node.index()].peak, faults);
+            }
+        }
+    }
+
+    fn demand(&self, behavior: &BehaviorSpec, supply: Supply) -> Demand {
+        let mut demand = Demand::default();
+        for claim in &behavior.claims {
+            match claim.wanted {
+                // What is held was kept before, for all that is known of this supply.
+                Wanted::Holding(_) => demand.net -= i64::from(claim.keep == Keep::Release),
+                Wanted::Named(_) | Wanted::Empty { .. } | Wanted::Any(_) | Wanted::AnyEmpty { .. } => {
+                    let is_of_it = self.supply(claim) == Some(supply);
+                    demand.peak += i64::from(is_of_it);
+                    demand.net += i64::from(is_of_it && matches!(claim.keep, Keep::Physical(_)));
+                }
+            }
+        }
+        demand
+    }
+
+    fn tell_shortage(&self, supply: Supply, node: NodeId, needed: i64, faults: &mut Faults) {
+        let names = &self.mission.names;
+        let keepers: Vec<&str> = self.keepers(supply, node).into_iter().map(|leaf| names.node(leaf)).collect();
+        match (supply, keepers.as_slice(), &self.mission.tree.nodes[node.index()]) {
+            (Supply::One(resource), [one, other, ..], NodeKind::And) => {
+                let resource = names.resource(resource);
+                let message = format!(
+                    "`{one}` and `{other}` can only ever exclude each other: whichever comes first keeps {resource} for good"
+                );
+                let help = "give it back between the two, as `place` does, or claim another resource".to_owned();
+                faults.push(self.spots[node.index()], names.node(node), message, Some(help));
+            }
+            (supply, ..) => {
+                let what = match supply {
+                    Supply::One(resource) => names.resource(resource).to_owned(),
+                    Supply::Any(of) => names.ty(of).to_owned(),
+                };
+                let has = self.count(supply);
+                let message = format!("it must run out: {needed} of `{what}` would be in use, and the robot has {has}");
+                self.warn(node, message, "give some back in between, as `place` does", faults);
+            }
+        }
+    }
+
+    /// Behaviors below a node that keep some of a supply for good.
+    fn keepers(&self, supply: Supply, node: NodeId) -> Vec<NodeId> {
+        let keeps = |claim: &Claim| matches!(claim.keep, Keep::Physical(_)) && self.supply(claim) == Some(supply);
+        let below = self.mission.tree.leaves().filter(|&leaf| self.mission.tree.topology.is_within(leaf, node));
+        below.filter(|&leaf| self.behavior(leaf).claims.iter().any(keeps)).collect()
+    }
+}
+
+fn in_order(children: &[Demand]) -> Demand {
+    let mut whole = Demand::default();
+    for child in children {
+        whole.peak = whole.peak.max(whole.net + child.peak);
+        whole.net += child.net;
+    }
+    whole
+}
+
+/// The least that any order of the children needs at once.
+fn in_any_order(children: &[Demand]) -> Demand {
+    let net: i64 = children.iter().map(|child| child.net).sum();
+    let given_back: i64 = children.iter().map(|child| child.net.min(0)).sum();
+    let alone = children.iter().map(|child| child.peak + given_back - child.net.min(0)).max();
+    // Whichever comes last, all others are done by then.
+    let last = children.iter().map(|child| net - child.net + child.peak).min();
+    Demand { peak: alone.into_iter().chain(last).max().unwrap_or(0).max(net), net }
+}
+
+fn either(children: &[Demand]) -> Demand {
+    Demand {
+        peak: children.iter().map(|child| child.peak).min().unwrap_or(0),
+        net: children.iter().map(|child| child.net).min().unwrap_or(0),
+    }
+}
+
+/// Every fact that a condition needs, and how.
+fn facts(condition: &Condition, needed: &mut Vec<(FactId, bool)>) {
+    match condition {
+        Condition::All(parts) => parts.iter().for_each(|part| facts(part, needed)),
+        Condition::Fact(fact, holds) => needed.push((*fact, *holds)),
+        Condition::Never | Condition::At { .. } | Condition::Path { .. } => {}
+        Condition::Held(_) | Condition::Free(_) | Condition::Lies(..) => {}
+    }
+}
