@@ -179,6 +179,12 @@ impl Known<'_> {
 }
 
 impl Parameter {
+    /// Its default, where that is a word and nothing that is found out later.
+    pub(super) fn plain_default(&self) -> Option<&str> {
+        let first = Item::of(&self.name.value, self.defaults.as_ref()?.first()?).text();
+        first.filter(|text| !text.starts_with('$'))
+    }
+
     /// Reads `parameters`.
     pub(super) fn read_all(item: Option<Item<'_>>, faults: &mut Faults) -> Vec<Self> {
         let read = |item: Item<'_>, faults: &mut Faults| {

@@ -3,6 +3,7 @@
 mod aborts;
 mod attach;
 mod broken;
+mod checking;
 mod dispatching;
 mod driver;
 mod fixtures;
@@ -15,5 +16,6 @@ mod published;
 mod rebuilt;
 mod rooms;
 mod rules;
+mod shipped;
 mod support;
 mod tidy;

@@ -47,9 +47,12 @@ impl Declared {
             Some(item) => item.count(MAX_RETRIES, faults)?,
             None => RETRIES,
         };
-        for (index, parameter) in parameters.iter().enumerate().filter(|(index, _)| !used.contains(index)) {
+        let unused = parameters.iter().enumerate().filter(|(index, _)| !used.contains(index));
+        // What is wrong in it may be the use that is missed.
+        let unused: Vec<_> = unused.filter(|_| faults.errors() == before).collect();
+        for (_, parameter) in unused {
             let message = format!("parameter `{}` is not used", parameter.name.value);
-            faults.warn(parameter.name.spot, &parameters[index].name.key, message, None);
+            faults.warn(parameter.name.spot, &parameter.name.key, message, None);
         }
         let declared = Self {
             label,

@@ -7,7 +7,7 @@ mod commands;
 mod declare;
 mod shape;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 pub(super) use bind::{Binder, Site};
@@ -22,6 +22,8 @@ use crate::model::{Mode, PlaceId, Pose, TypeId};
 #[derive(Debug, Default)]
 pub(super) struct Kinds {
     by_name: BTreeMap<String, Declared>,
+    /// Kinds whose faults are told.
+    broken: BTreeSet<String>,
 }
 
 /// A kind whose terms are known to make sense.
@@ -180,8 +182,9 @@ impl Kinds {
                 faults.push(name.spot, &name.key, message, Some(help));
                 continue;
             }
-            if let Some(declared) = Declared::read(name.clone(), item, faults) {
-                self.by_name.insert(name.value, declared);
+            match Declared::read(name.clone(), item, faults) {
+                Some(declared) => drop(self.by_name.insert(name.value, declared)),
+                None => drop(self.broken.insert(name.value)),
             }
         }
     }
@@ -189,6 +192,11 @@ impl Kinds {
     /// The kind of a name.
     pub(super) fn get(&self, name: &str) -> Option<&Declared> {
         self.by_name.get(name)
+    }
+
+    /// Whether a kind of that name has faults of its own.
+    pub(super) fn is_broken(&self, name: &str) -> bool {
+        self.broken.contains(name)
     }
 
     /// All names in order.
@@ -201,7 +209,7 @@ impl Declared {
     /// What a node of it is called if it has no name of its own.
     pub(super) fn label(&self, arguments: &[Option<Argument>]) -> String {
         match &self.label {
-            Some(label) => label.filled(arguments),
+            Some(label) => label.filled_or(arguments, &self.parameters),
             None => {
                 let first = arguments.first().and_then(Option::as_ref).map(|argument| argument.text.as_str());
                 [Some(self.name.value.as_str()), first].into_iter().flatten().collect::<Vec<_>>().join(" ")
@@ -240,9 +248,17 @@ impl Declared {
 impl Text {
     /// The text with arguments in it; nothing for one that is left out.
     fn filled(&self, arguments: &[Option<Argument>]) -> String {
+        self.filled_or(arguments, &[])
+    }
+
+    /// The same, with a default in place of an argument that is left out.
+    fn filled_or(&self, arguments: &[Option<Argument>], parameters: &[Parameter]) -> String {
         let pieces = self.pieces.iter().map(|piece| match piece {
             Piece::Plain(text) => text.as_str(),
-            Piece::Parameter(index) => arguments[*index].as_ref().map_or("", |argument| &argument.text),
+            Piece::Parameter(index) => {
+                let given = arguments[*index].as_ref().map(|argument| argument.text.as_str());
+                given.or_else(|| parameters.get(*index)?.plain_default()).unwrap_or("")
+            }
         });
         pieces.collect()
     }

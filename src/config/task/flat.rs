@@ -132,6 +132,9 @@ impl<'a> Flat<'a> {
                 _ => Is::Use(item),
             });
         }
+        if fields.others(&RESERVED).any(|(key, _)| kinds.is_broken(&key.value)) {
+            return None;
+        }
         let (known, unknown): (Vec<_>, Vec<_>) =
             fields.others(&RESERVED).partition(|(key, _)| kinds.get(&key.value).is_some());
         found.extend(known.into_iter().filter_map(|(key, item)| Some(Is::Behavior(kinds.get(&key.value)?, item))));
@@ -246,6 +249,9 @@ impl<'a> Flat<'a> {
         } else {
             (item.name("a subtree", faults)?, Item::nothing(item.key, spot))
         };
+        if self.subtrees.is_broken(&name.value) {
+            return None;
+        }
         let Some(subtree) = self.subtrees.get(&name.value) else {
             let message = format!("there is no subtree `{}`", name.value);
             let help = suggestion(&name.value, "subtree", self.subtrees.names());
@@ -264,9 +270,13 @@ pub(super) fn check_subtrees(flat: &mut Flat<'_>, faults: &mut Faults) -> BTreeM
     for subtree in subtrees.iter() {
         flat.uses = Some(Vec::new());
         flat.used.clear();
+        let before = faults.errors();
         let scope = Scope::open(&subtree.parameters);
         flat.add(subtree.task, Under::root(&scope), faults);
-        for (_, parameter) in subtree.parameters.iter().enumerate().filter(|(index, _)| !flat.used.contains(index)) {
+        let unused = subtree.parameters.iter().enumerate().filter(|(index, _)| !flat.used.contains(index));
+        // What is wrong in it may be the use that is missed.
+        let unused: Vec<_> = unused.filter(|_| faults.errors() == before).collect();
+        for (_, parameter) in unused {
             let message = format!("parameter `{}` is not used", parameter.name.value);
             faults.warn(parameter.name.spot, &parameter.name.key, message, None);
         }

@@ -24,6 +24,8 @@ pub(in super::super) static SUBTREE: Shape = Shape::new(
 #[derive(Debug, Default)]
 pub(in super::super) struct Subtrees<'a> {
     by_name: BTreeMap<String, Subtree<'a>>,
+    /// Subtrees whose faults are told.
+    broken: BTreeSet<String>,
     /// Those that use themselves, whatever lies between.
     endless: BTreeSet<String>,
 }
@@ -67,10 +69,16 @@ impl<'a> Subtrees<'a> {
                 faults.push(name.spot, &name.key, message, None);
                 continue;
             }
-            let Some(fields) = item.fields(&SUBTREE, faults) else { continue };
-            let parameters = Parameter::read_all(fields.get("parameters"), faults);
-            if let Some(task) = fields.get("task") {
-                self.by_name.insert(name.value.clone(), Subtree { name, parameters, task });
+            let before = faults.errors();
+            let read = item.fields(&SUBTREE, faults).and_then(|fields| {
+                let parameters = Parameter::read_all(fields.get("parameters"), faults);
+                Some((parameters, fields.get("task")?))
+            });
+            match read.filter(|_| faults.errors() == before) {
+                Some((parameters, task)) => {
+                    self.by_name.insert(name.value.clone(), Subtree { name, parameters, task });
+                }
+                None => drop(self.broken.insert(name.value)),
             }
         }
     }
@@ -78,6 +86,11 @@ impl<'a> Subtrees<'a> {
     /// The subtree of a name.
     pub(super) fn get(&self, name: &str) -> Option<&Subtree<'a>> {
         self.by_name.get(name)
+    }
+
+    /// Whether a subtree of that name has faults of its own.
+    pub(super) fn is_broken(&self, name: &str) -> bool {
+        self.broken.contains(name)
     }
 
     /// All of them in the order of their names.

@@ -1,8 +1,10 @@
 //! What the tests of files share: a mission and a robot without mistakes.
 
+mod declared;
 mod hostile;
 mod mistakes;
 mod mutations;
+mod outlook;
 mod shipped;
 
 use std::fs;

@@ -1,0 +1,77 @@
+//! What a mission must come to, seen before it runs.
+
+use std::fs;
+
+use tempfile::TempDir;
+
+use super::super::{Fault, load_mission};
+use super::{GOOD, ROBOT};
+
+/// What is said of a task for a robot with so many hands.
+fn said(hands: usize, task: &str) -> Vec<String> {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("mission.yaml");
+    let head = &GOOD[..GOOD.find("task:").unwrap()];
+    let declared = "\
+behaviors:
+  open: {claims: all, potential: 1, effects: [{set: door_open}]}
+  close: {claims: all, potential: 1, effects: [{clear: door_open}]}
+  enter: {claims: all, potential: 1, precondition: [{not_fact: door_open}]}
+  guard: {claims: {base: {type: base, keep: physical}}, potential: 1}
+";
+    fs::write(&path, format!("{head}{declared}task:\n  {task}\n")).unwrap();
+    let hand = "  hand: {type: gripper, controller: arm}\n";
+    let more: String = (1..hands).map(|n| format!("  hand{n}: {{type: gripper, controller: arm{n}}}\n")).collect();
+    let arm = &ROBOT[ROBOT.find("  arm:\n").unwrap()..];
+    let arms: String = (1..hands).map(|n| arm.replacen("  arm:", &format!("  arm{n}:"), 1)).collect();
+    fs::write(folder.path().join("robot.yaml"), ROBOT.replace(hand, &format!("{hand}{more}")) + &arms).unwrap();
+    let faults = match load_mission(&path, None) {
+        Ok(loaded) => loaded.warnings,
+        Err(error) => error.faults().to_vec(),
+    };
+    let kind = |fault: &Fault| if fault.is_warning() { "warning" } else { "error" };
+    faults.iter().map(|fault| format!("{} {fault}", kind(fault))).collect()
+}
+
+fn check(hands: usize, task: &str, expected: &[&str]) {
+    let said = said(hands, task);
+    assert_eq!(said.len(), expected.len(), "{task}: {said:#?}");
+    for (said, expected) in said.iter().zip(expected) {
+        assert!(said.contains(expected), "{task}: {said} without `{expected}`");
+    }
+}
+
+#[test]
+fn moves_that_nobody_inherits() {
+    let loose = "warning move to shelf: nobody inherits what it keeps";
+    check(2, "and: [{move: shelf}, {close: }]", &[loose]);
+    check(2, "or: [{move: shelf}, {close: }]", &[loose]);
+    check(2, "then: [{close: }, {move: shelf}]", &[]);
+    check(2, "then: [{or: [{move: shelf}, {move: table}]}, {pick: cup}]", &[]);
+    check(2, "move: shelf", &[]);
+}
+
+#[test]
+fn hands_that_must_run_out() {
+    let out = |needed, has| format!("it must run out: {needed} of `gripper` would be in use, and the robot has {has}");
+    let [three, two] = [out(3, 2), "`pick cup` and `pick pot` can only ever exclude each other".to_owned()];
+    let one = "it must run out: 2 of `hand` would be in use, and the robot has 1";
+    check(2, "then: [{move: shelf}, {pick: cup}, {pick: pot}, {move: table}, {place: cup}, {place: pot}]", &[]);
+    check(2, "then: [{move: shelf}, {pick: cup}, {pick: pot}, {pick: cup}]", &[&three]);
+    check(2, "and: [{pick: cup}, {pick: pot}, {then: [{pick: cup}, {place: {object: cup, at: table}}]}]", &[]);
+    check(2, "and: [{pick: cup}, {pick: pot}, {then: [{pick: cup}, {close: }]}]", &[&three]);
+    check(1, "then: [{move: shelf}, {pick: cup}, {pick: pot}]", &[one]);
+    check(1, "then: [{move: shelf}, {pick: cup}, {place: {object: cup, at: table}}, {pick: pot}]", &[]);
+    check(1, "and: [{pick: cup}, {pick: pot}]", &[&two]);
+    check(1, "and: [{then: [{pick: cup}, {place: {object: cup, at: table}}]}, {pick: pot}]", &[]);
+    check(1, "or: [{pick: cup}, {pick: pot}]", &[]);
+    check(1, "then: [{or: [{pick: cup}, {close: }]}, {pick: pot}]", &[]);
+    check(2, "and: [{guard: }, {guard: }]", &["error and: `guard` and `guard #2` can only ever exclude each other"]);
+}
+
+#[test]
+fn facts_that_nobody_brings() {
+    check(2, "enter:", &["warning enter: it can never run: no behavior clears \"door_open\""]);
+    check(2, "then: [{close: }, {enter: }]", &[]);
+    check(2, "then: [{open: }, {enter: }]", &["no behavior clears \"door_open\""]);
+}

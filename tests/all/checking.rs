@@ -1,0 +1,101 @@
+//! `ambidex check`, and that every verb says the same of the same files.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::fixtures::{HANDS_FULL, experiment_file, file, mission};
+use crate::home::Home;
+
+/// A mission with four mistakes and, once they are mended, a warning.
+fn wrong(home: &Home) -> std::path::PathBuf {
+    let task = "\
+objects: {1: {at: shlf}, 2: {at: shelf}}
+task:
+  and:
+    - mve: shelf
+    - then: []
+    - {move: shelf, timeout: 3 m}
+";
+    home.write("wrong.yaml", &mission(task))
+}
+
+fn lines(stderr: &str, path: &Path) -> Vec<String> {
+    let mark = format!("[{}:", path.display());
+    let places = stderr.lines().filter_map(|line| line.split_once(&mark));
+    places.map(|(_, rest)| rest.trim_end_matches(']').to_owned()).collect()
+}
+
+#[test]
+fn every_mistake_is_told_at_once_by_every_verb() {
+    let home = Home::new();
+    let path = wrong(&home);
+    let arg = path.to_str().expect("a path in UTF-8");
+    let mut said = Vec::new();
+    for verb in ["check", "run", "daemon", "simulate"] {
+        let finished = home.start([verb, arg]).ends(2);
+        assert_eq!(finished.stdout, "", "{verb}");
+        assert!(finished.stderr.contains("did you mean `shelf`?"), "{}", finished.stderr);
+        assert_eq!(lines(&finished.stderr, &path), ["6:21", "9:7", "10:7", "11:30"], "{}", finished.stderr);
+        said.push(finished.stderr);
+    }
+    assert!(said.iter().all(|other| *other == said[0]));
+    home.is_empty();
+}
+
+#[test]
+fn what_is_surely_not_meant_is_a_warning_to_every_verb() {
+    let home = Home::new();
+    let path = home.write("full.yaml", &mission(HANDS_FULL));
+    let arg = path.to_str().expect("a path in UTF-8");
+    let says = |stderr: &str| stderr.contains("must run out") && lines(stderr, &path) == ["8:3"];
+    let finished = home.start(["check", arg]).ends(0);
+    assert!(says(&finished.stderr), "{}", finished.stderr);
+    assert!(finished.stdout.contains("mission small, 11 nodes (6 behaviors) for robot pr2"), "{}", finished.stdout);
+    assert!(says(&home.start(["check", "--strict", arg]).ends(2).stderr));
+    assert!(says(&home.start(["simulate", arg]).ends(3).stderr));
+    assert!(!says(&home.start(["simulate", "--quiet", arg]).ends(3).stderr));
+    home.is_empty();
+}
+
+#[test]
+fn a_list_of_faults_is_for_programs() {
+    let home = Home::new();
+    let path = wrong(&home);
+    let full = home.write("full.yaml", &mission(HANDS_FULL));
+    let args = ["check", "--json", path.to_str().expect("UTF-8"), full.to_str().expect("UTF-8")];
+    let finished = home.start(args).ends(2);
+    assert_eq!(finished.stderr, "");
+    let list: Vec<Value> = serde_json::from_str(&finished.stdout).expect("a list");
+    let places: Vec<_> = list.iter().map(|fault| (fault["line"].as_u64(), fault["severity"].as_str())).collect();
+    let error = |line| (Some(line), Some("error"));
+    assert_eq!(places, [error(6), error(9), error(10), error(11), (Some(8), Some("warning"))]);
+    assert_eq!(list[1]["key"], "mve");
+    assert_eq!(list[1]["message"], "there is no kind of node `mve`");
+    assert!(list[1]["help"].as_str().is_some_and(|help| help.starts_with("did you mean `move`?")));
+}
+
+#[test]
+fn all_shipped_files_are_sound() {
+    let home = Home::new();
+    let mut files = vec![experiment_file(1)];
+    for folder in ["missions", "robots", "behaviors"] {
+        let entries = std::fs::read_dir(file("config").join(folder)).expect("a folder");
+        files.extend(entries.map(|entry| entry.expect("an entry").path()));
+    }
+    let args =
+        ["check", "--strict"].map(std::ffi::OsStr::new).into_iter().chain(files.iter().map(|path| path.as_os_str()));
+    let finished = home.start(args).ends(0);
+    assert_eq!(finished.stderr, "");
+    assert_eq!(finished.stdout.lines().count(), files.len());
+}
+
+#[test]
+fn what_is_no_file_is_said_to_be_none() {
+    let home = Home::new();
+    let nothing = home.write("nothing.yaml", "");
+    let finished = home.start(["check", nothing.to_str().expect("UTF-8"), "no/such.yaml", "config"]).ends(2);
+    for words in ["found nothing instead of a mission", "cannot read no/such.yaml", "cannot read config"] {
+        assert!(finished.stderr.contains(words), "{words}: {}", finished.stderr);
+    }
+}

@@ -1,0 +1,206 @@
+//! The shipped missions that are not four times pick-and-place, declared twins of the paper's behaviors, and schemas.
+
+use std::path::PathBuf;
+
+use ambidex::config::{self, Format};
+use ambidex::journal::Journal;
+use ambidex::model::{Record, Tally};
+use ambidex::tree::{Serial, Settings};
+use serde_json::Value;
+
+use crate::fixtures::{experiment_file, file, load, simulate};
+use crate::home::Home;
+
+fn mission(name: &str) -> PathBuf {
+    file(&format!("config/missions/{name}.yaml"))
+}
+
+/// What each mission must come to, step by step.
+const STEPS: &[(&str, &[&str])] = &[
+    (
+        "set-the-table",
+        &[
+            "fetch placemat",
+            "pick placemat",
+            "bring placemat",
+            "place placemat",
+            "fetch can",
+            "pick can + pick plate",
+            "bring can",
+            "place can + place plate",
+            "fetch bowl",
+            "pick bowl",
+            "bring bowl",
+            "place bowl",
+            "fetch spoon",
+            "pick fork + pick spoon",
+            "bring spoon",
+            "place fork + place spoon",
+            "fetch knife",
+            "pick knife",
+            "bring knife",
+            "place knife",
+        ],
+    ),
+    (
+        "search",
+        &["fetch mail + look at shelf", "look at sofa", "look at bench", "pick mail", "bring mail", "place mail"],
+    ),
+    ("read-a-label", &["fetch cup", "pick cup + pick mug", "bring cup", "place cup + place mug + read at counter"]),
+    (
+        "hand-over",
+        &[
+            "move to left shelf",
+            "pick bottle with left_gripper",
+            "place bottle",
+            "pick bottle with right_gripper",
+            "place bottle #2",
+        ],
+    ),
+    (
+        "three-hands",
+        &[
+            "fetch 1 + look at back door + look at front door",
+            "pick 1 + pick 2 + pick 3",
+            "bring 1",
+            "place 1 + place 2 + place 3",
+        ],
+    ),
+];
+
+#[test]
+fn the_shipped_missions_come_out_as_they_must() {
+    for (name, expected) in STEPS {
+        let spec = load(&mission(name));
+        let (_, report) = simulate(&spec, &Settings::default(), Vec::new());
+        assert_eq!(report.outcome, "done", "{name}");
+        let steps: Vec<String> = report.steps.iter().map(|step| step.join(" + ")).collect();
+        assert_eq!(steps, *expected, "{name}");
+        let serial = Settings { allocator: std::sync::Arc::new(Serial), ..Settings::default() };
+        let (_, one_by_one) = simulate(&spec, &serial, Vec::new());
+        assert_eq!(one_by_one.outcome, "done", "{name}, serial");
+        assert!(one_by_one.steps.iter().all(|step| step.len() == 1), "{name}");
+    }
+}
+
+#[test]
+fn the_table_is_set_in_its_order() {
+    let (records, report) = simulate(&load(&mission("set-the-table")), &Settings::default(), Vec::new());
+    let at = |name: &str| report.steps.iter().position(|step| step.iter().any(|behavior| behavior == name));
+    let first = at("place placemat").expect("the placemat is laid");
+    let later = ["pick spoon", "pick fork", "pick knife", "pick plate", "pick bowl"];
+    assert!(later.iter().all(|name| at(name).is_some_and(|step| step > first)));
+    assert!(at("place plate") < at("pick bowl"));
+    let drinks = ["place glass", "place cup", "place can"].iter().filter(|name| at(name).is_some());
+    assert_eq!(drinks.count(), 1);
+    let ended = records.iter().any(|record| matches!(record, Record::Ended { .. }));
+    assert!(ended);
+}
+
+#[test]
+fn the_shipped_missions_run_with_processes() {
+    let home = Home::new();
+    for (name, expected) in STEPS {
+        let finished = home.carry("run", &mission(name), &["--json", "--quiet", "--speed", "100"]).ends(0);
+        let report: Value = serde_json::from_str(&finished.stdout).expect("a report");
+        assert_eq!(report["outcome"], "done", "{name}");
+        let all: Vec<&str> = expected.iter().flat_map(|step| step.split(" + ")).collect();
+        let steps = report["steps"].as_array().expect("steps").iter().flat_map(|step| step.as_array().expect("names"));
+        let mut ran: Vec<&str> = steps.map(|name| name.as_str().expect("a name")).collect();
+        let mut all = all.clone();
+        ran.sort_unstable();
+        all.sort_unstable();
+        assert_eq!(ran, all, "{name}");
+        assert_eq!(finished.stderr, "", "{name}");
+    }
+    home.is_empty();
+}
+
+/// Experiments with the paper's behaviors under other names, declared in the mission file.
+fn with_twins(number: u32) -> String {
+    const TWINS: [(&str, &str); 3] = [("move", "drive"), ("pick", "take"), ("place", "put_down")];
+    let paper = std::fs::read_to_string(file("config/behaviors/paper.yaml")).expect("it is shipped");
+    let mut declared = paper[paper.find("behaviors:\n").expect("behaviors")..].to_owned();
+    let mut text = std::fs::read_to_string(experiment_file(number)).expect("it is shipped");
+    text = text.replace("../robots/pr2.yaml", file("config/robots/pr2.yaml").to_str().expect("a path in UTF-8"));
+    for (kind, twin) in TWINS {
+        let label = if kind == "move" { "" } else { &format!("    label: {kind} $object\n") };
+        declared = declared.replace(&format!("\n  {kind}:\n"), &format!("\n  {twin}:\n{label}"));
+        text = text.replace(&format!("- {kind}: "), &format!("- {twin}: "));
+    }
+    // The paper's offsets and names stand beside the kind.
+    for (kind, twin) in TWINS {
+        text = text.replace(&format!("{{{kind}: "), &format!("{{{twin}: "));
+    }
+    text.replace("\nworld:\n", &format!("\n{declared}\nworld:\n"))
+}
+
+#[test]
+fn declared_twins_of_the_papers_behaviors_give_the_same_journal() {
+    let home = Home::new();
+    for number in 1..=4 {
+        let journal = |path: &std::path::Path| {
+            let (records, _) = simulate(&load(path), &Settings::default(), Vec::new());
+            let mut journal = Journal::new(Vec::new());
+            records.iter().for_each(|record| journal.write(record).expect("memory takes all"));
+            String::from_utf8(journal.into_inner()).expect("JSON")
+        };
+        let (own, twins) = (journal(&experiment_file(number)), journal(&home.write("twins.yaml", &with_twins(number))));
+        assert!(twins.contains("\"kind\":\"drive\"") && !twins.contains("\"kind\":\"move\""));
+        let mut renamed = twins;
+        for (kind, twin) in [("move", "drive"), ("pick", "take"), ("place", "put_down")] {
+            renamed = renamed.replace(&format!("\"kind\":\"{twin}\""), &format!("\"kind\":\"{kind}\""));
+        }
+        assert_eq!(own, renamed, "experiment {number}");
+    }
+}
+
+#[test]
+fn a_way_that_an_or_did_not_take_is_not_called_skipped() {
+    let (records, report) = simulate(&load(&mission("read-a-label")), &Settings::default(), Vec::new());
+    assert_eq!(report.skipped, ["fetch mug", "bring mug", "go and read"]);
+    let mut tally = Tally::default();
+    records.iter().for_each(|record| tally.add(record));
+    assert!(!tally.reasons.is_empty());
+}
+
+fn formats() -> [(&'static str, Format); 3] {
+    [("mission", Format::Mission), ("robot", Format::Robot), ("behaviors", Format::Behaviors)]
+}
+
+#[test]
+fn the_shipped_schemas_are_those_of_the_code() {
+    let home = Home::new();
+    for (name, format) in formats() {
+        let printed = home.start(["schema", name]).ends(0).stdout;
+        let shipped = std::fs::read_to_string(file(&format!("config/schemas/{name}.json"))).expect("it is shipped");
+        assert_eq!(printed, shipped, "config/schemas/{name}.json: write it anew with `ambidex schema {name}`");
+        let schema: Value = serde_json::from_str(&printed).expect("JSON");
+        assert_eq!(schema, config::schema(format));
+        jsonschema::meta::validate(&schema).expect("a schema of its draft");
+    }
+}
+
+#[test]
+fn the_shipped_files_are_as_their_schemas_say() {
+    for (folder, (_, format)) in ["missions", "robots", "behaviors"].into_iter().zip(formats()) {
+        let validator = jsonschema::validator_for(&config::schema(format)).expect("a schema");
+        for entry in std::fs::read_dir(file("config").join(folder)).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            let text = std::fs::read_to_string(&path).expect("a file");
+            assert!(text.starts_with("# yaml-language-server: $schema=../schemas/"), "{}", path.display());
+            let value: Value = serde_saphyr::from_str(&text).expect("YAML");
+            let wrong: Vec<String> = validator.iter_errors(&value).map(|error| error.to_string()).collect();
+            assert!(wrong.is_empty(), "{}: {wrong:?}", path.display());
+            for (old, new) in [("  stand:", "  stnad:"), ("claims:", "claim:"), ("type:", "typ:"), ("at:", "ta:")] {
+                if !text.contains(old) {
+                    continue;
+                }
+                let value: Value = serde_saphyr::from_str(&text.replacen(old, new, 1)).expect("YAML");
+                // A node of a task may be a behavior that only the reader knows.
+                let is_seen = !validator.is_valid(&value) || old == "at:";
+                assert!(is_seen, "{}: {old} -> {new}", path.display());
+            }
+        }
+    }
+}
