@@ -9,14 +9,18 @@ use ambidex::tree::{Allocator, Greedy, Serial};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
+use crate::status::StatusArgs;
+
 const EXIT_CODES: &str = "\
 Exit codes:
     0  the mission is done
     1  the mission failed
     2  wrong usage, a faulty file, or a place that is taken already
     3  stalled: nothing runs and nothing can, with the reason of every leaf
-    4  a controller was lost, or did not attach in time
+    4  a controller was lost, or did not attach in time; of status: the daemon is gone, its mission did not end
   130  canceled by Ctrl-C or SIGTERM
+
+status ends with 0 whenever it could tell, however the mission ended.
 
 Ctrl-C once cancels the mission: controllers come to rest within 3 s, then the process ends.
 Twice ends it at once.
@@ -43,6 +47,8 @@ pub enum Verb {
     Controller(ControllerArgs),
     /// Run a mission under a virtual clock, without processes.
     Simulate(SimulateArgs),
+    /// Tell what the mission of an instance is at: tree, resources, controllers, world.
+    Status(StatusArgs),
     /// Print a completion script for a shell.
     Completions {
         /// Which shell.
@@ -187,7 +193,8 @@ fn version() -> &'static str {
     VERSION.get_or_init(|| format!("{} (wire version {WIRE_VERSION})", env!("CARGO_PKG_VERSION")))
 }
 
-fn instance(name: &str) -> Result<Instance, String> {
+/// An instance by its name.
+pub fn instance(name: &str) -> Result<Instance, String> {
     Instance::new(name).map_err(|error| error.to_string())
 }
 

@@ -1,13 +1,16 @@
 //! The command line of Ambidex: one file per verb, no logic of its own.
 
 mod args;
+mod canvas;
 mod children;
 mod controller;
 mod exit;
+mod following;
 mod mission;
 mod observer;
 mod robot;
 mod simulate;
+mod status;
 mod terminal;
 
 use std::io::Write;
@@ -25,6 +28,7 @@ fn main() -> ExitCode {
         Verb::Daemon(args) => mission::daemon(&args),
         Verb::Controller(args) => controller::controller(&args),
         Verb::Simulate(args) => simulate::simulate(&args),
+        Verb::Status(args) => status::status(&args),
         Verb::Completions { shell } => {
             clap_complete::generate(shell, &mut Cli::command(), "ambidex", &mut std::io::stdout());
             Ok(Exit::Done)

@@ -59,6 +59,11 @@ pub(super) fn hang(head: &str, head_columns: usize, lines: &[String]) -> String 
     text
 }
 
+/// Names of things that go together: `pick 1 + pick 2`.
+pub(super) fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    names.collect::<Vec<_>>().join(" + ")
+}
+
 /// A count with its noun: `1 step`, `2 steps`.
 pub(super) fn count(number: usize, noun: &str) -> String {
     let plural = if number == 1 { "" } else { "s" };

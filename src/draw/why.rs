@@ -13,14 +13,14 @@ use super::course::Course;
 /// other child of an OR; none where neither is so.
 pub fn last_reasons(tally: &Tally) -> Vec<(NodeId, Option<Reason>)> {
     let course = Course::new(tally);
-    let not_asked = tally.header.as_deref().map(|header| NotAsked::new(header, &course));
+    let standing = tally.header.as_deref().map(|header| Standing::new(header, &course));
     let open = course.leaves().into_iter().filter(|&leaf| match course.state(leaf) {
         LeafState::Waiting | LeafState::Failed | LeafState::Canceled => true,
         LeafState::Active | LeafState::Done | LeafState::Skipped => false,
     });
     open.map(|leaf| {
         let told = tally.reasons.get(&leaf).cloned();
-        let reason = told.or_else(|| not_asked.as_ref().and_then(|tree| tree.reason(leaf)));
+        let reason = told.or_else(|| standing.as_ref().and_then(|tree| tree.reason(leaf)));
         (leaf, reason)
     })
     .collect()
@@ -42,16 +42,16 @@ pub fn fault_sentence(fault: Fault, names: &Names) -> String {
     }
 }
 
-/// The tree as far as it says why a leaf was not asked.
-struct NotAsked<'a> {
+/// Which nodes are done and which have begun, and what that says of a leaf that was not asked.
+pub(super) struct Standing<'a> {
     header: &'a Header,
     children: Vec<Vec<NodeId>>,
     done: BTreeSet<NodeId>,
     begun: BTreeSet<NodeId>,
 }
 
-impl<'a> NotAsked<'a> {
-    fn new(header: &'a Header, course: &Course) -> Self {
+impl<'a> Standing<'a> {
+    pub(super) fn new(header: &'a Header, course: &Course) -> Self {
         let mut children = vec![Vec::new(); header.nodes.len()];
         for (node, entry) in header.nodes.iter().enumerate().skip(1) {
             if let Some(siblings) = children.get_mut(entry.parent.index()) {
@@ -65,6 +65,11 @@ impl<'a> NotAsked<'a> {
             tree.begun.extend(begun.then_some(node));
         }
         tree
+    }
+
+    /// Whether a node is done.
+    pub(super) fn is_done(&self, node: NodeId) -> bool {
+        self.done.contains(&node)
     }
 
     /// Whether a node is done, and whether anything below it has begun; its children are known.

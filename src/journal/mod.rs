@@ -13,7 +13,7 @@ use std::io;
 use std::path::PathBuf;
 
 pub use follower::{Follower, News};
-pub use path::default_folder;
+pub use path::{default_folder, default_path, instances};
 pub use reader::{MAX_LINE_BYTES, Reader};
 pub use trace::emit;
 pub use writer::{Journal, JournalFile};
