@@ -61,11 +61,12 @@ impl Canvas {
         Ok(Self { drawn: Vec::new(), size: size() })
     }
 
-    /// Draws these lines, made for this size, over what was drawn last.
+    /// Draws these lines over what was drawn last.
     ///
     /// # Errors
     /// When stdout does not take it.
-    pub fn show(&mut self, lines: Vec<String>, size: (usize, usize)) -> io::Result<()> {
+    pub fn show(&mut self, lines: Vec<String>) -> io::Result<()> {
+        let size = size();
         let is_resized = size != self.size;
         if lines == self.drawn && !is_resized {
             return Ok(());

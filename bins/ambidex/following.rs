@@ -57,7 +57,7 @@ impl Source {
             match found {
                 Some(following) if following.is_current() => return Ok(following),
                 None if present.is_none() || is_due => return Err(self.nothing(present)),
-                Some(following) if present.is_none() || is_due => return following.as_it_is(),
+                Some(following) if present.is_none() || is_due => return following.into_best(),
                 Some(_) | None => thread::sleep(BEGIN_POLL),
             }
         }
@@ -77,7 +77,8 @@ impl Source {
             Err(error) => return Err(error).into_diagnostic(),
         };
         let status = Status::default();
-        let mut following = Following { source: self.clone(), follower, status, present, asked: Instant::now() };
+        let (source, asked) = (self.clone(), Instant::now());
+        let mut following = Following { source, follower, status, present, asked, is_replaced: false };
         while following.read()? {}
         Ok(Some(following))
     }
@@ -119,6 +120,7 @@ pub struct Following {
     status: Status,
     present: Option<Present>,
     asked: Instant,
+    is_replaced: bool,
 }
 
 impl Following {
@@ -146,7 +148,10 @@ impl Following {
                 News::Record(record) => self.status.add(&record),
                 News::Quiet => return Ok(false),
                 // A mission that ended is told to its end, whatever comes after it.
-                News::Replaced if self.status.tally().end.is_some() => return Ok(false),
+                News::Replaced if self.status.tally().end.is_some() => {
+                    self.is_replaced = true;
+                    return Ok(false);
+                }
                 News::Replaced => {
                     self.follower = Follower::open(self.follower.path()).into_diagnostic()?;
                     self.status = Status::default();
@@ -160,6 +165,7 @@ impl Following {
     fn daemon(&self) -> Daemon {
         match (&self.source.instance, self.present) {
             (None, _) => Daemon::Unknown,
+            (Some(_), _) if self.is_replaced => Daemon::Gone,
             (Some(_), Some(present)) if self.written() >= Some(present.since) => Daemon::Running { pid: present.pid },
             (Some(_), _) => Daemon::Gone,
         }
@@ -170,8 +176,8 @@ impl Following {
         self.follower.header().is_some() && (self.present.is_none() || self.daemon() != Daemon::Gone)
     }
 
-    /// For whom no better one came.
-    fn as_it_is(self) -> Result<Self> {
+    /// The journal though it may be of an earlier daemon; none came that is better.
+    fn into_best(self) -> Result<Self> {
         if self.follower.header().is_none() {
             return Err(JournalError::NoHeader { path: self.source.path }).into_diagnostic();
         }

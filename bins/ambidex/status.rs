@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use ambidex::controller::Stop;
-use ambidex::draw::{Daemon, Phase, Snapshot};
+use ambidex::draw::{Daemon, MIN_WIDTH, Phase, Snapshot};
 use ambidex::ipc::Instance;
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
@@ -85,7 +85,7 @@ fn watch(following: &mut Following, is_json: bool) -> Result<Told> {
         let news = following.snapshot().filter(|_| !is_behind);
         if let Some(snapshot) = news {
             let goes_on = match &mut canvas {
-                Some(canvas) => draw(canvas, &snapshot)?,
+                Some(canvas) => draw(canvas, &snapshot, canvas::size())?,
                 None if last.as_ref() == Some(&snapshot) => true,
                 None if is_json => print(&json(&snapshot)?)?,
                 None => print(&(text(&snapshot) + "\n"))?,
@@ -97,6 +97,11 @@ fn watch(following: &mut Following, is_json: bool) -> Result<Told> {
                 Told::SoFar | Told::Interrupted => false,
             };
             if is_over || !goes_on {
+                if let Some(canvas) = &mut canvas {
+                    // One line less, for what is said of the end.
+                    let (width, height) = canvas::size();
+                    draw(canvas, &snapshot, (width, height.saturating_sub(1)))?;
+                }
                 return Ok(told);
             }
             last = Some(snapshot);
@@ -120,9 +125,12 @@ fn told(snapshot: &Snapshot) -> Told {
     }
 }
 
-fn draw(canvas: &mut Canvas, snapshot: &Snapshot) -> Result<bool> {
-    let size = canvas::size();
-    heard(canvas.show(snapshot.lines(size.0, size.1, &canvas::palette()), size))
+fn draw(canvas: &mut Canvas, snapshot: &Snapshot, (width, height): (usize, usize)) -> Result<bool> {
+    let lines = match width < MIN_WIDTH {
+        true => vec!["…".to_owned()],
+        false => snapshot.lines(width, height, &canvas::palette()),
+    };
+    heard(canvas.show(lines))
 }
 
 fn text(snapshot: &Snapshot) -> String {

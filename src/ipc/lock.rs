@@ -257,6 +257,26 @@ mod tests {
     }
 
     #[test]
+    fn whoever_asks_is_in_nobodys_way() {
+        let instance = Instance::fresh();
+        let arm = instance.lock_controller("left_arm").unwrap();
+        let is_over = std::sync::atomic::AtomicBool::new(false);
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                while !is_over.load(std::sync::atomic::Ordering::Relaxed) {
+                    instance.daemon().unwrap();
+                }
+            });
+            for _ in 0..200 {
+                drop(instance.lock_daemon().unwrap());
+            }
+            is_over.store(true, std::sync::atomic::Ordering::Relaxed);
+        });
+        drop(arm);
+        assert!(!instance.has_left_anything());
+    }
+
+    #[test]
     fn asking_for_the_daemon_takes_and_leaves_nothing() {
         let instance = Instance::fresh();
         assert_eq!(instance.daemon().unwrap(), None);

@@ -17,3 +17,4 @@ mod rooms;
 mod rules;
 mod support;
 mod tidy;
+mod watching;

@@ -10,6 +10,8 @@ mod page;
 mod resources;
 mod snapshot;
 mod table;
+#[cfg(test)]
+mod tests;
 mod text;
 mod world;
 

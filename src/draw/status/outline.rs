@@ -6,7 +6,7 @@ use crate::draw::{LeafState, Palette};
 use crate::model::NodeId;
 
 use super::snapshot::NodeRow;
-use super::table::{Column, head, line, rest};
+use super::table::{Column, NARROW, head, line, rest};
 
 /// A tree and the columns that it is drawn in.
 #[derive(Debug)]
@@ -27,7 +27,7 @@ impl<'a> Outline<'a> {
             columns(&branches) + 2 + columns(&node.name) + columns(&kind(node))
         });
         let task = Column::wide("task", widest.max().unwrap_or_default().clamp(4, width * 2 / 5));
-        let potential = Column::number("potential");
+        let potential = Column::number(if width < NARROW { "pot." } else { "potential" }, 5);
         let state = Column::wide("state, and why", rest(&[task, potential], width));
         Self { nodes, parents, table: [task, potential, state], palette }
     }
@@ -43,11 +43,18 @@ impl<'a> Outline<'a> {
         let last = last_children(&self.parents, |node| shown[node.index()]);
         let hidden = self.hidden(&shown);
         let rows = self.nodes.iter().zip(&shown).zip(&hidden).filter(|((_, shown), _)| **shown);
-        let rows = rows.map(|((node, _), hidden)| self.line(node, *hidden, &last));
+        let rows = rows.map(|((node, _), hidden)| {
+            let next = self.next_below(node).filter(|(leaf, _)| !shown[leaf.id as usize]);
+            let note = match next {
+                Some((leaf, reason)) => format!("{}/{} done, {}: {reason}", node.done, node.of, leaf.name),
+                None => note(node, *hidden),
+            };
+            self.line(node, note, &last)
+        });
         std::iter::once(head(&self.table, &self.palette)).chain(rows).take(height).collect()
     }
 
-    fn line(&self, node: &NodeRow, hidden: usize, last: &[Option<NodeId>]) -> String {
+    fn line(&self, node: &NodeRow, note: String, last: &[Option<NodeId>]) -> String {
         let [task, potential, state] = &self.table;
         let branches = clip(&branches(&self.parents, last, NodeId(node.id)), task.width.saturating_sub(3));
         let style = self.palette.of(node.state);
@@ -56,7 +63,6 @@ impl<'a> Outline<'a> {
         let kind = clip(&kind(node), room.saturating_sub(columns(&name)));
         let free = " ".repeat(room.saturating_sub(columns(&name) + columns(&kind)));
         let own = node.potential.map_or(String::new(), |potential| format!("{potential:.3}"));
-        let note = note(node, hidden);
         let is_open = node.of == 1 && node.state == LeafState::Waiting;
         let note_style = if is_open { Palette::plain().strong } else { style };
         format!(
@@ -66,6 +72,16 @@ impl<'a> Outline<'a> {
             Palette::paint(self.palette.faint, kind),
             line(&[*potential, *state], &[(self.palette.faint, own), (note_style, note)]),
         )
+    }
+
+    /// Below a node that waits: the first behavior that does, and why.
+    fn next_below(&self, node: &NodeRow) -> Option<(&NodeRow, &str)> {
+        let below = self.nodes.iter().skip(node.id as usize + 1);
+        let below = below.take_while(|other| self.parents[other.id as usize].0 >= node.id);
+        let mut waiting = below.filter(|other| is_leaf(other) && other.state == LeafState::Waiting);
+        let is_closed = is_leaf(node) || node.state != LeafState::Waiting;
+        let first = waiting.next().filter(|_| !is_closed)?;
+        Some((first, first.reason.as_deref()?))
     }
 
     /// Which nodes are shown: those that matter most, each with all of its ancestors.

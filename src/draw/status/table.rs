@@ -5,6 +5,8 @@ use anstyle::Style;
 use crate::draw::Palette;
 use crate::draw::text::{clip, columns};
 
+/// Columns below which heads are cut short.
+pub(super) const NARROW: usize = 60;
 /// Columns between two columns.
 pub(super) const GAP: usize = 2;
 
@@ -31,9 +33,9 @@ impl Column {
         Self { head, width, is_number: false }
     }
 
-    /// A column of numbers as wide as its head.
-    pub(super) fn number(head: &'static str) -> Self {
-        Self { head, width: columns(head), is_number: true }
+    /// A column of numbers with so many digits, and at least as wide as its head.
+    pub(super) fn number(head: &'static str, digits: usize) -> Self {
+        Self { head, width: digits.max(columns(head)), is_number: true }
     }
 }
 
@@ -75,7 +77,7 @@ mod tests {
 
     #[test]
     fn cells_keep_to_their_columns() {
-        let table = [Column::wide("name", 6), Column::number("owners"), Column::wide("who", 8)];
+        let table = [Column::wide("name", 6), Column::number("owners", 1), Column::wide("who", 8)];
         let plain = |texts: [&str; 3]| line(&table, &texts.map(|text| (Style::new(), text.to_owned())));
         assert_eq!(head(&table, &Palette::plain()), "name    owners  who");
         assert_eq!(plain(["gripper", "2", "pick 1 + pick 2"]), "gripp…       2  pick 1 …");

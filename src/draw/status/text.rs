@@ -7,7 +7,7 @@ use crate::model::{Hold, Mode};
 use super::outline::Outline;
 use super::page::{Page, Row};
 use super::snapshot::{ControllerRow, Daemon, Health, HolderRow, Phase, ResourceRow, Snapshot, WorldRow};
-use super::table::{Cell, Column, head, line, rest};
+use super::table::{Cell, Column, NARROW, head, line, rest};
 
 /// Columns behind a bar: `" 100 %"`.
 const PERCENT: usize = 6;
@@ -71,12 +71,13 @@ impl Snapshot {
     }
 
     fn resource_lines(&self, width: usize, palette: &Palette) -> Vec<Row> {
+        let is_narrow = width < NARROW;
         let mut table = vec![
             Column::of("resource", self.resources.iter().map(|row| row.name.as_str()), width / 5),
             Column::of("type", self.resources.iter().map(|row| row.ty.as_str()), width / 8),
-            Column::number("owners"),
+            Column::number(if is_narrow { "own" } else { "owners" }, 1),
             Column::wide("channel", (width / 8).clamp(7, 16)),
-            Column::wide("locked", 6),
+            if is_narrow { Column::wide("lock", 4) } else { Column::wide("locked", 6) },
         ];
         table.push(Column::wide("held by", rest(&table, width)));
         let row = |resource: &ResourceRow| Row {
@@ -113,7 +114,7 @@ fn resource_cells(row: &ResourceRow, palette: &Palette) -> [Cell; 6] {
         (None, true) => "alone".into(),
         (None, false) => String::new(),
     };
-    let held = [holders(&row.holders), row.holds.iter().map(|object| format!("holds {object}")).collect()];
+    let held = [row.holds.iter().map(|object| format!("holds {object}")).collect(), holders(&row.holders)];
     [
         (plain, row.name.clone()),
         (palette.faint, row.ty.clone()),
