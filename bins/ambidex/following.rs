@@ -142,6 +142,11 @@ impl Following {
         self.status.snapshot(self.daemon(), self.now())
     }
 
+    /// Whether its daemon went before it wrote a header.
+    pub fn is_abandoned(&self) -> bool {
+        self.follower.header().is_none() && self.daemon() == Daemon::Gone
+    }
+
     fn read(&mut self) -> Result<bool> {
         for _ in 0..AT_ONCE {
             match self.follower.look().into_diagnostic()? {

@@ -82,6 +82,9 @@ fn watch(following: &mut Following, is_json: bool) -> Result<Told> {
     let mut ended: Option<Instant> = None;
     loop {
         let is_behind = following.catch_up()?;
+        if !is_behind && following.is_abandoned() {
+            return Ok(Told::Gone);
+        }
         let news = following.snapshot().filter(|_| !is_behind);
         if let Some(snapshot) = news {
             let goes_on = match &mut canvas {
