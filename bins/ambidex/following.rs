@@ -87,7 +87,7 @@ impl Source {
     fn nothing(&self, present: Option<Present>) -> Report {
         let name = self.instance.as_ref().map_or("default", Instance::name);
         if let Some(Present { pid, .. }) = present {
-            let help = "name it with --log FILE";
+            let help = format!("{} is not there; name its log with --log FILE", self.path.display());
             return miette!(help = help, "the daemon of instance \"{name}\" (pid {pid}) logs elsewhere");
         }
         let known = journal::instances();
