@@ -13,14 +13,14 @@ use super::course::Course;
 /// other child of an OR; none where neither is so.
 pub fn last_reasons(tally: &Tally) -> Vec<(NodeId, Option<Reason>)> {
     let course = Course::new(tally);
-    let standing = tally.header.as_deref().map(|header| Standing::new(header, &course));
+    let not_asked = tally.header.as_deref().map(|header| NotAsked::new(header, &course));
     let open = course.leaves().into_iter().filter(|&leaf| match course.state(leaf) {
         LeafState::Waiting | LeafState::Failed | LeafState::Canceled => true,
         LeafState::Active | LeafState::Done | LeafState::Skipped => false,
     });
     open.map(|leaf| {
         let told = tally.reasons.get(&leaf).cloned();
-        let reason = told.or_else(|| standing.as_ref().and_then(|tree| tree.reason(leaf)));
+        let reason = told.or_else(|| not_asked.as_ref().and_then(|tree| tree.reason(leaf)));
         (leaf, reason)
     })
     .collect()
@@ -42,15 +42,15 @@ pub fn fault_sentence(fault: Fault, names: &Names) -> String {
     }
 }
 
-/// Which nodes are done and which have begun, and what that says of a leaf that was not asked.
-pub(super) struct Standing<'a> {
+/// The tree as far as it says why a leaf was not asked.
+pub(super) struct NotAsked<'a> {
     header: &'a Header,
     children: Vec<Vec<NodeId>>,
     done: BTreeSet<NodeId>,
     begun: BTreeSet<NodeId>,
 }
 
-impl<'a> Standing<'a> {
+impl<'a> NotAsked<'a> {
     pub(super) fn new(header: &'a Header, course: &Course) -> Self {
         let mut children = vec![Vec::new(); header.nodes.len()];
         for (node, entry) in header.nodes.iter().enumerate().skip(1) {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::draw::course::Course;
-use crate::draw::why::Standing;
+use crate::draw::why::NotAsked;
 use crate::draw::{LeafState, fault_sentence, last_reasons};
 use crate::model::{ControllerId, End, Header, Mode, NodeEntry, NodeId};
 
@@ -23,7 +23,7 @@ struct Below {
 impl Status {
     pub(super) fn nodes(&self, header: &Header) -> Vec<NodeRow> {
         let course = Course::new(&self.tally);
-        let standing = Standing::new(header, &course);
+        let not_asked = NotAsked::new(header, &course);
         let reasons: BTreeMap<_, _> = last_reasons(&self.tally).into_iter().collect();
         let progress = self.progress(header);
         let states: Vec<_> =
@@ -33,7 +33,7 @@ impl Status {
             let node = NodeId::from(index);
             let state = match states[index] {
                 Some(state) => state,
-                None => self.inner_state(node, below[index], standing.is_done(node)),
+                None => self.inner_state(node, below[index], not_asked.is_done(node)),
             };
             let reason = || reasons.get(&node)?.as_ref().map(|reason| reason.sentence(&header.names));
             let fault = || self.fault(node, header, &course);
