@@ -10,6 +10,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
 use crate::check::{CheckArgs, SchemaArgs};
+use crate::status::StatusArgs;
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -17,8 +18,10 @@ Exit codes:
     1  the mission failed
     2  wrong usage, a faulty file, or a place that is taken already
     3  stalled: nothing runs and nothing can, with the reason of every leaf
-    4  a controller was lost, or did not attach in time
+    4  a controller was lost, or did not attach in time; of status: the daemon is gone, its mission did not end
   130  canceled by Ctrl-C or SIGTERM
+
+status ends with 0 whenever it could tell, however the mission ended.
 
 Ctrl-C once cancels the mission: controllers come to rest within 3 s, then the process ends.
 Twice ends it at once.
@@ -49,6 +52,8 @@ pub enum Verb {
     Check(CheckArgs),
     /// Print the JSON Schema of a file format, for editors.
     Schema(SchemaArgs),
+    /// Tell what the mission of an instance is at: tree, resources, controllers, world.
+    Status(StatusArgs),
     /// Print a completion script for a shell.
     Completions {
         /// Which shell.
@@ -193,7 +198,8 @@ fn version() -> &'static str {
     VERSION.get_or_init(|| format!("{} (wire version {WIRE_VERSION})", env!("CARGO_PKG_VERSION")))
 }
 
-fn instance(name: &str) -> Result<Instance, String> {
+/// An instance by its name.
+pub fn instance(name: &str) -> Result<Instance, String> {
     Instance::new(name).map_err(|error| error.to_string())
 }
 

@@ -16,7 +16,7 @@ pub enum Exit {
     Usage = 2,
     /// Nothing runs and nothing can.
     Stalled = 3,
-    /// A controller was lost or not attached in time.
+    /// A controller was lost or not attached in time; a daemon is gone whose mission did not end.
     Controller = 4,
     /// Ctrl-C or SIGTERM.
     Canceled = 130,

@@ -1,14 +1,17 @@
 //! The command line of Ambidex: one file per verb, no logic of its own.
 
 mod args;
+mod canvas;
 mod check;
 mod children;
 mod controller;
 mod exit;
+mod following;
 mod mission;
 mod observer;
 mod robot;
 mod simulate;
+mod status;
 mod terminal;
 
 use std::io::Write;
@@ -28,6 +31,7 @@ fn main() -> ExitCode {
         Verb::Simulate(args) => simulate::simulate(&args),
         Verb::Check(args) => check::check(&args),
         Verb::Schema(args) => check::schema(&args),
+        Verb::Status(args) => status::status(&args),
         Verb::Completions { shell } => {
             clap_complete::generate(shell, &mut Cli::command(), "ambidex", &mut std::io::stdout());
             Ok(Exit::Done)

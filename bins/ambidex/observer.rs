@@ -39,13 +39,13 @@ impl Observer {
         instance: &str,
         terminal: &Terminal,
     ) -> Result<Self, JournalError> {
-        let default = || journal::default_folder(instance).join("journal.jsonl");
+        let default = || journal::default_path(instance);
         let path: PathBuf = args.log.clone().unwrap_or_else(default);
         Ok(Self {
             names: mission.names.clone(),
             file: JournalFile::create(path)?,
             failure: None,
-            progress: Progress::new(&mission.robot),
+            progress: Progress::default(),
             terminal: terminal.clone(),
             is_quiet: args.quiet,
             is_json: args.json,

@@ -2,10 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use serde::Serialize;
+
 use crate::model::{End, Interval, NodeId, Reason, Tally, Time};
 
 /// What a leaf is at a moment.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum LeafState {
     /// It has not run, or is to run again.
     Waiting,
@@ -18,6 +21,7 @@ pub enum LeafState {
     /// It failed.
     Failed,
     /// It was told to end.
+    #[serde(rename = "cancelled")]
     Canceled,
 }
 

@@ -5,8 +5,10 @@
 
 mod axis;
 mod course;
+mod crew;
 mod palette;
 mod progress;
+mod status;
 mod summary;
 mod text;
 mod timing;
@@ -21,6 +23,10 @@ mod tests;
 pub use course::LeafState;
 pub use palette::Palette;
 pub use progress::Progress;
+pub use status::{
+    ControllerRow, Daemon, FactRow, GoalRow, Health, HolderRow, NodeRow, ObjectRow, Phase, ResourceRow, Snapshot,
+    Status, WorldRow,
+};
 pub use summary::summary;
 pub use text::MIN_WIDTH;
 pub use timing::timing;

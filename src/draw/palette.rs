@@ -54,6 +54,14 @@ impl Palette {
         format!("{style}{text}{style:#}")
     }
 
+    /// How far something is, from 0 to 1, as a bar of so many cells.
+    pub(super) fn bar(&self, progress: f64, cells: usize) -> String {
+        let full = (progress * cells as f64).floor() as usize;
+        let full = full.min(cells);
+        let done = Self::paint(self.active, "━".repeat(full));
+        done + &Self::paint(self.faint, "─".repeat(cells - full))
+    }
+
     /// The style of a leaf's state.
     pub(super) fn of(&self, state: LeafState) -> Style {
         match state {

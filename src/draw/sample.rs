@@ -1,8 +1,6 @@
 //! Experiment 1 as records written by hand, for the tests of this room: the times are invented, the course is the
 //! paper's.
 
-use nalgebra::Point3;
-
 use crate::model::*;
 
 const ROBOT: [&str; 4] = ["base", "head", "left_gripper", "right_gripper"];
@@ -14,31 +12,6 @@ pub(super) fn seconds(at_s: f64) -> Time {
 pub(super) fn named(name: &str) -> NodeId {
     let nodes = header().names.nodes;
     NodeId::from(nodes.iter().position(|node| node == name).expect("a node of experiment 1"))
-}
-
-pub(super) fn robot() -> RobotSpec {
-    let arm = ArmSpec {
-        shoulder: Point3::origin(),
-        tuck: Point3::origin(),
-        reach_m: 1.0,
-        speed: 1.0,
-        acceleration: 1.0,
-        grip_s: 1.0,
-        lift_m: 0.1,
-    };
-    let controllers = ["base", "head", "left_arm", "right_arm"];
-    RobotSpec {
-        name: "pr2".into(),
-        resources: [0, 1, 2, 2]
-            .into_iter()
-            .zip(0..)
-            .map(|(ty, controller)| ResourceSpec { ty: TypeId(ty), controller: Some(ControllerId(controller)) })
-            .collect(),
-        controllers: controllers
-            .map(|name| ControllerSpec { name: name.into(), kind: ControllerKind::Arm(arm) })
-            .into(),
-        radius_m: 0.4,
-    }
 }
 
 pub(super) fn header() -> Header {
@@ -66,6 +39,12 @@ pub(super) fn header() -> Header {
         allocator: "greedy".into(),
         nodes,
         resource_types: vec![TypeId(0), TypeId(1), TypeId(2), TypeId(2)],
+        movers: (0..4).map(|controller| Some(ControllerId(controller))).collect(),
+        start: Some(Situation {
+            base: Pose::new(0.0, 0.0, 0.0),
+            objects: (0..4).map(|place| Whereabouts::At(PlaceId(place))).collect(),
+            facts: Vec::new(),
+        }),
         names: Names {
             nodes: names,
             resources: list(&ROBOT),

@@ -40,34 +40,36 @@ pub fn summary(tally: &Tally, width: usize, palette: &Palette) -> String {
 
 /// The mission, how it ended, and at what.
 fn outcome(tally: &Tally, header: &Header, width: usize, palette: &Palette) -> String {
-    let at = tally.now;
-    let (style, word, why) = match tally.end {
-        None => (palette.cancelled, "not ended", format!("its records stop at {at}")),
-        Some(MissionEnd::Done) => (palette.done, "done", String::new()),
-        Some(MissionEnd::Stalled) => (palette.failed, "stalled", "nothing runs and nothing can".into()),
-        Some(MissionEnd::Canceled) => (palette.cancelled, "cancelled", format!("it was told to end at {at}")),
-        Some(MissionEnd::Failed(leaf)) => (palette.failed, "failed", failure(tally, header, leaf)),
-        Some(MissionEnd::ControllerLost(controller)) => {
-            let controller = header.names.controller(controller);
-            (palette.failed, "failed", format!("the controller {controller} was lost at {at}"))
-        }
-        Some(MissionEnd::NotAttached) => (palette.failed, "failed", "not every controller attached in time".into()),
-        Some(MissionEnd::TaskLost) => {
-            (palette.failed, "failed", "a task of the runtime is gone, which is a defect of ambidex".into())
-        }
-        Some(MissionEnd::NodeLost(node)) => {
-            let node = header.names.node(node);
-            let why = format!("the task of node {node} is gone, which is a defect of ambidex");
-            (palette.failed, "failed", why)
-        }
-    };
+    let (state, word, why) = ending(tally, header);
     let mission = clip(&header.mission, width / 2);
-    let head = format!("{}: {}", Palette::paint(palette.strong, &mission), Palette::paint(style, word));
+    let head = format!("{}: {}", Palette::paint(palette.strong, &mission), Palette::paint(palette.of(state), word));
     if why.is_empty() {
         return head + "\n";
     }
     let lines = flow(why.split(' '), width - 2);
     format!("{head}\n{}", hang("  ", 2, &lines))
+}
+
+/// What the mission itself came to, the word for it, and at what; the last is empty where there is nothing to say.
+pub(super) fn ending(tally: &Tally, header: &Header) -> (LeafState, &'static str, String) {
+    let at = tally.now;
+    let failed = |why: String| (LeafState::Failed, "failed", why);
+    match tally.end {
+        None => (LeafState::Canceled, "not ended", format!("its records stop at {at}")),
+        Some(MissionEnd::Done) => (LeafState::Done, "done", String::new()),
+        Some(MissionEnd::Stalled) => (LeafState::Failed, "stalled", "nothing runs and nothing can".into()),
+        Some(MissionEnd::Canceled) => (LeafState::Canceled, "cancelled", format!("it was told to end at {at}")),
+        Some(MissionEnd::Failed(leaf)) => failed(failure(tally, header, leaf)),
+        Some(MissionEnd::ControllerLost(controller)) => {
+            failed(format!("the controller {} was lost at {at}", header.names.controller(controller)))
+        }
+        Some(MissionEnd::NotAttached) => failed("not every controller attached in time".into()),
+        Some(MissionEnd::TaskLost) => failed("a task of the runtime is gone, which is a defect of ambidex".into()),
+        Some(MissionEnd::NodeLost(node)) => {
+            let node = header.names.node(node);
+            failed(format!("the task of node {node} is gone, which is a defect of ambidex"))
+        }
+    }
 }
 
 /// Which behavior failed, when and how.

@@ -13,7 +13,10 @@ pub(super) fn clip(text: &str, width: usize) -> String {
     if columns(text) <= width {
         return text.to_owned();
     }
-    let mut cut: String = text.chars().take(width.saturating_sub(1)).collect();
+    let Some(room) = width.checked_sub(1) else {
+        return String::new();
+    };
+    let mut cut: String = text.chars().take(room).collect();
     cut.push('…');
     cut
 }
@@ -59,6 +62,11 @@ pub(super) fn hang(head: &str, head_columns: usize, lines: &[String]) -> String 
     text
 }
 
+/// Names of things that go together: `pick 1 + pick 2`.
+pub(super) fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    names.collect::<Vec<_>>().join(" + ")
+}
+
 /// A count with its noun: `1 step`, `2 steps`.
 pub(super) fn count(number: usize, noun: &str) -> String {
     let plural = if number == 1 { "" } else { "s" };
@@ -73,6 +81,7 @@ mod tests {
     fn text_is_cut_with_an_ellipsis() {
         assert_eq!(clip("gripper", 7), "gripper");
         assert_eq!(clip("gripper", 5), "grip…");
+        assert_eq!(clip("gripper", 0), "");
         assert_eq!(fit("ab", 4), "ab  ");
     }
 

@@ -12,10 +12,11 @@ use super::text::{MIN_WIDTH, clip, columns};
 pub fn tree(header: &Header, tally: Option<&Tally>, width: usize, palette: &Palette) -> String {
     let width = width.max(MIN_WIDTH);
     let course = tally.map(Course::new);
-    let last = last_children(header);
+    let parents: Vec<NodeId> = header.nodes.iter().map(|entry| entry.parent).collect();
+    let last = last_children(&parents, |_| true);
     let mut text = String::new();
     for node in (0..header.nodes.len()).map(NodeId::from) {
-        let branches = clip(&branches(header, &last, node), width / 2);
+        let branches = clip(&branches(&parents, &last, node), width / 2);
         let kind = header.nodes[node.index()].kind.word();
         let name = header.names.node(node);
         let state = course.as_ref().filter(|_| header.nodes[node.index()].kind.is_behavior());
@@ -38,23 +39,24 @@ pub fn tree(header: &Header, tally: Option<&Tally>, width: usize, palette: &Pale
     text
 }
 
-/// The last child of each node.
-fn last_children(header: &Header) -> Vec<Option<NodeId>> {
-    let mut last = vec![None; header.nodes.len()];
-    for (node, entry) in header.nodes.iter().enumerate() {
-        if let Some(child) = last.get_mut(entry.parent.index()) {
-            *child = Some(NodeId::from(node));
+/// The last child of each node among those that are shown; the root is its own parent.
+pub(super) fn last_children(parents: &[NodeId], is_shown: impl Fn(NodeId) -> bool) -> Vec<Option<NodeId>> {
+    let mut last = vec![None; parents.len()];
+    for (node, parent) in parents.iter().enumerate() {
+        let node = NodeId::from(node);
+        if let Some(child) = last.get_mut(parent.index()).filter(|_| is_shown(node)) {
+            *child = Some(node);
         }
     }
     last
 }
 
 /// The lines that lead from the ancestors to a node.
-fn branches(header: &Header, last: &[Option<NodeId>], node: NodeId) -> String {
+pub(super) fn branches(parents: &[NodeId], last: &[Option<NodeId>], node: NodeId) -> String {
     let mut pieces = Vec::new();
     let mut below = node;
     while below.0 > 0 {
-        let parent = header.nodes[below.index()].parent;
+        let parent = parents[below.index()];
         if parent >= below {
             break;
         }

@@ -43,7 +43,7 @@ pub fn fault_sentence(fault: Fault, names: &Names) -> String {
 }
 
 /// The tree as far as it says why a leaf was not asked.
-struct NotAsked<'a> {
+pub(super) struct NotAsked<'a> {
     header: &'a Header,
     children: Vec<Vec<NodeId>>,
     done: BTreeSet<NodeId>,
@@ -51,7 +51,7 @@ struct NotAsked<'a> {
 }
 
 impl<'a> NotAsked<'a> {
-    fn new(header: &'a Header, course: &Course) -> Self {
+    pub(super) fn new(header: &'a Header, course: &Course) -> Self {
         let mut children = vec![Vec::new(); header.nodes.len()];
         for (node, entry) in header.nodes.iter().enumerate().skip(1) {
             if let Some(siblings) = children.get_mut(entry.parent.index()) {
@@ -65,6 +65,11 @@ impl<'a> NotAsked<'a> {
             tree.begun.extend(begun.then_some(node));
         }
         tree
+    }
+
+    /// Whether a node is done.
+    pub(super) fn is_done(&self, node: NodeId) -> bool {
+        self.done.contains(&node)
     }
 
     /// Whether a node is done, and whether anything below it has begun; its children are known.

@@ -7,7 +7,7 @@ use iceoryx2::prelude::{Config, FileName, Path as TransportPath, SemanticString}
 
 use super::clock::monotonic_ns;
 use super::error::IpcError;
-use super::lock::{Lock, segments};
+use super::lock::{Lock, Present, segments};
 
 const NAME_MAX: usize = 32;
 /// Every file of every instance in shared memory begins with this.
@@ -60,6 +60,14 @@ impl Instance {
     pub fn lock_controller(&self, name: &str) -> Result<Lock, IpcError> {
         check_controller_name(name)?;
         Lock::controller(self, name)
+    }
+
+    /// The daemon that lives in the instance, if any. Asking makes nothing and keeps nobody from anything.
+    ///
+    /// # Errors
+    /// [`IpcError::GateHeld`] or [`IpcError::File`] if the lock cannot be looked at.
+    pub fn daemon(&self) -> Result<Option<Present>, IpcError> {
+        Lock::present(self)
     }
 
     /// Whether a file of the instance is left anywhere, be it alive or not.

@@ -6,7 +6,7 @@ use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use super::error::IpcError;
 use super::instance::{Instance, base, shared_memory};
@@ -15,6 +15,16 @@ const GATE_WAIT: Duration = Duration::from_secs(5);
 const GATE_POLL: Duration = Duration::from_millis(1);
 const GATE_FILE: &str = ".gate";
 const NAME_FILE: &str = "name";
+const DAEMON_FILE: &str = "daemon.lock";
+
+/// A daemon that lives, as its lock tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Present {
+    /// Its process.
+    pub pid: u32,
+    /// When it took its place, by the clock of the files.
+    pub since: SystemTime,
+}
 
 /// The place of a daemon or controller, held until dropped. The last one out removes what the instance left.
 #[derive(Debug)]
@@ -26,7 +36,7 @@ pub struct Lock {
 
 impl Lock {
     pub(super) fn daemon(instance: &Instance) -> Result<Self, IpcError> {
-        Self::take(instance, "daemon.lock", |pid| IpcError::DaemonRuns { instance: instance.name().to_owned(), pid })
+        Self::take(instance, DAEMON_FILE, |pid| IpcError::DaemonRuns { instance: instance.name().to_owned(), pid })
     }
 
     pub(super) fn controller(instance: &Instance, name: &str) -> Result<Self, IpcError> {
@@ -36,6 +46,29 @@ impl Lock {
             name: name.to_owned(),
             pid,
         })
+    }
+
+    /// The daemon that has the place; asking makes no file and keeps nobody from the place.
+    pub(super) fn present(instance: &Instance) -> Result<Option<Present>, IpcError> {
+        let path = instance.dir().join(DAEMON_FILE);
+        if !path.exists() {
+            return Ok(None);
+        }
+        // Under the gate nobody tries to take the place, who would be turned away by our trying.
+        let _gate = Gate::join()?;
+        let mut file = match File::open(&path) {
+            Ok(file) => file,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+            Err(source) => return Err(IpcError::File { path, source }),
+        };
+        match file.try_lock_shared() {
+            Ok(()) => Ok(None),
+            Err(TryLockError::WouldBlock) => {
+                let since = file.metadata().and_then(|about| about.modified()).map_err(IpcError::file(&path))?;
+                Ok(Some(Present { pid: read_pid(&mut file), since }))
+            }
+            Err(TryLockError::Error(source)) => Err(IpcError::File { path, source }),
+        }
     }
 
     /// The instance that it belongs to.
@@ -91,15 +124,33 @@ impl Gate {
         loop {
             fs::create_dir_all(&base).map_err(IpcError::file(&base))?;
             // Whoever was here before may have removed folder and file since, so a lock counts only on the file that is there.
-            if let Some(file) = lock_gate(&path)? {
+            if let Some(file) = lock_gate(&path, true)? {
                 return Ok(Self { _file: file, path });
             }
-            if begun.elapsed() > GATE_WAIT {
-                return Err(IpcError::GateHeld(path));
-            }
-            thread::sleep(GATE_POLL);
+            wait_for_gate(begun, &path)?;
         }
     }
+
+    /// Enters by the gate that is there; none where there is no gate, since then there is no instance.
+    fn join() -> Result<Option<Self>, IpcError> {
+        let path = base().join(GATE_FILE);
+        let begun = Instant::now();
+        while path.exists() {
+            if let Some(file) = lock_gate(&path, false)? {
+                return Ok(Some(Self { _file: file, path }));
+            }
+            wait_for_gate(begun, &path)?;
+        }
+        Ok(None)
+    }
+}
+
+fn wait_for_gate(begun: Instant, path: &Path) -> Result<(), IpcError> {
+    if begun.elapsed() > GATE_WAIT {
+        return Err(IpcError::GateHeld(path.to_owned()));
+    }
+    thread::sleep(GATE_POLL);
+    Ok(())
 }
 
 impl Drop for Gate {
@@ -152,8 +203,8 @@ pub(super) fn name_in(dir: &Path) -> String {
         .unwrap_or_else(|_| dir.file_name().unwrap_or_default().to_string_lossy().into_owned())
 }
 
-fn lock_gate(path: &Path) -> Result<Option<File>, IpcError> {
-    let file = match File::options().create(true).append(true).open(path) {
+fn lock_gate(path: &Path, creates: bool) -> Result<Option<File>, IpcError> {
+    let file = match File::options().create(creates).append(true).open(path) {
         Ok(file) => file,
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
         Err(source) => return Err(IpcError::file(path)(source)),
@@ -203,5 +254,45 @@ mod tests {
         drop(instance.lock_daemon().unwrap());
         drop(arm);
         assert!(!instance.dir().exists());
+    }
+
+    #[test]
+    fn whoever_asks_is_in_nobodys_way() {
+        let instance = Instance::fresh();
+        let arm = instance.lock_controller("left_arm").unwrap();
+        let is_over = std::sync::atomic::AtomicBool::new(false);
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                while !is_over.load(std::sync::atomic::Ordering::Relaxed) {
+                    instance.daemon().unwrap();
+                }
+            });
+            for _ in 0..200 {
+                drop(instance.lock_daemon().unwrap());
+            }
+            is_over.store(true, std::sync::atomic::Ordering::Relaxed);
+        });
+        drop(arm);
+        assert!(!instance.has_left_anything());
+    }
+
+    #[test]
+    fn asking_for_the_daemon_takes_and_leaves_nothing() {
+        let instance = Instance::fresh();
+        assert_eq!(instance.daemon().unwrap(), None);
+        assert!(!instance.dir().exists());
+        let arm = instance.lock_controller("left_arm").unwrap();
+        assert_eq!(instance.daemon().unwrap(), None);
+        let daemon = instance.lock_daemon().unwrap();
+        assert_eq!(instance.daemon().unwrap().map(|present| present.pid), Some(std::process::id()));
+        assert!(instance.lock_daemon().is_err(), "it has its place still");
+        drop(daemon);
+        assert_eq!(instance.daemon().unwrap(), None);
+        // As a process leaves it that was killed: the file is there and nobody has it.
+        File::create(instance.dir().join(DAEMON_FILE)).unwrap();
+        assert_eq!(instance.daemon().unwrap(), None);
+        drop(instance.lock_daemon().unwrap());
+        drop(arm);
+        assert!(!instance.has_left_anything());
     }
 }

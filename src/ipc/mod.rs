@@ -49,7 +49,7 @@ pub use error::IpcError;
 pub use instance::Instance;
 pub use janitor::{Swept, sweep, tidy};
 pub use link::{Heard, Link, LinkError};
-pub use lock::Lock;
+pub use lock::{Lock, Present};
 pub use station::Station;
 pub use wire::WIRE_VERSION;
 pub use wire_in::Received;

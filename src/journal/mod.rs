@@ -1,5 +1,6 @@
 //! Records out and in: the journal's writer and reader, and the tracing events made from records. No decisions.
 
+mod follower;
 mod path;
 mod reader;
 mod trace;
@@ -11,7 +12,8 @@ mod samples;
 use std::io;
 use std::path::PathBuf;
 
-pub use path::default_folder;
+pub use follower::{Follower, News};
+pub use path::{default_folder, default_path, instances};
 pub use reader::{MAX_LINE_BYTES, Reader};
 pub use trace::emit;
 pub use writer::{Journal, JournalFile};

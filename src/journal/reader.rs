@@ -71,18 +71,17 @@ impl<R: BufRead> Reader<R> {
 
     fn read(&mut self) -> Result<Option<Record>, JournalError> {
         self.number += 1;
+        self.line.clear();
         read_line(&mut self.input, &mut self.line, &self.path, self.number)?;
         if self.line.is_empty() {
             return Ok(None);
         }
-        match serde_json::from_slice(&self.line) {
-            Ok(Record::Header(_)) => Err(JournalError::SecondHeader { path: self.path.clone(), line: self.number }),
-            Ok(record) => Ok(Some(record)),
-            Err(_) if !self.line.ends_with(b"\n") => {
+        match parse(&self.line, &self.path, self.number) {
+            Err(JournalError::Line { .. }) if !self.line.ends_with(b"\n") => {
                 self.is_truncated = true;
                 Ok(None)
             }
-            Err(source) => Err(JournalError::Line { path: self.path.clone(), line: self.number, source }),
+            parsed => parsed.map(Some),
         }
     }
 }
@@ -103,21 +102,36 @@ impl<R: BufRead> Iterator for Reader<R> {
     }
 }
 
-/// Leaves the next line in `line` with its end, or nothing at the end of the input.
-fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>, path: &Path, number: u64) -> Result<(), JournalError> {
-    line.clear();
-    let length = input.take(MAX_LINE_BYTES).read_until(b'\n', line).map_err(|source| JournalError::Read {
+/// Adds to `line` what is there of the line up to its end; the bytes that were added.
+pub(super) fn read_line(
+    input: &mut impl BufRead,
+    line: &mut Vec<u8>,
+    path: &Path,
+    number: u64,
+) -> Result<usize, JournalError> {
+    let room = MAX_LINE_BYTES.saturating_sub(line.len() as u64);
+    let length = input.take(room).read_until(b'\n', line).map_err(|source| JournalError::Read {
         path: path.to_owned(),
         line: number,
         source,
     })?;
-    if length as u64 == MAX_LINE_BYTES && !line.ends_with(b"\n") {
+    if line.len() as u64 >= MAX_LINE_BYTES && !line.ends_with(b"\n") {
         return Err(JournalError::TooLong { path: path.to_owned(), line: number });
     }
-    Ok(())
+    Ok(length)
 }
 
-fn parse_header(line: &[u8], path: &Path) -> Result<Box<Header>, JournalError> {
+/// A line behind the header.
+pub(super) fn parse(line: &[u8], path: &Path, number: u64) -> Result<Record, JournalError> {
+    match serde_json::from_slice(line) {
+        Ok(Record::Header(_)) => Err(JournalError::SecondHeader { path: path.to_owned(), line: number }),
+        Ok(record) => Ok(record),
+        Err(source) => Err(JournalError::Line { path: path.to_owned(), line: number, source }),
+    }
+}
+
+/// The first line.
+pub(super) fn parse_header(line: &[u8], path: &Path) -> Result<Box<Header>, JournalError> {
     /// What every version of a header has.
     #[derive(Deserialize)]
     struct Opening {

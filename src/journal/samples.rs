@@ -69,6 +69,12 @@ fn header() -> Record {
         allocator: "greedy".into(),
         nodes: vec![entry(0, "root"), entry(0, "and"), entry(1, "pick"), entry(1, "pick")],
         resource_types: vec![TypeId(0), TypeId(1), TypeId(1)],
+        movers: vec![Some(ControllerId(0)), Some(ControllerId(1)), None],
+        start: Some(Situation {
+            base: Pose::new(0.0, 0.0, 0.0),
+            objects: vec![Whereabouts::At(PlaceId(0))],
+            facts: vec![false],
+        }),
         names: names(),
     }))
 }

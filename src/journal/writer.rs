@@ -62,7 +62,7 @@ pub struct JournalFile {
 }
 
 impl JournalFile {
-    /// Creates the file, or empties it, with every folder above it.
+    /// Creates the file with every folder above it; a file that is there already is replaced.
     ///
     /// # Errors
     /// When folder or file cannot be made.
@@ -70,6 +70,10 @@ impl JournalFile {
         let path = path.into();
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder).map_err(|source| JournalError::Folder { path: folder.to_owned(), source })?;
+        }
+        // Whoever still reads the journal of an earlier run reads that one to its end, and notices the new one.
+        if fs::symlink_metadata(&path).is_ok_and(|there| there.is_file()) {
+            drop(fs::remove_file(&path));
         }
         let file = File::create(&path).map_err(|source| JournalError::Create { path: path.clone(), source })?;
         Ok(Self { path, journal: Journal::new(BufWriter::new(file)) })

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Change, CommandId, ControllerId, End, FromController, Grant, MissionSpec, Names, NodeId, NodeKind, Reason,
-    Rejection, Request, Resource, ResourceId, Time, ToController, TypeId,
+    Rejection, Request, Resource, ResourceId, Situation, Time, ToController, TypeId,
 };
 
 /// Version of the journal's form; a reader refuses any other.
@@ -104,6 +104,12 @@ pub struct Header {
     pub nodes: Vec<NodeEntry>,
     /// Type of each resource, by id.
     pub resource_types: Vec<TypeId>,
+    /// Who moves each resource, by id; empty in a journal that does not tell.
+    #[serde(default)]
+    pub movers: Vec<Option<ControllerId>>,
+    /// The world as the mission has it before any controller said otherwise; none in a journal that does not tell.
+    #[serde(default)]
+    pub start: Option<Situation>,
     /// What everything is called.
     pub names: Names,
 }
@@ -122,6 +128,8 @@ impl Header {
             allocator: allocator.to_owned(),
             nodes: nodes.collect(),
             resource_types: mission.robot.resources.iter().map(|resource| resource.ty).collect(),
+            movers: mission.robot.resources.iter().map(|resource| resource.controller).collect(),
+            start: Some(mission.start.clone()),
             names: mission.names.clone(),
         }
     }

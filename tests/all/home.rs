@@ -104,6 +104,12 @@ impl Home {
         self.start(args.iter().chain(more))
     }
 
+    /// Asks what the mission of this home's instance is at.
+    pub fn status(&self, more: &[&str]) -> Process {
+        let args = ["status", "--instance", self.instance.name()];
+        self.start(args.iter().chain(more))
+    }
+
     /// The processes that were started in this home and live, be they of this test or their children.
     pub fn processes(&self) -> Vec<(u32, String)> {
         let mark = format!("XDG_STATE_HOME={}", self.dir.path().display());
@@ -184,6 +190,10 @@ impl Process {
         fs::read_to_string(&self.err).expect("what it said")
     }
 
+    pub fn stdout(&self) -> String {
+        fs::read_to_string(&self.out).expect("what it said")
+    }
+
     /// Waits until it has said these words on stderr.
     pub fn says(&mut self, words: &str) {
         let by = Instant::now() + DEADLINE;
@@ -207,11 +217,7 @@ impl Process {
             assert!(Instant::now() < by, "{} hangs:\n{}", self.says, self.stderr());
             thread::sleep(POLL);
         }
-        Finished {
-            code: self.child.wait().expect("a child").code(),
-            stdout: fs::read_to_string(&self.out).expect("what it said"),
-            stderr: self.stderr(),
-        }
+        Finished { code: self.child.wait().expect("a child").code(), stdout: self.stdout(), stderr: self.stderr() }
     }
 
     /// Waits for its end, which must have this code.

@@ -19,3 +19,4 @@ mod rules;
 mod shipped;
 mod support;
 mod tidy;
+mod watching;

@@ -78,9 +78,9 @@ impl Progress {
     }
 
     fn rejected(&self, controller: ControllerId, id: CommandId, why: Rejection, names: &Names) -> String {
-        let command = self.commands.get(&(controller, id));
-        let goal = match command.and_then(|command| command.leaf) {
-            Some(leaf) => names.node(leaf),
+        let command = self.crew.command(controller, id);
+        let goal = match command.and_then(|command| command.leaves.first()) {
+            Some(leaf) => names.node(*leaf),
             None => "a goal",
         };
         format!("{} rejected {goal}: {why}", names.controller(controller))

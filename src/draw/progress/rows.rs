@@ -1,10 +1,11 @@
 //! One line per resource for terminals whose lines can be drawn again.
 
 use crate::draw::Palette;
+use crate::draw::crew::{Presence, UnderWay};
 use crate::draw::text::{MIN_WIDTH, clip, columns, fit};
 use crate::model::{ControllerId, MissionEnd, Mode, Names, NodeId, ResourceId};
 
-use super::{Presence, Progress, UnderWay};
+use super::Progress;
 
 /// Columns behind a bar: `" 100 %"`.
 const PERCENT: usize = 6;
@@ -84,7 +85,7 @@ impl Progress {
 
     /// What stands behind the name of a resource.
     fn row(&self, resource: ResourceId, users: &str, room: usize, bar_width: usize, palette: &Palette) -> String {
-        let controller = self.controllers.get(resource.index()).copied().flatten();
+        let controller = self.movers.get(resource.index()).copied().flatten();
         if let Some(absent) = controller.and_then(|id| self.absent(id, room, palette)) {
             return absent;
         }
@@ -93,7 +94,7 @@ impl Progress {
             Some(command) if command.mode == Mode::Achieve => {
                 let users = fit(users, room - bar_width - PERCENT - 2);
                 let percent = (command.progress * 100.0).floor();
-                let bar = bar(command.progress, bar_width, palette);
+                let bar = palette.bar(command.progress, bar_width);
                 format!("{users}  {bar} {percent:>3.0} %")
             }
             Some(command) => {
@@ -110,8 +111,8 @@ impl Progress {
     fn absent(&self, controller: ControllerId, room: usize, palette: &Palette) -> Option<String> {
         let names = &self.tally.header.as_ref()?.names;
         let name = names.controller(controller);
-        match self.presence.get(&controller) {
-            Some(Presence::Attached) => None,
+        match self.crew.member(controller).map(|member| member.presence) {
+            Some(Presence::Attached | Presence::Configured) => None,
             Some(Presence::Lost) => {
                 let text = clip(&format!("lost {name}"), room);
                 Some(Palette::paint(palette.failed, text))
@@ -125,12 +126,10 @@ impl Progress {
 
     /// What the controller does: the latest command, and of several one that ends its goal.
     fn command(&self, controller: ControllerId) -> Option<&UnderWay> {
-        let own = || {
-            let commands = self.commands.iter().rev();
-            commands.filter(move |((owner, _), command)| *owner == controller && !command.is_rejected)
-        };
-        let achieve = own().find(|(_, command)| command.mode == Mode::Achieve);
-        achieve.or_else(|| own().next()).map(|(_, command)| command)
+        let mut own = self.crew.commands(controller).rev();
+        let last = own.next()?;
+        let achieve = (last.mode == Mode::Maintain).then(|| own.find(|command| command.mode == Mode::Achieve));
+        Some(achieve.flatten().unwrap_or(last))
     }
 
     fn idle(&self, resource: ResourceId, room: usize) -> String {
@@ -140,11 +139,4 @@ impl Progress {
             (Some(_), None) | (None, _) => "free".into(),
         }
     }
-}
-
-fn bar(progress: f64, width: usize, palette: &Palette) -> String {
-    let full = (progress * width as f64).floor() as usize;
-    let full = full.min(width);
-    let done = Palette::paint(palette.active, "━".repeat(full));
-    done + &Palette::paint(palette.faint, "─".repeat(width - full))
 }

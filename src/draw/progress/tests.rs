@@ -34,7 +34,7 @@ fn picking() -> Progress {
         let id = id(1);
         heard(from, FromController::Feedback { id, progress, state })
     };
-    let mut progress = Progress::new(&sample::robot());
+    let mut progress = Progress::default();
     let attached = (0..4).map(|id| controller(id, ControllerMessage::Attached));
     let begun = sample::experiment_1().into_iter().take(4);
     let under_way = [
@@ -86,7 +86,7 @@ fn each_resource_says_who_uses_it_and_how_far_it_is() {
 
 #[test]
 fn absent_controllers_and_held_objects_are_told() {
-    let mut progress = Progress::new(&sample::robot());
+    let mut progress = Progress::default();
     check(&progress, 80, &["no mission yet"]);
     let held = Change::Object(ObjectId(0), Whereabouts::In(ResourceId(2)));
     let (at, change) = (seconds(9.0), held);
@@ -111,7 +111,7 @@ fn absent_controllers_and_held_objects_are_told() {
 
 #[test]
 fn a_run_without_a_display_is_told_line_by_line() {
-    let mut progress = Progress::new(&sample::robot());
+    let mut progress = Progress::default();
     let mut lines = Vec::new();
     for record in sample::experiment_1() {
         progress.add(&record);

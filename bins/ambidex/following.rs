@@ -1,0 +1,203 @@
+//! A live journal and whose it is: finding it, reading on in it, and asking whether its daemon lives.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::PathBuf;
+use std::thread;
+use std::time::{Duration, Instant, SystemTime};
+
+use ambidex::draw::{Daemon, Snapshot, Status};
+use ambidex::ipc::{Instance, Present};
+use ambidex::journal::{self, Follower, JournalError, News};
+use ambidex::model::Time;
+use miette::{IntoDiagnostic, Report, Result, miette};
+
+/// Records that are read at once, so that whoever wants to leave need not wait for the last of a million.
+const AT_ONCE: usize = 10_000;
+/// How often it is asked whether the daemon lives.
+const ASK_EVERY: Duration = Duration::from_millis(300);
+/// How long a daemon may take from its start to the first line of its log.
+const BEGIN_WITHIN: Duration = Duration::from_secs(2);
+const BEGIN_POLL: Duration = Duration::from_millis(10);
+/// Most edits between a name and the one that was meant.
+const MEANT_WITHIN: usize = 3;
+/// Most instances that are named where the one asked for has no journal.
+const MOST_NAMED: usize = 8;
+
+/// Which journal is read, and which instance is asked for its daemon.
+#[derive(Debug, Clone)]
+pub struct Source {
+    path: PathBuf,
+    instance: Option<Instance>,
+    is_default: bool,
+}
+
+impl Source {
+    /// A log by its path, else that of an instance.
+    pub fn new(instance: Option<Instance>, log: Option<PathBuf>) -> Self {
+        match log {
+            Some(path) => Self { path, instance, is_default: false },
+            None => {
+                let instance = instance.unwrap_or_else(|| Instance::new("default").expect("it is a name"));
+                Self { path: journal::default_path(instance.name()), instance: Some(instance), is_default: true }
+            }
+        }
+    }
+
+    /// Opens the journal and reads what is there; a daemon that just begins is given time for its first line.
+    ///
+    /// # Errors
+    /// When there is no journal, or none that can be read.
+    pub fn follow(self) -> Result<Following> {
+        let by = Instant::now() + BEGIN_WITHIN;
+        loop {
+            let present = self.ask()?;
+            let found = self.open(present)?;
+            let is_due = Instant::now() > by;
+            match found {
+                Some(following) if following.is_current() => return Ok(following),
+                None if present.is_none() || is_due => return Err(self.nothing(present)),
+                Some(following) if present.is_none() || is_due => return following.into_best(),
+                Some(_) | None => thread::sleep(BEGIN_POLL),
+            }
+        }
+    }
+
+    fn ask(&self) -> Result<Option<Present>> {
+        Ok(self.instance.as_ref().map(Instance::daemon).transpose().into_diagnostic()?.flatten())
+    }
+
+    /// None where an instance has no journal.
+    fn open(&self, present: Option<Present>) -> Result<Option<Following>> {
+        let follower = match Follower::open(&self.path) {
+            Ok(follower) => follower,
+            Err(JournalError::Open { source, .. }) if self.is_default && source.kind() == ErrorKind::NotFound => {
+                return Ok(None);
+            }
+            Err(error) => return Err(error).into_diagnostic(),
+        };
+        let status = Status::default();
+        let (source, asked) = (self.clone(), Instant::now());
+        let mut following = Following { source, follower, status, present, asked, is_replaced: false };
+        while following.read()? {}
+        Ok(Some(following))
+    }
+
+    /// What is said where an instance has no journal.
+    fn nothing(&self, present: Option<Present>) -> Report {
+        let name = self.instance.as_ref().map_or("default", Instance::name);
+        if let Some(Present { pid, .. }) = present {
+            let help = format!("{} is not there; name its log with --log FILE", self.path.display());
+            return miette!(help = help, "the daemon of instance \"{name}\" (pid {pid}) logs elsewhere");
+        }
+        let known = journal::instances();
+        if known.is_empty() {
+            let help = "`ambidex run` and `ambidex daemon` write one";
+            return miette!(help = help, "instance \"{name}\" has no journal, and no other has one");
+        }
+        let distance = |known: &&String| strsim::osa_distance(name, known);
+        let meant = known.iter().min_by_key(distance).filter(|meant| distance(meant) <= MEANT_WITHIN);
+        let meant = meant.map_or(String::new(), |meant| format!("did you mean \"{meant}\"? "));
+        let others: Vec<String> = known.iter().take(MOST_NAMED).map(|name| described(name)).collect();
+        let more = known.len() - others.len();
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        let help = format!("{meant}--instance NAME tells of another; these have one: {}{more}", others.join(", "));
+        miette!(help = help, "instance \"{name}\" has no journal")
+    }
+}
+
+/// An instance and whether its daemon lives.
+fn described(name: &str) -> String {
+    let daemon = Instance::new(name).ok().and_then(|instance| instance.daemon().ok().flatten());
+    if daemon.is_some() { format!("{name} (running)") } else { name.to_owned() }
+}
+
+/// A journal that is read on, and what it tells.
+#[derive(Debug)]
+pub struct Following {
+    source: Source,
+    follower: Follower,
+    status: Status,
+    present: Option<Present>,
+    asked: Instant,
+    is_replaced: bool,
+}
+
+impl Following {
+    /// Reads on; true if there may be more at once.
+    ///
+    /// # Errors
+    /// When the journal cannot be read.
+    pub fn catch_up(&mut self) -> Result<bool> {
+        // Asked before reading: what a daemon that is gone has written is all there then.
+        if self.asked.elapsed() > ASK_EVERY {
+            self.present = self.source.ask()?;
+            self.asked = Instant::now();
+        }
+        self.read()
+    }
+
+    /// What it tells now; none before its header.
+    pub fn snapshot(&self) -> Option<Snapshot> {
+        self.status.snapshot(self.daemon(), self.now())
+    }
+
+    /// Whether its daemon went before it wrote a header.
+    pub fn is_abandoned(&self) -> bool {
+        self.follower.header().is_none() && self.daemon() == Daemon::Gone
+    }
+
+    fn read(&mut self) -> Result<bool> {
+        for _ in 0..AT_ONCE {
+            match self.follower.look().into_diagnostic()? {
+                News::Record(record) => self.status.add(&record),
+                News::Quiet => return Ok(false),
+                // A mission that ended is told to its end, whatever comes after it.
+                News::Replaced if self.status.tally().end.is_some() => {
+                    self.is_replaced = true;
+                    return Ok(false);
+                }
+                News::Replaced => {
+                    self.follower = Follower::open(self.follower.path()).into_diagnostic()?;
+                    self.status = Status::default();
+                }
+            }
+        }
+        Ok(true)
+    }
+
+    /// Whether the daemon that lives has written it.
+    fn daemon(&self) -> Daemon {
+        match (&self.source.instance, self.present) {
+            (None, _) => Daemon::Unknown,
+            (Some(_), _) if self.is_replaced => Daemon::Gone,
+            (Some(_), Some(present)) if self.written() >= Some(present.since) => Daemon::Running { pid: present.pid },
+            (Some(_), _) => Daemon::Gone,
+        }
+    }
+
+    /// Whether it is a journal, and that of the daemon that lives if one does.
+    fn is_current(&self) -> bool {
+        self.follower.header().is_some() && (self.present.is_none() || self.daemon() != Daemon::Gone)
+    }
+
+    /// The journal though it may be of an earlier daemon; none came that is better.
+    fn into_best(self) -> Result<Self> {
+        if self.follower.header().is_none() {
+            return Err(JournalError::NoHeader { path: self.source.path }).into_diagnostic();
+        }
+        Ok(self)
+    }
+
+    /// When it was written last, by the clock of the files.
+    fn written(&self) -> Option<SystemTime> {
+        fs::metadata(self.follower.path()).and_then(|about| about.modified()).ok()
+    }
+
+    /// Robot time: that of the last record, and what went by since.
+    fn now(&self) -> Time {
+        let since = self.written().and_then(|written| written.elapsed().ok()).unwrap_or_default();
+        self.status.tally().now
+            + since.mul_f64(self.status.speed().filter(|speed| (0.0..=1e6).contains(speed)).unwrap_or(1.0))
+    }
+}

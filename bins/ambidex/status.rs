@@ -1,0 +1,175 @@
+//! `ambidex status`: what a mission is at, from its journal alone, once or until it ends.
+
+use std::io::{self, ErrorKind, Write};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use ambidex::controller::Stop;
+use ambidex::draw::{Daemon, MIN_WIDTH, Phase, Snapshot};
+use ambidex::ipc::Instance;
+use clap::Args;
+use miette::{IntoDiagnostic, Result};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+
+use crate::args;
+use crate::canvas::{self, Canvas};
+use crate::exit::Exit;
+use crate::following::{Following, Source};
+
+/// How often news are looked for and drawn at most.
+const TICK: Duration = Duration::from_millis(100);
+/// How long a daemon is waited for that ended its mission and makes its controllers safe.
+const LEAVE_WITHIN: Duration = Duration::from_secs(5);
+
+/// `ambidex status`.
+#[derive(Debug, Args)]
+pub struct StatusArgs {
+    /// Name of the robot's runtime [default: default].
+    #[arg(long, value_parser = args::instance)]
+    pub instance: Option<Instance>,
+    /// Follow the mission until it ends: in place on a terminal, else a text per change, at most ten in a second.
+    #[arg(long, short)]
+    pub watch: bool,
+    /// Print one object on stdout; with --watch one in a line per change.
+    #[arg(long)]
+    pub json: bool,
+    /// Read this log instead of the one of the instance; without --instance nobody knows whether its daemon lives.
+    #[arg(long, value_name = "FILE")]
+    pub log: Option<PathBuf>,
+}
+
+/// Tells what a mission is at.
+pub fn status(args: &StatusArgs) -> Result<Exit> {
+    let mut following = Source::new(args.instance.clone(), args.log.clone()).follow()?;
+    let told = if args.watch { watch(&mut following, args.json)? } else { once(&following, args.json)? };
+    match told {
+        Told::Ended(outcome) => {
+            if args.watch && !args.json {
+                say(&format!("the mission ended: {outcome}"));
+            }
+            Ok(Exit::Done)
+        }
+        Told::Gone => {
+            say("error: the daemon is gone (crashed or killed) and its mission did not end");
+            Ok(Exit::Controller)
+        }
+        Told::SoFar => Ok(Exit::Done),
+        Told::Interrupted => Ok(Exit::Canceled),
+    }
+}
+
+/// What the last thing told was.
+enum Told {
+    Ended(&'static str),
+    Gone,
+    SoFar,
+    Interrupted,
+}
+
+fn once(following: &Following, is_json: bool) -> Result<Told> {
+    let Some(snapshot) = following.snapshot() else {
+        return Ok(Told::SoFar);
+    };
+    print(&if is_json { json(&snapshot)? } else { text(&snapshot) })?;
+    Ok(told(&snapshot))
+}
+
+/// Tells every change until the mission ended, its daemon is gone, or nobody listens.
+fn watch(following: &mut Following, is_json: bool) -> Result<Told> {
+    let stop = Stop::on_signals().into_diagnostic()?;
+    let mut canvas = (!is_json && canvas::is_terminal()).then(Canvas::new).transpose().into_diagnostic()?;
+    let mut last = None;
+    let mut ended: Option<Instant> = None;
+    loop {
+        let is_behind = following.catch_up()?;
+        if !is_behind && following.is_abandoned() {
+            return Ok(Told::Gone);
+        }
+        let news = following.snapshot().filter(|_| !is_behind);
+        if let Some(snapshot) = news {
+            let goes_on = match &mut canvas {
+                Some(canvas) => draw(canvas, &snapshot, canvas::size())?,
+                None if last.as_ref() == Some(&snapshot) => true,
+                None if is_json => print(&json(&snapshot)?)?,
+                None => print(&(text(&snapshot) + "\n"))?,
+            };
+            let told = told(&snapshot);
+            let is_over = match told {
+                Told::Ended(_) => has_left(&snapshot, *ended.get_or_insert_with(Instant::now)),
+                Told::Gone => true,
+                Told::SoFar | Told::Interrupted => false,
+            };
+            if is_over || !goes_on {
+                if let Some(canvas) = &mut canvas {
+                    // One line less, for what is said of the end.
+                    let (width, height) = canvas::size();
+                    draw(canvas, &snapshot, (width, height.saturating_sub(1)))?;
+                }
+                return Ok(told);
+            }
+            last = Some(snapshot);
+        }
+        if is_told(&stop, if is_behind { Duration::ZERO } else { TICK })? {
+            return Ok(Told::Interrupted);
+        }
+    }
+}
+
+/// Whether nothing more is to come of a mission that ended.
+fn has_left(snapshot: &Snapshot, ended: Instant) -> bool {
+    !matches!(snapshot.daemon, Daemon::Running { .. }) || ended.elapsed() > LEAVE_WITHIN
+}
+
+fn told(snapshot: &Snapshot) -> Told {
+    match snapshot.phase {
+        Phase::Ended => Told::Ended(snapshot.outcome.unwrap_or("ended")),
+        Phase::Gone => Told::Gone,
+        Phase::Waiting | Phase::Running => Told::SoFar,
+    }
+}
+
+fn draw(canvas: &mut Canvas, snapshot: &Snapshot, (width, height): (usize, usize)) -> Result<bool> {
+    let lines = match width < MIN_WIDTH {
+        true => vec!["…".to_owned()],
+        false => snapshot.lines(width, height, &canvas::palette()),
+    };
+    heard(canvas.show(lines))
+}
+
+fn text(snapshot: &Snapshot) -> String {
+    let (width, height) = canvas::long_size();
+    snapshot.lines(width, height, &canvas::palette()).join("\n")
+}
+
+fn json(snapshot: &Snapshot) -> Result<String> {
+    serde_json::to_string(snapshot).into_diagnostic()
+}
+
+/// Prints a text; false if nobody listens any more.
+fn print(text: &str) -> Result<bool> {
+    let mut stdout = io::stdout().lock();
+    heard(writeln!(stdout, "{text}").and_then(|()| stdout.flush()))
+}
+
+fn heard(written: io::Result<()>) -> Result<bool> {
+    match written {
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(false),
+        Err(error) => Err(error).into_diagnostic(),
+    }
+}
+
+fn say(text: &str) {
+    drop(writeln!(io::stderr(), "{text}"));
+}
+
+/// Waits, and whether it was told to stop meanwhile.
+fn is_told(stop: &Stop, wait: Duration) -> Result<bool> {
+    let wait = Timespec::try_from(wait).into_diagnostic()?;
+    let mut fds = [PollFd::new(stop, PollFlags::IN)];
+    match poll(&mut fds, Some(&wait)) {
+        Ok(ready) => Ok(ready > 0),
+        Err(rustix::io::Errno::INTR) => Ok(false),
+        Err(error) => Err(error).into_diagnostic(),
+    }
+}
