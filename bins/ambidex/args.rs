@@ -9,6 +9,8 @@ use ambidex::tree::{Allocator, Greedy, Serial};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
+use crate::tree::TreeArgs;
+
 const EXIT_CODES: &str = "\
 Exit codes:
     0  the mission is done
@@ -43,6 +45,8 @@ pub enum Verb {
     Controller(ControllerArgs),
     /// Run a mission under a virtual clock, without processes.
     Simulate(SimulateArgs),
+    /// Draw the task tree of a mission, or of a run with the states of its behaviors.
+    Tree(TreeArgs),
     /// Print a completion script for a shell.
     Completions {
         /// Which shell.

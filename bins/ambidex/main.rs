@@ -4,11 +4,14 @@ mod args;
 mod children;
 mod controller;
 mod exit;
+mod log;
 mod mission;
 mod observer;
+mod out;
 mod robot;
 mod simulate;
 mod terminal;
+mod tree;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -25,6 +28,7 @@ fn main() -> ExitCode {
         Verb::Daemon(args) => mission::daemon(&args),
         Verb::Controller(args) => controller::controller(&args),
         Verb::Simulate(args) => simulate::simulate(&args),
+        Verb::Tree(args) => tree::tree(&args),
         Verb::Completions { shell } => {
             clap_complete::generate(shell, &mut Cli::command(), "ambidex", &mut std::io::stdout());
             Ok(Exit::Done)
