@@ -9,6 +9,7 @@ use ambidex::tree::{Allocator, Greedy, Serial};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
+use crate::timeline::TimelineArgs;
 use crate::tree::TreeArgs;
 
 const EXIT_CODES: &str = "\
@@ -45,6 +46,8 @@ pub enum Verb {
     Controller(ControllerArgs),
     /// Run a mission under a virtual clock, without processes.
     Simulate(SimulateArgs),
+    /// Draw when each behavior of a run was active, and who held which resource.
+    Timeline(TimelineArgs),
     /// Draw the task tree of a mission, or of a run with the states of its behaviors.
     Tree(TreeArgs),
     /// Print a completion script for a shell.

@@ -11,6 +11,7 @@ mod out;
 mod robot;
 mod simulate;
 mod terminal;
+mod timeline;
 mod tree;
 
 use std::io::Write;
@@ -28,6 +29,7 @@ fn main() -> ExitCode {
         Verb::Daemon(args) => mission::daemon(&args),
         Verb::Controller(args) => controller::controller(&args),
         Verb::Simulate(args) => simulate::simulate(&args),
+        Verb::Timeline(args) => timeline::timeline(&args),
         Verb::Tree(args) => tree::tree(&args),
         Verb::Completions { shell } => {
             clap_complete::generate(shell, &mut Cli::command(), "ambidex", &mut std::io::stdout());

@@ -3,9 +3,14 @@
 //! Every shape is made in `page`, which alone speaks to the SVG crate; every color stands in `style`.
 
 mod fit;
+mod history;
 mod marks;
 mod page;
+mod scale;
 mod style;
+mod timeline;
 mod tree;
 
+pub use history::History;
+pub use timeline::{compare, timeline};
 pub use tree::tree;

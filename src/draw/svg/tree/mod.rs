@@ -91,7 +91,8 @@ fn node(header: &Header, placed: &Placed, state: Option<LeafState>) -> Shape {
         (true, None) => ("leaf", "text"),
         (true, Some(LeafState::Waiting)) => ("leaf-waiting", "text"),
         (true, Some(LeafState::Active)) => ("active", "inner-active"),
-        (true, Some(LeafState::Done | LeafState::Skipped)) => ("leaf-done", "text"),
+        (true, Some(LeafState::Done)) => ("leaf-done", "text"),
+        (true, Some(LeafState::Skipped)) => ("leaf-skipped", "text"),
         (true, Some(LeafState::Failed | LeafState::Canceled)) => ("leaf-failed", "text"),
     };
     let round = if placed.is_leaf { 2.0 } else { frame.height.min(24.0) / 2.0 };
