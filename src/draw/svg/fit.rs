@@ -7,8 +7,12 @@ pub(super) const TEXT: f64 = 10.0;
 pub(super) const TITLE: f64 = 14.0;
 /// Of notes.
 pub(super) const NOTE: f64 = 9.5;
-/// Of labels in bars and at ticks.
+/// Of labels at ticks.
 pub(super) const SMALL: f64 = 9.0;
+/// Of labels in bars.
+pub(super) const INNER: f64 = 8.5;
+/// Of the names of channels.
+pub(super) const CHANNEL: f64 = 8.5;
 
 /// Width of a text of a size, user units.
 pub(super) fn width(text: &str, size: f64) -> f64 {
@@ -51,9 +55,11 @@ pub(super) fn two_lines(text: &str, size: f64) -> Vec<String> {
 /// Width of a letter in parts of the size.
 fn share(letter: char) -> f64 {
     match letter {
-        'i' | 'j' | 'l' | '\'' | '|' => 0.32,
+        'i' | 'j' | 'l' | '\'' | '|' => 0.28,
         ' ' | '.' | ',' | ':' | ';' | '!' | 'I' | '·' => 0.34,
         'f' | 't' | 'r' | '(' | ')' | '[' | ']' | '/' | '-' | '"' => 0.42,
+        'c' | 's' | 'z' => 0.55,
+        'k' | 'v' | 'x' | 'y' => 0.6,
         'm' | 'M' | 'W' | '%' | '@' | '…' => 1.0,
         'w' | 'O' | 'Q' | 'G' | 'D' | 'H' | 'N' | 'U' | '+' | '=' => 0.84,
         'A'..='Z' => 0.72,

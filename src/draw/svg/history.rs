@@ -1,7 +1,8 @@
 //! What a timeline is drawn from, folded from records: phases by behavior, leases by resource, rounds.
 
 use crate::model::{
-    ChannelId, End, EntryKind, Fault, Going, Grant, Header, Hold, MissionEnd, NodeId, Record, Resource, Tally, Time,
+    ChannelId, End, EntryKind, Fault, Going, Grant, Header, Hold, Lease, MissionEnd, NodeId, Record, Resource, Tally,
+    Time,
 };
 
 /// A running fold of records for a timeline.
@@ -50,7 +51,8 @@ pub(super) struct Stretch {
 /// What became of a resource.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Lane {
-    pub(super) leases: Vec<Held>,
+    ended: Vec<Held>,
+    open: Vec<Held>,
     /// When it was shared on which channel; no end where it is when the records end.
     pub(super) channels: Vec<(ChannelId, Time, Option<Time>)>,
     channel: Option<ChannelId>,
@@ -232,23 +234,28 @@ impl History {
 }
 
 impl Lane {
+    /// Every lease, those that last when the records end behind the others.
+    pub(super) fn leases(&self) -> impl Iterator<Item = &Held> {
+        self.ended.iter().chain(&self.open)
+    }
+
     fn change(&mut self, at: Time, state: &Resource) {
-        let is_same = |held: &Held, lease: &crate::model::Lease| {
+        let is_same = |held: &Held, lease: &Lease| {
             (held.holder, held.behavior, held.hold) == (lease.holder, lease.behavior, lease.hold)
         };
-        for held in self.leases.iter_mut().filter(|held| held.to.is_none()) {
-            if !state.leases().iter().any(|lease| is_same(held, lease)) {
-                held.to = Some(at);
-            }
-        }
-        self.leases.retain(|held| held.to != Some(held.from));
+        let is_kept = |held: &Held| state.leases().iter().any(|lease| is_same(held, lease));
+        let (open, gone): (Vec<Held>, Vec<Held>) = self.open.drain(..).partition(is_kept);
+        self.open = open;
+        // What came and went at one moment was never seen.
+        let seen = gone.into_iter().filter(|held| held.from < at);
+        self.ended.extend(seen.map(|held| Held { to: Some(at), ..held }));
         for lease in state.leases() {
-            if self.open().any(|held| is_same(held, lease)) {
+            if self.open.iter().any(|held| is_same(held, lease)) {
                 continue;
             }
-            let slot = (0..).find(|slot| self.open().all(|held| held.slot != *slot)).unwrap_or_default();
+            let slot = (0..).find(|slot| self.open.iter().all(|held| held.slot != *slot)).unwrap_or_default();
             let (holder, behavior, hold, inherited) = (lease.holder, lease.behavior, lease.hold, lease.from);
-            self.leases.push(Held { holder, behavior, hold, inherited, from: at, to: None, slot });
+            self.open.push(Held { holder, behavior, hold, inherited, from: at, to: None, slot });
         }
         self.share(at, state.channel());
     }
@@ -269,9 +276,5 @@ impl Lane {
             (Some(channel), _) => self.channels.push((channel, at, None)),
             (None, _) => {}
         }
-    }
-
-    fn open(&self) -> impl Iterator<Item = &Held> {
-        self.leases.iter().rev().take_while(|held| held.to.is_none())
     }
 }

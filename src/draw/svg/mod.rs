@@ -8,6 +8,8 @@ mod marks;
 mod page;
 mod scale;
 mod style;
+#[cfg(test)]
+mod tests;
 mod timeline;
 mod tree;
 

@@ -6,8 +6,10 @@ use crate::model::NodeId;
 
 use super::super::History;
 
-/// Most behaviors that are all drawn; of more, those that ran, and of those the first.
-pub(super) const MAX_ROWS: usize = 60;
+/// Most behaviors that are all drawn; of more, those that ran.
+const MAX_ROWS: usize = 60;
+/// Most of those that ran; of more, the first.
+const MAX_RAN: usize = 200;
 /// Most resources that are drawn.
 pub(super) const MAX_LANES: usize = 30;
 /// Most leases of one resource at once that are drawn.
@@ -25,7 +27,7 @@ pub(super) fn rows(history: &History) -> (Vec<NodeId>, Option<String>) {
         leaves.retain(|&leaf| history.has_run(leaf));
     }
     let ran = leaves.len();
-    leaves.truncate(MAX_ROWS);
+    leaves.truncate(MAX_RAN);
     let idle = all - ran;
     let note = match (idle, ran - leaves.len()) {
         (0, 0) => None,
@@ -45,11 +47,10 @@ pub(super) fn thinned<T>(things: Vec<T>, place: impl Fn(&T) -> (f64, f64, usize)
     let all = things.len();
     let mut taken = BTreeSet::new();
     let cell = |x: f64| (x / NEAR) as i64;
-    let is_new = |thing: &T| {
+    let mut is_new = |thing: &T| {
         let (from, to, slot) = place(thing);
         taken.insert((slot, cell(from))) || to - from >= NEAR
     };
-    let mut is_new = is_new;
     let kept: Vec<T> = things.into_iter().filter(|thing| is_new(thing)).collect();
     let is_less = kept.len() < all;
     (kept, is_less)

@@ -13,12 +13,12 @@ pub(super) fn mission(history: &History) -> String {
 /// Robot, allocator, outcome and figures of a run.
 pub(super) fn figures(history: &History) -> String {
     let robot = header(history).map_or("?", |header| header.robot.as_str());
-    format!("robot {robot} · {} · {}", allocator(history), came_out(history))
+    format!("robot {robot} · allocator {} · {}", allocator(history), came_out(history))
 }
 
 /// One of two runs.
 pub(super) fn run(history: &History) -> [String; 2] {
-    [allocator(history).to_owned(), came_out(history)]
+    [format!("allocator {}", allocator(history)), came_out(history)]
 }
 
 /// The missions of two runs.
@@ -33,9 +33,10 @@ pub(super) fn missions(upper: &History, lower: &History) -> String {
 pub(super) fn ratio(upper: &History, lower: &History) -> String {
     let (one, other) = (upper.tally().makespan_s(), lower.tally().makespan_s());
     let both = format!("{} {one:.2} s, {} {other:.2} s", allocator(upper), allocator(lower));
+    let longer = if allocator(upper) == allocator(lower) { "the lower run" } else { allocator(lower) };
     let is_done = |history: &History| history.tally().end == Some(MissionEnd::Done);
     match is_done(upper) && is_done(lower) && one > 0.0 {
-        true => format!("makespans: {both}; the lower run takes {:.2} times as long", other / one),
+        true => format!("makespans: {both}; {longer} takes {:.2} times as long", other / one),
         false => format!("makespans: {both}; not to be compared, since not both runs are done"),
     }
 }

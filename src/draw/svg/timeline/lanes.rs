@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use crate::model::{Header, Hold, ResourceId};
+use crate::model::{Header, Hold, ResourceId, Time};
 
-use super::super::fit::{self, SMALL};
+use super::super::fit::{self, CHANNEL, INNER};
 use super::super::history::{Held, Lane};
 use super::super::marks::{Mark, mark};
 use super::super::page::{Frame, Shape};
@@ -23,22 +23,24 @@ const GAP: f64 = 6.0;
 pub(super) struct Place<'a> {
     pub(super) resource: ResourceId,
     pub(super) lane: &'a Lane,
+    /// When the run ends, and with it what has no other end.
+    pub(super) end: Time,
 }
 
 impl Place<'_> {
     fn slots(&self) -> usize {
-        let most = self.lane.leases.iter().map(|held| held.slot + 1).max();
+        let most = self.lane.leases().map(|held| held.slot + 1).max();
         most.unwrap_or(1).min(MAX_SLOTS)
     }
 
     /// Whether more leases were there at once than are drawn.
     pub(super) fn is_crowded(&self) -> bool {
-        self.lane.leases.iter().any(|held| held.slot >= MAX_SLOTS)
+        self.lane.leases().any(|held| held.slot >= MAX_SLOTS)
     }
 
     /// How leases were held that occur.
     pub(super) fn holds(&self) -> BTreeSet<Hold> {
-        self.lane.leases.iter().map(|held| held.hold).collect()
+        self.lane.leases().map(|held| held.hold).collect()
     }
 
     pub(super) fn is_shared(&self) -> bool {
@@ -60,29 +62,58 @@ impl Place<'_> {
 
     /// Everything that happened on the lane, and whether some of it is left out.
     pub(super) fn draw(&self, header: &Header, scale: &Scale, y: f64) -> (Shape, bool) {
-        let place = |held: &Held| (scale.x(held.from), held.to.map_or(scale.right(), |to| scale.x(to)), held.slot);
-        let leases = self.lane.leases.iter().filter(|held| held.slot < MAX_SLOTS).copied().collect();
-        let (leases, some_left_out) = thinned(leases, place);
-        let begun = |to: Option<_>| to.map_or(scale.right(), |to| scale.x(to));
-        let channels = self.lane.channels.clone();
-        let (channels, more_left_out) = thinned(channels, |(_, from, to)| (scale.x(*from), begun(*to), 0));
+        let leases = self.lane.leases().filter(|held| held.slot < MAX_SLOTS).copied().collect();
+        let (leases, is_less) = thinned(leases, |held| (scale.x(held.from), self.x(scale, held.to), held.slot));
+        let (strip, is_strip_less) = self.channels(header, scale, y + self.strip());
         let top = y + self.strip();
-        let height = self.slots() as f64 * SLOT;
-        let free = Frame { x: scale.left, y: top, width: scale.width, height: height - 1.0 };
+        let width = scale.x(self.end) - scale.left;
+        let free = Frame { x: scale.left, y: top, width, height: self.slots() as f64 * SLOT - 1.0 };
         let mut shapes = vec![Shape::rect("free", free, 0.0)];
-        for (channel, from, to) in channels {
-            let (from, to) = (scale.x(from), begun(to));
-            let name = header.names.channel(channel);
-            let resource = header.names.resource(self.resource);
-            let line = Shape::line("channel", (from, top - 1.5), (to, top - 1.5));
-            shapes.push(line.titled(&format!("{resource}: shared on the channel {name}")));
-            let text = fit::clip(name, SMALL, to - from);
-            if to > from && text.chars().count() > 2 {
-                shapes.push(Shape::text("channel-name", (from, top - 4.0), &text));
+        shapes.extend(strip);
+        shapes.extend(leases.iter().map(|held| self.lease(header, held, scale, top)));
+        (Shape::group("lane", shapes), is_less || is_strip_less)
+    }
+
+    fn x(&self, scale: &Scale, to: Option<Time>) -> f64 {
+        scale.x(to.unwrap_or(self.end))
+    }
+
+    /// On which channel it was shared, and when; a name may reach to where the next begins.
+    fn channels(&self, header: &Header, scale: &Scale, y: f64) -> (Vec<Shape>, bool) {
+        let ends = |to| self.x(scale, to);
+        let (channels, is_less) = thinned(self.lane.channels.clone(), |(_, from, to)| (scale.x(*from), ends(*to), 0));
+        let nexts = channels.iter().skip(1).map(|(_, from, _)| scale.x(*from) - 4.0).chain([scale.right()]);
+        let mut shapes = Vec::new();
+        for ((channel, from, to), next) in channels.iter().zip(nexts) {
+            let (begin, end) = (scale.x(*from), ends(*to));
+            let name = header.names.channel(*channel);
+            let said = format!("{}: shared on the channel {name} from {from}", header.names.resource(self.resource));
+            shapes.push(Shape::line("channel", (begin, y - 1.5), (end, y - 1.5)).titled(&said));
+            let text = fit::clip(name, CHANNEL, next - begin);
+            if text.chars().count() > 3 {
+                shapes.push(Shape::text("channel-name", (begin, y - 4.0), &text));
             }
         }
-        shapes.extend(leases.iter().map(|held| lease(header, self.resource, held, scale, top)));
-        (Shape::group("lane", shapes), some_left_out || more_left_out)
+        (shapes, is_less)
+    }
+
+    fn lease(&self, header: &Header, held: &Held, scale: &Scale, top: f64) -> Shape {
+        let (from, to) = (scale.x(held.from), self.x(scale, held.to));
+        let frame = Frame { x: from, y: top + held.slot as f64 * SLOT, width: to - from, height: SLOT - 1.0 };
+        let mut shapes = vec![Shape::rect(class(held.hold), frame, 1.5)];
+        let holder = header.names.node(held.holder);
+        let (texts, ink) = match held.hold {
+            Hold::Running => (vec![header.names.node(held.behavior).to_owned()], "inner-active"),
+            Hold::Physical | Hold::Intention => (vec![format!("kept by {holder}"), holder.to_owned()], "inner"),
+        };
+        if let Some(text) = fit::first_that_fits(&texts, INNER, frame.width - 2.0) {
+            let at = (from + frame.width / 2.0, frame.y + SLOT - 4.0);
+            shapes.push(Shape::text(&format!("{ink} middle"), at, text));
+        }
+        if held.to.is_none() && held.hold == Hold::Running {
+            shapes.push(mark(Mark::RunsOn, (to - 4.2, frame.y + SLOT / 2.0 - 0.5), 4.2));
+        }
+        Shape::group("lease", shapes).titled(&said(header, self.resource, held))
     }
 }
 
@@ -92,25 +123,6 @@ pub(super) fn class(hold: Hold) -> &'static str {
         Hold::Physical => "kept-physical",
         Hold::Intention => "kept-intention",
     }
-}
-
-fn lease(header: &Header, resource: ResourceId, held: &Held, scale: &Scale, top: f64) -> Shape {
-    let (from, to) = (scale.x(held.from), held.to.map_or(scale.right(), |to| scale.x(to)));
-    let frame = Frame { x: from, y: top + held.slot as f64 * SLOT, width: to - from, height: SLOT - 1.0 };
-    let mut shapes = vec![Shape::rect(class(held.hold), frame, 1.5)];
-    let holder = header.names.node(held.holder);
-    let (texts, ink) = match held.hold {
-        Hold::Running => (vec![header.names.node(held.behavior).to_owned()], "inner-active"),
-        Hold::Physical | Hold::Intention => (vec![format!("kept by {holder}"), holder.to_owned()], "inner"),
-    };
-    if let Some(text) = fit::first_that_fits(&texts, SMALL, frame.width - 3.0) {
-        let at = (from + frame.width / 2.0, frame.y + SLOT - 4.0);
-        shapes.push(Shape::text(&format!("{ink} middle"), at, text));
-    }
-    if held.to.is_none() && held.hold == Hold::Running {
-        shapes.push(mark(Mark::RunsOn, (to - 4.2, frame.y + SLOT / 2.0 - 0.5), 4.2));
-    }
-    Shape::group("lease", shapes).titled(&said(header, resource, held))
 }
 
 /// What is said where a pointer rests on a lease.

@@ -55,25 +55,18 @@ fn draw(
         Shape::text("title", (MARGIN, MARGIN + 12.0), &fit::clip(&title, TITLE, room)),
         Shape::text("note", (MARGIN, MARGIN + 26.0), &fit::clip(&note, NOTE, room)),
     ];
-    let top = MARGIN + 32.0;
-    let mut y = top;
+    let mut y = MARGIN + 32.0;
     let mut drawn = Vec::new();
     for panel in panels {
         drawn.push(panel.draw(&scale, y));
         y = drawn.last().map_or(y, |drawn| drawn.bottom);
     }
     let is_thinned = drawn.iter().any(|drawn| drawn.is_thinned);
-    shapes.push(grid(&scale, top, y));
     shapes.extend(drawn.into_iter().map(|drawn| drawn.shape));
     shapes.push(axis(&scale, y, caption));
     let (legend, bottom) = legend::draw(panels, is_thinned, y + AXIS);
     shapes.push(legend);
     page(&title, description, (PAGE_WIDTH, bottom + MARGIN), shapes)
-}
-
-/// Faint lines at the ticks.
-fn grid(scale: &Scale, top: f64, bottom: f64) -> Shape {
-    Shape::group("grid", scale.ticks().iter().map(|(x, _)| Shape::line("grid-line", (*x, top), (*x, bottom))))
 }
 
 fn axis(scale: &Scale, y: f64, caption: &str) -> Shape {

@@ -20,7 +20,7 @@ const GAP: f64 = 8.0;
 /// Height of the ticks of rounds.
 const ROUNDS: f64 = 14.0;
 /// Least distance of the lines of two steps, and of the ticks of two rounds.
-const STEP_APART: f64 = 3.0;
+const STEP_APART: f64 = 10.0;
 const ROUND_APART: f64 = 2.0;
 
 /// A run and what of it is drawn.
@@ -49,7 +49,8 @@ impl<'a> Panel<'a> {
         let (leaves, left_out) = bounds::rows(history);
         let mut notes: Vec<String> = left_out.into_iter().collect();
         let lanes = history.lanes().iter().enumerate().take(MAX_LANES);
-        let lanes: Vec<Place> = lanes.map(|(index, lane)| Place { resource: ResourceId::from(index), lane }).collect();
+        let lanes: Vec<Place> =
+            lanes.map(|(index, lane)| Place { resource: ResourceId::from(index), lane, end: history.end() }).collect();
         let more = history.lanes().len() - lanes.len();
         if more > 0 {
             notes.push(format!("{} more left out", count(more, "resource")));
@@ -87,6 +88,7 @@ impl<'a> Panel<'a> {
             y += GAP;
             is_thinned |= self.lanes(header, &scale, &mut y, &mut body);
         }
+        shapes.push(grid(&scale, steps_at, y + ROUNDS));
         shapes.push(self.steps(&scale, steps_at, y));
         shapes.extend(body);
         shapes.push(self.rounds(&scale, y));
@@ -150,6 +152,11 @@ impl<'a> Panel<'a> {
         shapes.push(Shape::text("small end", (scale.left - 8.0, top + 10.0), "rounds"));
         Shape::group("rounds", shapes)
     }
+}
+
+/// Faint lines at the ticks.
+fn grid(scale: &Scale, top: f64, bottom: f64) -> Shape {
+    Shape::group("grid", scale.ticks().iter().map(|(x, _)| Shape::line("grid-line", (*x, top), (*x, bottom))))
 }
 
 /// A name at the left, whole where a pointer rests.

@@ -14,7 +14,9 @@ const GAP: f64 = 5.0;
 const FAMILY_GAP: f64 = 4.0;
 /// From one level to the next when the tree grows downwards, between their frames.
 const FALL: f64 = 42.0;
-/// The same to the right.
+/// The same above an only child, where no number has to stand.
+const LONE_FALL: f64 = 20.0;
+/// As `FALL`, to the right.
 const STRIDE: f64 = 30.0;
 /// Height of a text line.
 const LINE: f64 = 12.0;
@@ -101,7 +103,7 @@ fn down(tree: &Tree, in_two_lines: bool) -> Plan {
         nodes.iter().zip(&labels).map(|(&node, label)| size(tree, node, label, true)).collect();
     let own: Vec<f64> = sizes.iter().map(|size| size.0).collect();
     let (middle, width) = spread(tree, &nodes, &own);
-    let tops = levels(tree, sizes.iter().map(|size| size.1), FALL);
+    let tops = levels(tree, sizes.iter().map(|size| size.1), FALL, LONE_FALL);
     let frame = |node: NodeId| {
         let (width, height) = sizes[node.index()];
         Frame { x: middle[node.index()] - width / 2.0, y: tops[tree.depth(node)], width, height }
@@ -133,7 +135,7 @@ fn right(tree: &Tree, columns: usize) -> Plan {
     let labels: Vec<Label> = tree.nodes().map(|node| tree.label(node, false)).collect();
     let sizes: Vec<(f64, f64)> =
         tree.nodes().zip(&labels).map(|(node, label)| size(tree, node, label, false)).collect();
-    let lefts = levels(tree, sizes.iter().map(|size| size.0), STRIDE);
+    let lefts = levels(tree, sizes.iter().map(|size| size.0), STRIDE, STRIDE);
     let deepest = tree.nodes().map(|node| lefts[tree.depth(node)] + sizes[node.index()].0).fold(0.0, f64::max);
     let mut plan = Plan { nodes: Vec::new(), edges: Vec::new(), width: 0.0, height: 0.0 };
     for (index, nodes) in deal(tree, columns).iter().enumerate() {
@@ -202,23 +204,25 @@ fn numbered<'a>(tree: &'a Tree, node: NodeId) -> impl Iterator<Item = (NodeId, O
     tree.children(node).iter().zip(1..).map(move |(&child, number)| (child, is_then.then_some(number)))
 }
 
-/// Where each level begins along the direction of growth.
-fn levels(tree: &Tree, lengths: impl Iterator<Item = f64>, between: f64) -> Vec<f64> {
-    let mut longest = Vec::new();
+/// Where each level begins along the direction of growth; `lone` is the distance to a level of only children.
+fn levels(tree: &Tree, lengths: impl Iterator<Item = f64>, between: f64, lone: f64) -> Vec<f64> {
+    let mut levels: Vec<(f64, f64)> = Vec::new();
     for (node, length) in tree.nodes().zip(lengths) {
         let depth = tree.depth(node);
-        if longest.len() <= depth {
-            longest.resize(depth + 1, 0.0);
+        if levels.len() <= depth {
+            levels.resize(depth + 1, (0.0, lone));
         }
-        longest[depth] = f64::max(longest[depth], length);
+        let (longest, behind) = levels[depth];
+        let behind = if tree.children(node).len() > 1 || tree.is_then(node) { between } else { behind };
+        levels[depth] = (longest.max(length), behind);
     }
     let mut next = 0.0;
-    let begin = |length| {
+    let begin = |(longest, behind): (f64, f64)| {
         let at = next;
-        next += length + between;
+        next += longest + behind;
         at
     };
-    longest.into_iter().map(begin).collect()
+    levels.into_iter().map(begin).collect()
 }
 
 #[cfg(test)]
