@@ -98,7 +98,7 @@ fn leases_at_one_time_never_share_a_slot() {
         header(),
         decided(0.0, 1, vec![grant("pick 1", &[0], &[], &[])]),
         shared(0.0, &[lease("move 1-1", "intention")]),
-        shared(0.0, &[one.clone()]),
+        shared(0.0, std::slice::from_ref(&one)),
         shared(1.0, &[one, other.clone()]),
         shared(2.0, std::slice::from_ref(&other)),
         shared(3.0, std::slice::from_ref(&kept)),

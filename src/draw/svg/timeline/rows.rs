@@ -100,7 +100,9 @@ pub(super) fn draw(names: &Names, leaf: NodeId, stretches: &[Stretch], scale: &S
         let lasts = runs_on(stretch).map(|sign| (sign, to));
         for (sign, x) in begins.into_iter().chain(lasts) {
             let x = x.clamp(scale.left + SIGN, scale.right() - SIGN);
-            signs.push(Shape::group("sign", [mark(sign, (x, middle), SIGN)]).titled(&said));
+            // A ground of its own: no sign stands out on every bar.
+            let ground = Shape::circle("paper", (x, middle), SIGN + 1.2);
+            signs.push(Shape::group("sign", [ground, mark(sign, (x, middle), SIGN)]).titled(&said));
         }
     }
     bars.extend(signs);
