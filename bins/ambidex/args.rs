@@ -11,6 +11,8 @@ use clap_complete::Shell;
 
 use crate::check::{CheckArgs, SchemaArgs};
 use crate::status::StatusArgs;
+use crate::timeline::TimelineArgs;
+use crate::tree::TreeArgs;
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -54,6 +56,10 @@ pub enum Verb {
     Schema(SchemaArgs),
     /// Tell what the mission of an instance is at: tree, resources, controllers, world.
     Status(StatusArgs),
+    /// Draw when each behavior of a run was active, and who held which resource.
+    Timeline(TimelineArgs),
+    /// Draw the task tree of a mission, or of a run with the states of its behaviors.
+    Tree(TreeArgs),
     /// Print a completion script for a shell.
     Completions {
         /// Which shell.

@@ -7,12 +7,16 @@ mod children;
 mod controller;
 mod exit;
 mod following;
+mod log;
 mod mission;
 mod observer;
+mod out;
 mod robot;
 mod simulate;
 mod status;
 mod terminal;
+mod timeline;
+mod tree;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -32,6 +36,8 @@ fn main() -> ExitCode {
         Verb::Check(args) => check::check(&args),
         Verb::Schema(args) => check::schema(&args),
         Verb::Status(args) => status::status(&args),
+        Verb::Timeline(args) => timeline::timeline(&args),
+        Verb::Tree(args) => tree::tree(&args),
         Verb::Completions { shell } => {
             clap_complete::generate(shell, &mut Cli::command(), "ambidex", &mut std::io::stdout());
             Ok(Exit::Done)

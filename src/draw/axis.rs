@@ -33,7 +33,7 @@ impl Axis {
 
     /// Ticks and their labels in seconds.
     pub(super) fn ruler(&self) -> [String; 2] {
-        let step_s = self.tick_s();
+        let step_s = round_step(self.span_s / self.cells as f64 * TICK_CELLS);
         let mut line = vec!['─'; self.cells];
         let mut labels = String::new();
         let first = (self.start_s / step_s).ceil() as u64;
@@ -56,19 +56,18 @@ impl Axis {
         }
         [line.into_iter().collect(), labels]
     }
+}
 
-    /// The least of 1, 2, 5, 10, 20, … tenths of a second whose ticks stand far enough apart.
-    fn tick_s(&self) -> f64 {
-        let least_s = self.span_s / self.cells as f64 * TICK_CELLS;
-        let mut decade = 0.1;
-        loop {
-            for factor in [1.0, 2.0, 5.0] {
-                if decade * factor >= least_s {
-                    return decade * factor;
-                }
+/// The least of 1, 2, 5, 10, 20, … tenths of a second that is not less.
+pub(super) fn round_step(least_s: f64) -> f64 {
+    let mut decade = 0.1;
+    loop {
+        for factor in [1.0, 2.0, 5.0] {
+            if decade * factor >= least_s {
+                return decade * factor;
             }
-            decade *= 10.0;
         }
+        decade *= 10.0;
     }
 }
 

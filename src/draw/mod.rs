@@ -1,7 +1,7 @@
-//! Text for people, from records and what is folded from them: diagram, summary, live display, tree. Pure: no IO, no
-//! decisions.
+//! Text for people, from records and what is folded from them: diagram, summary, live display, tree; and pictures in
+//! [`svg`]. Pure: no IO, no decisions.
 //!
-//! Every function is told how many columns there are and keeps to them, down to [`MIN_WIDTH`].
+//! Every function that makes text is told how many columns there are and keeps to them, down to [`MIN_WIDTH`].
 
 mod axis;
 mod course;
@@ -10,6 +10,7 @@ mod palette;
 mod progress;
 mod status;
 mod summary;
+pub mod svg;
 mod text;
 mod timing;
 mod tree;

@@ -10,6 +10,7 @@ mod fixtures;
 mod home;
 mod journals;
 mod live;
+mod pictures;
 mod processes;
 mod property;
 mod published;

@@ -1,0 +1,61 @@
+//! Small signs that say without color what became of a behavior, drawn and not typed: no font has to have them.
+
+use super::page::Shape;
+
+/// A sign.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Mark {
+    /// Not yet run: a ring.
+    Waiting,
+    /// Runs: a disk.
+    Active,
+    /// Done by running: a check mark.
+    Done,
+    /// Done without running: a diamond.
+    Skipped,
+    /// Failed: a cross.
+    Failed,
+    /// Ended by being told to: a ring with a stroke.
+    Canceled,
+    /// Not done any more: an arrow back.
+    Reopened,
+    /// Runs when the log ends: an arrow on.
+    RunsOn,
+}
+
+/// A sign around a point, of a radius.
+pub(super) fn mark(mark: Mark, (x, y): (f64, f64), radius: f64) -> Shape {
+    let r = radius;
+    match mark {
+        Mark::Waiting => Shape::circle("mark-waiting", (x, y), r * 0.8),
+        Mark::Active => Shape::circle("mark-active", (x, y), r * 0.85),
+        Mark::Done => {
+            let points = [(x - r, y), (x - r * 0.25, y + r * 0.8), (x + r, y - r * 0.8)];
+            Shape::path("mark-done", &points, false)
+        }
+        Mark::Skipped => {
+            let points = [(x - r, y), (x, y - r), (x + r, y), (x, y + r)];
+            Shape::path("mark-skipped", &points, true)
+        }
+        Mark::Failed => {
+            let r = r * 0.85;
+            let strokes = [((x - r, y - r), (x + r, y + r)), ((x - r, y + r), (x + r, y - r))];
+            Shape::group("cross", strokes.map(|(from, to)| Shape::line("mark-failed", from, to)))
+        }
+        Mark::Canceled => {
+            let ring = Shape::circle("mark-failed", (x, y), r * 0.9);
+            let d = r * 0.63;
+            Shape::group("barred", [ring, Shape::line("mark-failed", (x - d, y + d), (x + d, y - d))])
+        }
+        Mark::Reopened => {
+            let points = [(x + r, y - r), (x + r, y + r * 0.2), (x - r, y + r * 0.2)];
+            let tip = [(x - r * 0.3, y - r * 0.6), (x - r, y + r * 0.2), (x - r * 0.3, y + r)];
+            let strokes = [points, tip].map(|points| Shape::path("mark-reopened", &points, false));
+            Shape::group("back", strokes)
+        }
+        Mark::RunsOn => {
+            let points = [(x - r, y - r), (x + r, y), (x - r, y + r)];
+            Shape::path("mark-runs-on", &points, true)
+        }
+    }
+}
