@@ -9,6 +9,9 @@ use ambidex::tree::{Allocator, Greedy, Serial};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
+use crate::explain::ExplainArgs;
+use crate::trace::TraceArgs;
+
 const EXIT_CODES: &str = "\
 Exit codes:
     0  the mission is done
@@ -43,6 +46,10 @@ pub enum Verb {
     Controller(ControllerArgs),
     /// Run a mission under a virtual clock, without processes.
     Simulate(SimulateArgs),
+    /// Print the log of a run as a conversation: who said what to whom, line by line.
+    Trace(TraceArgs),
+    /// Say in sentences what happened in a run and why, or why one behavior ran or did not.
+    Explain(ExplainArgs),
     /// Print a completion script for a shell.
     Completions {
         /// Which shell.

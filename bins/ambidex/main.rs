@@ -4,11 +4,15 @@ mod args;
 mod children;
 mod controller;
 mod exit;
+mod explain;
+mod log;
 mod mission;
 mod observer;
+mod page;
 mod robot;
 mod simulate;
 mod terminal;
+mod trace;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -25,6 +29,8 @@ fn main() -> ExitCode {
         Verb::Daemon(args) => mission::daemon(&args),
         Verb::Controller(args) => controller::controller(&args),
         Verb::Simulate(args) => simulate::simulate(&args),
+        Verb::Trace(args) => trace::trace(&args),
+        Verb::Explain(args) => explain::explain(&args),
         Verb::Completions { shell } => {
             clap_complete::generate(shell, &mut Cli::command(), "ambidex", &mut std::io::stdout());
             Ok(Exit::Done)

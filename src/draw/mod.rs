@@ -1,11 +1,14 @@
-//! Text for people, from records and what is folded from them: diagram, summary, live display, tree. Pure: no IO, no
-//! decisions.
+//! Text for people, from records and what is folded from them: diagram, summary, live display, tree, conversation,
+//! explanations. Pure: no IO, no decisions.
 //!
 //! Every function is told how many columns there are and keeps to them, down to [`MIN_WIDTH`].
 
 mod axis;
+mod conversation;
 mod course;
+mod explain;
 mod palette;
+mod phrase;
 mod progress;
 mod summary;
 mod text;
@@ -18,11 +21,14 @@ mod sample;
 #[cfg(test)]
 mod tests;
 
+pub use conversation::{Conversation, Filters, Kind, Selection, Unknown};
 pub use course::LeafState;
+pub use explain::{Account, Story};
 pub use palette::Palette;
+pub use phrase::fault_sentence;
 pub use progress::Progress;
 pub use summary::summary;
 pub use text::MIN_WIDTH;
 pub use timing::timing;
 pub use tree::tree;
-pub use why::{fault_sentence, last_reasons};
+pub use why::last_reasons;

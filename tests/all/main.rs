@@ -12,6 +12,7 @@ mod live;
 mod processes;
 mod property;
 mod published;
+mod reading;
 mod rebuilt;
 mod rooms;
 mod rules;
