@@ -49,7 +49,7 @@ impl Account {
     /// When no node is called so.
     pub fn new(header: &Header, name: &str, round: Option<u32>) -> Result<Self, Unknown> {
         let nodes = &header.names.nodes;
-        let found = nodes.iter().position(|node| node == name);
+        let found = nodes.iter().take(header.nodes.len()).position(|node| node == name);
         let node = NodeId::from(found.ok_or_else(|| Unknown::new("node", name, nodes))?);
         let below = (0..header.nodes.len())
             .map(NodeId::from)
