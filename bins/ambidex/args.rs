@@ -10,8 +10,10 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
 use crate::check::{CheckArgs, SchemaArgs};
+use crate::explain::ExplainArgs;
 use crate::status::StatusArgs;
 use crate::timeline::TimelineArgs;
+use crate::trace::TraceArgs;
 use crate::tree::TreeArgs;
 
 const EXIT_CODES: &str = "\
@@ -60,6 +62,10 @@ pub enum Verb {
     Timeline(TimelineArgs),
     /// Draw the task tree of a mission, or of a run with the states of its behaviors.
     Tree(TreeArgs),
+    /// Print the log of a run as a conversation: who said what to whom, line by line.
+    Trace(TraceArgs),
+    /// Say in sentences what happened in a run and why, or why one behavior ran or did not.
+    Explain(ExplainArgs),
     /// Print a completion script for a shell.
     Completions {
         /// Which shell.

@@ -1,46 +1,97 @@
-//! Logs of earlier runs, for the verbs that read them.
+//! The log that a verb reads: found by its path, its instance, or by being the newest; and read to its end or cut.
 
+use std::fs;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
+use ambidex::draw::Unknown;
 use ambidex::ipc::Instance;
-use ambidex::journal::{self, JournalError, Reader};
+use ambidex::journal::{self, Reader};
 use ambidex::model::Record;
+use miette::{IntoDiagnostic, Report, Result, miette};
 
-use crate::out;
+/// What a log is called in its instance's folder.
+const FILE: &str = "journal.jsonl";
 
-/// The file that a word means: a file, else the log of the instance of that name.
-pub fn path(arg: &str) -> PathBuf {
-    let file = Path::new(arg);
+/// What `--help` says of LOG.
+pub const HELP: &str = "\
+LOG is a file or the name of an instance, such as `simulate`, whose log lies in $XDG_STATE_HOME/ambidex/INSTANCE/.
+Left out, it is the newest log there.
+
+Exit codes: 0, or 2 for a log that cannot be read and for names that it does not have.";
+
+/// Where the log lies.
+///
+/// # Errors
+/// When there is neither such a file nor such an instance, or no log at all.
+pub fn find(log: Option<&str>) -> Result<PathBuf> {
+    let Some(log) = log else {
+        let newest = newest().ok_or_else(|| miette!("no run has left a log in {}", folder().display()))?;
+        eprintln!("log: {}", newest.display());
+        return Ok(newest);
+    };
+    let file = PathBuf::from(log);
     if file.exists() {
-        return file.to_owned();
+        return Ok(file);
     }
-    let of_instance =
-        Instance::new(arg).ok().map(|instance| journal::default_folder(instance.name()).join("journal.jsonl"));
-    of_instance.filter(|log| log.exists()).unwrap_or_else(|| file.to_owned())
+    match of_instance(log) {
+        Some(of_instance) if of_instance.exists() => Ok(of_instance),
+        Some(of_instance) => Err(miette!("there is no log `{log}`: neither that file nor {}", of_instance.display())),
+        None => Err(miette!("there is no log `{log}`")),
+    }
 }
 
-/// Reads a log to its end or to where it was cut off, which is said.
-///
-/// # Errors
-/// When it cannot be read or is no log of this version.
-pub fn read(path: &Path, take: impl FnMut(&Record)) -> Result<(), JournalError> {
-    finish(path, Reader::open(path)?, take)
+/// Where a log will lie that somebody has yet to begin.
+pub fn place(log: Option<&str>) -> Result<PathBuf> {
+    let is_file = |log: &str| log.contains(['/', '.']) || Path::new(log).exists();
+    match log {
+        None => find(None),
+        Some(log) if is_file(log) => Ok(PathBuf::from(log)),
+        Some(log) => of_instance(log).ok_or_else(|| miette!("`{log}` is neither a file nor the name of an instance")),
+    }
 }
 
-/// The rest of an opened log.
+/// Hands every record to `take` until that wants no more; says if the log was cut off.
 ///
 /// # Errors
-/// When it cannot be read on.
-pub fn finish(
-    path: &Path,
-    mut reader: Reader<impl std::io::BufRead>,
-    mut take: impl FnMut(&Record),
-) -> Result<(), JournalError> {
+/// When the log cannot be read, has another version, or `take` fails.
+pub fn read(mut reader: Reader<BufReader<fs::File>>, mut take: impl FnMut(&Record) -> Result<bool>) -> Result<()> {
+    let mut count = 0_u64;
     for record in reader.by_ref() {
-        take(&record?);
+        count += 1;
+        if !take(&record.into_diagnostic()?)? {
+            return Ok(());
+        }
     }
     if reader.is_truncated() {
-        out::say(&format!("{}: the log was cut off in its last line", path.display()));
+        eprintln!("the log was cut off in its last line; {count} records read");
     }
     Ok(())
+}
+
+/// A name that the log does not have, with what it has.
+pub fn unknown(unknown: &Unknown) -> Report {
+    miette!(help = unknown.help().to_owned(), "{unknown}")
+}
+
+fn of_instance(name: &str) -> Option<PathBuf> {
+    Instance::new(name).ok().map(|instance| journal::default_folder(instance.name()).join(FILE))
+}
+
+/// The folder of all instances.
+fn folder() -> PathBuf {
+    let mut folder = journal::default_folder("any");
+    folder.pop();
+    folder
+}
+
+fn newest() -> Option<PathBuf> {
+    let logs = fs::read_dir(folder()).ok()?.flatten().map(|entry| entry.path().join(FILE));
+    let dated = logs.filter_map(|log| Some((written(&log)?, log)));
+    dated.max().map(|(_, log)| log)
+}
+
+fn written(log: &Path) -> Option<SystemTime> {
+    fs::metadata(log).and_then(|log| log.modified()).ok()
 }

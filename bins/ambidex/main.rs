@@ -6,16 +6,19 @@ mod check;
 mod children;
 mod controller;
 mod exit;
+mod explain;
 mod following;
 mod log;
 mod mission;
 mod observer;
 mod out;
+mod page;
 mod robot;
 mod simulate;
 mod status;
 mod terminal;
 mod timeline;
+mod trace;
 mod tree;
 
 use std::io::Write;
@@ -38,6 +41,8 @@ fn main() -> ExitCode {
         Verb::Status(args) => status::status(&args),
         Verb::Timeline(args) => timeline::timeline(&args),
         Verb::Tree(args) => tree::tree(&args),
+        Verb::Trace(args) => trace::trace(&args),
+        Verb::Explain(args) => explain::explain(&args),
         Verb::Completions { shell } => {
             clap_complete::generate(shell, &mut Cli::command(), "ambidex", &mut std::io::stdout());
             Ok(Exit::Done)

@@ -4,17 +4,20 @@ use std::path::{Path, PathBuf};
 
 use ambidex::draw;
 use ambidex::draw::svg::{self, History};
+use ambidex::journal::Reader;
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
 
 use crate::exit::Exit;
+use crate::page::Page;
 use crate::{log, out};
 
 /// `ambidex timeline`.
 #[derive(Debug, Args)]
+#[command(after_help = log::HELP)]
 pub struct TimelineArgs {
-    /// The log of a run, or the name of the instance that left it, as `simulate`.
-    pub log: String,
+    /// The log of a run: a file or an instance.
+    pub log: Option<String>,
     /// Draw a second run below the first, on the same axis.
     #[arg(long, value_name = "LOG2")]
     pub compare: Option<String>,
@@ -25,20 +28,23 @@ pub struct TimelineArgs {
 
 /// Draws one run or two.
 pub fn timeline(args: &TimelineArgs) -> Result<Exit> {
-    let logs: Vec<PathBuf> =
-        [Some(&args.log), args.compare.as_ref()].into_iter().flatten().map(|log| log::path(log)).collect();
+    let second = args.compare.iter().map(|log| log::find(Some(log)));
+    let logs: Vec<PathBuf> = std::iter::once(log::find(args.log.as_deref())).chain(second).collect::<Result<_>>()?;
     logs.iter().try_for_each(|log| out::spare(log, args.output.as_deref()))?;
     let runs: Vec<History> = logs.iter().map(|log| read(log)).collect::<Result<_>>()?;
     match &args.output {
         Some(output) => out::write(output, &picture(&runs))?,
-        None => out::print(&text(&runs))?,
+        None => drop(Page::new().text(&text(&runs))?),
     }
     Ok(Exit::Done)
 }
 
 fn read(log: &Path) -> Result<History> {
     let mut history = History::default();
-    log::read(log, |record| history.add(record)).into_diagnostic()?;
+    log::read(Reader::open(log).into_diagnostic()?, |record| {
+        history.add(record);
+        Ok(true)
+    })?;
     Ok(history)
 }
 
@@ -51,7 +57,8 @@ fn picture(runs: &[History]) -> String {
 }
 
 fn text(runs: &[History]) -> String {
-    let (width, palette) = (out::width(), out::palette());
+    let page = Page::new();
+    let (width, palette) = (page.width(), page.palette());
     let diagrams = runs.iter().map(|run| draw::timing(run.tally(), width, &palette));
     diagrams.collect::<Vec<_>>().join("\n")
 }

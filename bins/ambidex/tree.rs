@@ -10,6 +10,7 @@ use clap::Args;
 use miette::{IntoDiagnostic, Result};
 
 use crate::exit::Exit;
+use crate::page::Page;
 use crate::{log, out};
 
 /// `ambidex tree`.
@@ -28,12 +29,16 @@ pub struct TreeArgs {
 
 /// Draws a task tree.
 pub fn tree(args: &TreeArgs) -> Result<Exit> {
-    let path = log::path(&args.mission);
+    let path = log::find(Some(&args.mission)).unwrap_or_else(|_| PathBuf::from(&args.mission));
     out::spare(&path, args.output.as_deref())?;
     let (header, tally) = load(&path, args.robot.as_deref())?;
     match &args.output {
         Some(output) => out::write(output, &draw::svg::tree(&header, tally.as_ref()))?,
-        None => out::print(&draw::tree(&header, tally.as_ref(), out::width(), &out::palette()))?,
+        None => {
+            let mut page = Page::new();
+            let text = draw::tree(&header, tally.as_ref(), page.width(), &page.palette());
+            page.text(&text)?;
+        }
     }
     Ok(Exit::Done)
 }
@@ -51,6 +56,9 @@ fn load(path: &Path, robot: Option<&Path>) -> Result<(Header, Option<Tally>)> {
     };
     let header = reader.header().clone();
     let mut tally = Tally::default();
-    log::finish(path, reader, |record| tally.add(record)).into_diagnostic()?;
+    log::read(reader, |record| {
+        tally.add(record);
+        Ok(true)
+    })?;
     Ok((header, Some(tally)))
 }

@@ -205,24 +205,3 @@ impl Faults {
         }
     }
 }
-
-/// What is allowed instead of a word, the nearest first.
-pub(super) fn suggestion<'a>(found: &str, what: &str, allowed: impl IntoIterator<Item = &'a str>) -> String {
-    const MAX_LISTED: usize = 12;
-    let allowed: Vec<&str> = allowed.into_iter().collect();
-    if allowed.is_empty() {
-        return format!("there is no {what} at all");
-    }
-    let distance = |word: &&&str| strsim::osa_distance(&found.to_lowercase(), &word.to_lowercase());
-    let nearest =
-        allowed.iter().min_by_key(distance).filter(|word| distance(word) <= (found.chars().count() / 3).clamp(1, 3));
-    let listed = allowed.iter().take(MAX_LISTED).map(|word| format!("`{word}`"));
-    let mut listed = listed.collect::<Vec<_>>().join(", ");
-    if allowed.len() > MAX_LISTED {
-        listed += &format!(" and {} more", allowed.len() - MAX_LISTED);
-    }
-    match nearest {
-        Some(word) => format!("did you mean `{word}`? Allowed: {listed}"),
-        None => format!("allowed: {listed}"),
-    }
-}

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::fault::{Faults, suggestion};
+use super::fault::Faults;
 use super::reader::Name;
+use crate::model::suggestion;
 
 /// The names of one kind of thing, by id.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

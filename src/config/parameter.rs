@@ -8,7 +8,7 @@ use super::raw::each;
 use super::reader::{Item, Name};
 use super::shape::{Form, Shape, optional, required};
 use super::world::WorldNames;
-use crate::model::{ObjectId, PlaceId, ResourceId, TypeId};
+use crate::model::{ObjectId, PlaceId, ResourceId, TypeId, suggestion};
 
 /// `parameters`: a type, or a type with a default, by name.
 pub(super) const PARAMETERS: Form = Form::Each(&Form::Either(&[Form::Words(&Type::WORDS), Form::Map(&PARAMETER)]));
@@ -250,6 +250,6 @@ pub(super) fn assign<'a>(
 fn unknown(what: &Name, parameters: &[Parameter], name: &Name, faults: &mut Faults) {
     let message = format!("`{}` has no parameter `{}`", what.value, name.value);
     let allowed = parameters.iter().map(|parameter| parameter.name.value.as_str());
-    let help = super::fault::suggestion(&name.value, "parameter", allowed);
+    let help = suggestion(&name.value, "parameter", allowed);
     faults.push(name.spot, &name.key, message, Some(help));
 }

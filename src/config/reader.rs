@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 
 use super::document::{Located, Node, Spot, Value};
-use super::fault::{Faults, suggestion};
+use super::fault::Faults;
 use super::quantity::Quantity;
 use super::shape::{Form, Shape};
+use crate::model::suggestion;
 
 /// Longest name, bytes.
 const MAX_NAME_BYTES: usize = 64;

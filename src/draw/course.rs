@@ -107,6 +107,12 @@ impl<'a> Course<'a> {
         self.runs.contains_key(&leaf)
     }
 
+    /// Whether a leaf is done, and whether it has begun.
+    pub(super) fn standing(&self, leaf: NodeId) -> (bool, bool) {
+        let is_done = matches!(self.state(leaf), LeafState::Done | LeafState::Skipped);
+        (is_done, is_done || self.has_run(leaf))
+    }
+
     /// How a leaf ended when it ran, first to last.
     pub(super) fn runs(&self, leaf: NodeId) -> &[Interval] {
         self.runs.get(&leaf).map_or(&[], Vec::as_slice)

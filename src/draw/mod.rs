@@ -1,12 +1,15 @@
-//! Text for people, from records and what is folded from them: diagram, summary, live display, tree; and pictures in
-//! [`svg`]. Pure: no IO, no decisions.
+//! Text for people, from records and what is folded from them: diagram, summary, live display, status, tree,
+//! conversation, explanations; and pictures in [`svg`]. Pure: no IO, no decisions.
 //!
 //! Every function that makes text is told how many columns there are and keeps to them, down to [`MIN_WIDTH`].
 
 mod axis;
+mod conversation;
 mod course;
 mod crew;
+mod explain;
 mod palette;
+mod phrase;
 mod progress;
 mod status;
 mod summary;
@@ -21,8 +24,11 @@ mod sample;
 #[cfg(test)]
 mod tests;
 
+pub use conversation::{Conversation, Filters, Kind, Selection, Unknown};
 pub use course::LeafState;
+pub use explain::{Account, Story};
 pub use palette::Palette;
+pub use phrase::fault_sentence;
 pub use progress::Progress;
 pub use status::{
     ControllerRow, Daemon, FactRow, GoalRow, Health, HolderRow, NodeRow, ObjectRow, Phase, ResourceRow, Snapshot,
@@ -32,4 +38,4 @@ pub use summary::summary;
 pub use text::MIN_WIDTH;
 pub use timing::timing;
 pub use tree::tree;
-pub use why::{fault_sentence, last_reasons};
+pub use why::last_reasons;

@@ -1,8 +1,8 @@
-//! Why each behavior does not run, as far as the records tell, and faults in words.
+//! Why each behavior does not run, as far as the records tell.
 
 use std::collections::BTreeSet;
 
-use crate::model::{EntryKind, Fault, Header, Names, NodeId, Reason, Tally};
+use crate::model::{EntryKind, Header, NodeId, Reason, Tally};
 
 use super::LeafState;
 use super::course::Course;
@@ -13,7 +13,7 @@ use super::course::Course;
 /// other child of an OR; none where neither is so.
 pub fn last_reasons(tally: &Tally) -> Vec<(NodeId, Option<Reason>)> {
     let course = Course::new(tally);
-    let not_asked = tally.header.as_deref().map(|header| NotAsked::new(header, &course));
+    let not_asked = tally.header.as_deref().map(|header| NotAsked::new(header, |leaf| course.standing(leaf)));
     let open = course.leaves().into_iter().filter(|&leaf| match course.state(leaf) {
         LeafState::Waiting | LeafState::Failed | LeafState::Canceled => true,
         LeafState::Active | LeafState::Done | LeafState::Skipped => false,
@@ -26,22 +26,6 @@ pub fn last_reasons(tally: &Tally) -> Vec<(NodeId, Option<Reason>)> {
     .collect()
 }
 
-/// A fault as a sentence: "`left_arm` gave up".
-pub fn fault_sentence(fault: Fault, names: &Names) -> String {
-    match fault {
-        Fault::Rejected(controller, why) => {
-            format!("{} would not take its goal: {why}", names.controller(controller))
-        }
-        Fault::Unanswered(controller) => {
-            format!("{} did not answer in time", names.controller(controller))
-        }
-        Fault::Aborted(controller) => format!("{} gave up", names.controller(controller)),
-        Fault::NotMaintained(controller) => format!("{} ended early what had to last", names.controller(controller)),
-        Fault::TimedOut => "it took too long".into(),
-        Fault::Lost(controller) => format!("{} was lost", names.controller(controller)),
-    }
-}
-
 /// The tree as far as it says why a leaf was not asked.
 pub(super) struct NotAsked<'a> {
     header: &'a Header,
@@ -51,7 +35,8 @@ pub(super) struct NotAsked<'a> {
 }
 
 impl<'a> NotAsked<'a> {
-    pub(super) fn new(header: &'a Header, course: &Course) -> Self {
+    /// `standing` says of a leaf whether it is done, and whether it has begun.
+    pub(super) fn new(header: &'a Header, standing: impl Fn(NodeId) -> (bool, bool)) -> Self {
         let mut children = vec![Vec::new(); header.nodes.len()];
         for (node, entry) in header.nodes.iter().enumerate().skip(1) {
             if let Some(siblings) = children.get_mut(entry.parent.index()) {
@@ -60,7 +45,10 @@ impl<'a> NotAsked<'a> {
         }
         let mut tree = Self { header, children, done: BTreeSet::new(), begun: BTreeSet::new() };
         for node in (0..header.nodes.len()).rev().map(NodeId::from) {
-            let (done, begun) = tree.standing(node, course);
+            let (done, begun) = match tree.kind(node).is_behavior() {
+                true => standing(node),
+                false => tree.standing(node),
+            };
             tree.done.extend(done.then_some(node));
             tree.begun.extend(begun.then_some(node));
         }
@@ -72,17 +60,11 @@ impl<'a> NotAsked<'a> {
         self.done.contains(&node)
     }
 
-    /// Whether a node is done, and whether anything below it has begun; its children are known.
-    fn standing(&self, node: NodeId, course: &Course) -> (bool, bool) {
-        let kind = self.kind(node);
-        if kind.is_behavior() {
-            let state = course.state(node);
-            let done = matches!(state, LeafState::Done | LeafState::Skipped);
-            return (done, done || course.has_run(node));
-        }
+    /// Whether a node with children is done, and whether anything below it has begun; its children are known.
+    fn standing(&self, node: NodeId) -> (bool, bool) {
         let children = &self.children[node.index()];
         let is_done = |child: &NodeId| self.done.contains(child);
-        let done = match kind {
+        let done = match self.kind(node) {
             EntryKind::Or => children.iter().any(is_done),
             EntryKind::Root | EntryKind::And | EntryKind::Then | EntryKind::Behavior(_) => children.iter().all(is_done),
         };
@@ -94,7 +76,7 @@ impl<'a> NotAsked<'a> {
     }
 
     /// What stands before the node, looked for upwards.
-    fn reason(&self, leaf: NodeId) -> Option<Reason> {
+    pub(super) fn reason(&self, leaf: NodeId) -> Option<Reason> {
         let mut node = leaf;
         while node.0 > 0 {
             let parent = self.header.nodes[node.index()].parent;

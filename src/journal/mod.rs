@@ -4,6 +4,7 @@ mod follower;
 mod path;
 mod reader;
 mod trace;
+pub(crate) mod words;
 mod writer;
 
 #[cfg(test)]

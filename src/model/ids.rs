@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+// Not `transparent`: in JSON they are bare numbers all the same, and a serializer is told what they are ids of.
 macro_rules! ids {
     ($($(#[$doc:meta])* $name:ident),+ $(,)?) => {$(
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-        #[serde(transparent)]
         pub struct $name(pub u32);
 
         impl $name {

@@ -14,6 +14,7 @@ mod request;
 mod resource;
 mod situation;
 mod spec;
+mod suggestion;
 mod time;
 
 pub use claim::{Access, Claim, Keep, Wanted};
@@ -37,4 +38,5 @@ pub use spec::{
     MissionSpec, NodeKind, Obstacle, PlaceSpec, Potential, ResourceSpec, RobotSpec, Task, Topology, TreeSpec,
     WorldSpec,
 };
+pub use suggestion::suggestion;
 pub use time::Time;

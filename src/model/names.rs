@@ -1,5 +1,7 @@
 //! What everything is called, for people.
 
+use std::borrow::Cow;
+
 use serde::{Deserialize, Serialize};
 
 use super::{ChannelId, ControllerId, FactId, NodeId, ObjectId, PlaceId, ResourceId, TypeId};
@@ -45,4 +47,15 @@ named! {
     place, places, PlaceId;
     fact, facts, FactId;
     controller, controllers, ControllerId;
+}
+
+impl Names {
+    /// An object within a sentence: its name, with its noun before it where the name alone is but a number.
+    pub fn thing(&self, id: ObjectId) -> Cow<'_, str> {
+        let name = self.object(id);
+        match name.starts_with(|first: char| first.is_ascii_digit()) {
+            true => format!("object {name}").into(),
+            false => name.into(),
+        }
+    }
 }

@@ -153,14 +153,14 @@ impl Reason {
             Self::NoneFree { of } => format!("every {} is held or full", names.ty(*of)),
             Self::Missing { of } => format!("the robot has no {}", names.ty(*of)),
             Self::OutOfReach { object } => {
-                format!("no free resource reaches {}", names.object(*object))
+                format!("no free resource reaches {}", names.thing(*object))
             }
             Self::NotHeld { object } => {
-                format!("{} is in no gripper of its own line", names.object(*object))
+                format!("{} is in no gripper of its own line", names.thing(*object))
             }
-            Self::Taken { object, by } => format!("{} is in {} already", names.object(*object), names.resource(*by)),
+            Self::Taken { object, by } => format!("{} is in {} already", names.thing(*object), names.resource(*by)),
             Self::Elsewhere { object, place } => {
-                format!("{} is not at {}", names.object(*object), names.place(*place))
+                format!("{} is not at {}", names.thing(*object), names.place(*place))
             }
             Self::NotAt { place } => format!("the base does not stand at {}", names.place(*place)),
             Self::Driving { by } => format!("the base is being driven by {}", names.node(*by)),
@@ -180,7 +180,7 @@ impl Reason {
                 names.resource(*resource)
             ),
             Self::SameObject { object, with } => {
-                format!("{} changes {} too", names.node(*with), names.object(*object))
+                format!("{} changes {} too", names.node(*with), names.thing(*object))
             }
             Self::Clash { with } => format!("it would be in the way of {}", names.node(*with)),
             Self::Alternative { chosen } => format!("{} was chosen instead", names.node(*chosen)),

@@ -89,6 +89,22 @@ pub enum Record {
     },
 }
 
+impl Record {
+    /// When; the header stands at the beginning of the run.
+    pub fn at(&self) -> Time {
+        match self {
+            Self::Header(_) => Time::ZERO,
+            Self::Sent { at, .. }
+            | Self::Decided { at, .. }
+            | Self::Released { at, .. }
+            | Self::World { at, .. }
+            | Self::Resource { at, .. }
+            | Self::Controller { at, .. }
+            | Self::Ended { at, .. } => *at,
+        }
+    }
+}
+
 /// What the ids of a journal stand for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Header {

@@ -14,6 +14,7 @@ mod pictures;
 mod processes;
 mod property;
 mod published;
+mod reading;
 mod rebuilt;
 mod rooms;
 mod rules;

@@ -293,7 +293,8 @@ fn long_run(behaviors: usize, rounds: u32) -> Vec<u8> {
     let names = Names { nodes: (0..=behaviors).map(name).collect(), resources: vec!["arm".into()], ..Names::default() };
     let (version, resource_types) = (JOURNAL_VERSION, vec![TypeId(0)]);
     let [mission, robot, allocator] = ["long", "arm", "greedy"].map(str::to_owned);
-    let header = Header { version, mission, robot, allocator, nodes, resource_types, names };
+    let header =
+        Header { version, mission, robot, allocator, nodes, resource_types, names, movers: Vec::new(), start: None };
     let mut write = |record: &Record| journal.write(record).expect("memory takes all");
     write(&Record::Header(Box::new(header)));
     for round in 1..=rounds {

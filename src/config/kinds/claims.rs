@@ -1,10 +1,9 @@
 //! The claims of a behavior on the resources of a robot, and whether the robot can ever serve them together.
 
-use super::super::fault::suggestion;
 use super::super::parameter::Type;
 use super::bind::Bound;
 use super::{ClaimTerm, Claims, Filter, KeepTerm, Slot, Whom};
-use crate::model::{Access, Claim, Keep, ResourceId, RobotSpec, TypeId, Wanted};
+use crate::model::{Access, Claim, Keep, ResourceId, RobotSpec, TypeId, Wanted, suggestion};
 
 impl Bound<'_, '_> {
     pub(super) fn claims(&mut self) -> Option<Vec<Claim>> {

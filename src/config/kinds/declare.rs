@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use super::super::fault::{Faults, suggestion};
+use super::super::fault::Faults;
 use super::super::parameter::{Parameter, Type};
 use super::super::quantity::{NEAR, POTENTIAL};
 use super::super::raw::each;
@@ -17,7 +17,7 @@ use super::{
     Base, ClaimTerm, Claims, Command, ConditionTerm, Declared, Effect, Filter, KeepTerm, Offset, Piece, PotentialTerm,
     Slot, Stand, TaskTerm, Text, Whom,
 };
-use crate::model::Mode;
+use crate::model::{Mode, suggestion};
 
 const TIMEOUT_S: f64 = 120.0;
 const RETRIES: u32 = 2;

@@ -3,14 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::document::Spot;
-use super::super::fault::{Faults, suggestion};
+use super::super::fault::Faults;
 use super::super::kinds::{Declared, Kinds};
 use super::super::parameter::{Argument, Known, Parameter, Type, assign};
 use super::super::quantity::TIMEOUT;
 use super::super::reader::{Fields, Item, Name};
 use super::subtrees::{Filled, Scope, Subtree, Subtrees};
 use super::{Call, Draft, DraftKind, MAX_NODES, MAX_RETRIES, NODE, RESERVED, Surroundings};
-use crate::model::{NodeId, Pose};
+use crate::model::{NodeId, Pose, suggestion};
 
 /// Deepest tree: what files can nest.
 const MAX_LEVELS: usize = 64;

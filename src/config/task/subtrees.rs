@@ -9,6 +9,7 @@ use super::super::reader::{Item, Name};
 use super::super::shape::{Form, Shape, optional, required};
 use super::super::template::{Piece, parameter, pieces};
 use super::NODE;
+use crate::model::suggestion;
 
 /// An entry of `subtrees`.
 pub(in super::super) static SUBTREE: Shape = Shape::new(
@@ -222,7 +223,7 @@ impl<'a> Scope<'a> {
         used.extend(found);
         if found.is_none() {
             let allowed = self.parameters.iter().map(|parameter| parameter.name.value.as_str());
-            let help = super::super::fault::suggestion(name, "parameter", allowed);
+            let help = suggestion(name, "parameter", allowed);
             let message = format!("there is no parameter `{name}` here");
             faults.push(item.spot, item.key, message, Some(help));
         }

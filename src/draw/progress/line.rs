@@ -1,10 +1,12 @@
 //! One plain line per event, for logs and terminals whose lines stay.
 
-use crate::draw::fault_sentence;
+use std::fmt::Write;
+
+use crate::draw::phrase::{self, fault_sentence};
 use crate::draw::text::count;
 use crate::model::{
     Access, Change, CommandId, ControllerId, ControllerMessage, End, FromController, Grant, Header, MissionEnd, Names,
-    NodeId, Record, Rejection, Reopened, Time, Whereabouts,
+    NodeId, Record, Rejection, Reopened, Time,
 };
 
 use super::Progress;
@@ -87,20 +89,10 @@ impl Progress {
     }
 
     fn ended(&self, at: Time, end: MissionEnd, names: &Names) -> String {
-        let text = match end {
-            MissionEnd::Done => format!("done in {}", count(self.tally.steps.len(), "step")),
-            MissionEnd::Failed(leaf) => format!("failed at {}", names.node(leaf)),
-            MissionEnd::Stalled => "stalled".into(),
-            MissionEnd::Canceled => "cancelled".into(),
-            MissionEnd::ControllerLost(controller) => {
-                format!("failed: {} was lost", names.controller(controller))
-            }
-            MissionEnd::NotAttached => "failed: not every controller attached in time".into(),
-            MissionEnd::TaskLost => "failed: a task of the runtime is gone, which is a defect of ambidex".into(),
-            MissionEnd::NodeLost(node) => {
-                format!("failed: the task of {} is gone", names.node(node))
-            }
-        };
+        let mut text = phrase::mission_ended(end, names);
+        if end == MissionEnd::Done {
+            let _ = write!(text, " in {}", count(self.tally.steps.len(), "step"));
+        }
         let skipped = (end == MissionEnd::Done).then(|| self.skipped(at, names)).flatten();
         match skipped {
             Some(skipped) => format!("{text}; {skipped}"),
@@ -135,18 +127,6 @@ fn released(leaf: NodeId, end: End, names: &Names) -> String {
 
 /// The base moves all the time, which is no news.
 fn changed(change: &Change, names: &Names) -> Option<String> {
-    match change {
-        Change::Base(_) => None,
-        Change::Object(object, at) => {
-            let object = names.object(*object);
-            Some(match at {
-                Whereabouts::At(place) => format!("{object} is at {} now", names.place(*place)),
-                Whereabouts::In(by) => format!("{object} is in {} now", names.resource(*by)),
-                Whereabouts::Unknown => format!("nobody knows where {object} is"),
-            })
-        }
-        Change::Emptied(resource) => Some(format!("{} is empty now", names.resource(*resource))),
-        Change::Fact(fact, true) => Some(format!("\"{}\" holds now", names.fact(*fact))),
-        Change::Fact(fact, false) => Some(format!("\"{}\" holds no more", names.fact(*fact))),
-    }
+    let is_base = matches!(change, Change::Base(_));
+    (!is_base).then(|| phrase::changed(change, names))
 }

@@ -23,7 +23,7 @@ struct Below {
 impl Status {
     pub(super) fn nodes(&self, header: &Header) -> Vec<NodeRow> {
         let course = Course::new(&self.tally);
-        let not_asked = NotAsked::new(header, &course);
+        let not_asked = NotAsked::new(header, |leaf| course.standing(leaf));
         let reasons: BTreeMap<_, _> = last_reasons(&self.tally).into_iter().collect();
         let progress = self.progress(header);
         let states: Vec<_> =

@@ -4,7 +4,8 @@ use tracing::{info, trace, warn};
 
 use crate::model::{CommandId, ControllerMessage, FromController, Names, NodeId, PartEnd, Time, ToController};
 
-use super::{CONTROLLER, words};
+use super::CONTROLLER;
+use crate::journal::words;
 
 pub(super) fn said(at_s: f64, controller: &str, message: &ControllerMessage, names: &Names) {
     match message {

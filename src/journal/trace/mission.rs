@@ -4,7 +4,8 @@ use tracing::{debug, error, info, warn};
 
 use crate::model::{Change, End, Going, Grant, Header, MissionEnd, Names, NodeId, Reopened, Resource, ResourceId};
 
-use super::{MISSION, words};
+use super::MISSION;
+use crate::journal::words;
 
 pub(super) fn started(header: &Header) {
     info!(

@@ -3,7 +3,6 @@
 mod controller;
 mod mission;
 mod tree;
-mod words;
 
 #[cfg(test)]
 mod tests;

@@ -4,7 +4,8 @@ use tracing::{debug, trace};
 
 use crate::model::{End, Going, Message, Names, NodeId};
 
-use super::{TREE, words};
+use super::TREE;
+use crate::journal::words;
 
 /// Who tells whom, when.
 pub(super) struct Edge {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::draw::why::fault_sentence;
+use crate::draw::phrase::fault_sentence;
 use crate::model::{Names, NodeId};
 
 use super::super::History;

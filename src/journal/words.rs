@@ -1,4 +1,4 @@
-//! Values of records as text for the fields of events, written only when a subscriber formats them.
+//! Values of records as text, for the fields of events and for lines that people read; written only when it is formatted.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -8,7 +8,7 @@ use crate::model::{
 };
 
 /// Text made when it is asked for.
-pub(super) fn lazy(write: impl Fn(&mut Formatter<'_>) -> fmt::Result) -> impl Display {
+pub(crate) fn lazy(write: impl Fn(&mut Formatter<'_>) -> fmt::Result) -> impl Display {
     struct Lazy<F>(F);
     impl<F: Fn(&mut Formatter<'_>) -> fmt::Result> Display for Lazy<F> {
         fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
@@ -32,17 +32,17 @@ fn list<T>(
 }
 
 /// Names of nodes.
-pub(super) fn nodes(nodes: impl Iterator<Item = NodeId> + Clone, names: &Names) -> impl Display {
+pub(crate) fn nodes(nodes: impl Iterator<Item = NodeId> + Clone, names: &Names) -> impl Display {
     lazy(move |f| list(nodes.clone(), f, |node, f| f.write_str(names.node(node))))
 }
 
 /// A reason as its sentence.
-pub(super) fn reason(reason: &Reason, names: &Names) -> impl Display {
+pub(crate) fn reason(reason: &Reason, names: &Names) -> impl Display {
     lazy(move |f| f.write_str(&reason.sentence(names)))
 }
 
 /// The reason of one leaf as its sentence, those of several with their names.
-pub(super) fn reasons(blocked: &[Blocked], names: &Names) -> impl Display {
+pub(crate) fn reasons(blocked: &[Blocked], names: &Names) -> impl Display {
     lazy(move |f| match blocked {
         [one] => f.write_str(&one.reason.sentence(names)),
         many => list(many.iter(), f, |blocked, f| {
@@ -53,7 +53,7 @@ pub(super) fn reasons(blocked: &[Blocked], names: &Names) -> impl Display {
 }
 
 /// The claims of a request: `base for "at shelf", left_gripper or right_gripper alone`.
-pub(super) fn claims(request: &Request, names: &Names) -> impl Display {
+pub(crate) fn claims(request: &Request, names: &Names) -> impl Display {
     lazy(move |f| {
         list(request.needs.iter(), f, |need, f| {
             for (index, candidate) in need.candidates.iter().enumerate() {
@@ -66,7 +66,7 @@ pub(super) fn claims(request: &Request, names: &Names) -> impl Display {
 }
 
 /// The resources of a grant: `base for "at shelf", left_gripper alone`.
-pub(super) fn bindings(bindings: &[Binding], names: &Names) -> impl Display {
+pub(crate) fn bindings(bindings: &[Binding], names: &Names) -> impl Display {
     lazy(move |f| {
         list(bindings.iter(), f, |binding, f| {
             f.write_str(names.resource(binding.resource))?;
@@ -83,13 +83,13 @@ fn access(access: Access, names: &Names, f: &mut Formatter<'_>) -> fmt::Result {
 }
 
 /// Nodes that a request skips: composites and leaves.
-pub(super) fn skips(request: &Request, names: &Names) -> impl Display {
+pub(crate) fn skips(request: &Request, names: &Names) -> impl Display {
     let skipped = request.skips.iter().flat_map(|skip| (skip.from.0..skip.to.0).map(NodeId));
     nodes(skipped, names)
 }
 
 /// Changes of the world.
-pub(super) fn changes(changes: &[Change], names: &Names) -> impl Display {
+pub(crate) fn changes(changes: &[Change], names: &Names) -> impl Display {
     lazy(move |f| {
         list(changes.iter(), f, |change, f| match change {
             Change::Base(pose) => {
@@ -97,7 +97,7 @@ pub(super) fn changes(changes: &[Change], names: &Names) -> impl Display {
                 write!(f, "base at ({:.2}, {:.2}, {heading:.2})", at.x, at.y)
             }
             Change::Object(object, at) => {
-                let object = names.object(*object);
+                let object = names.thing(*object);
                 match at {
                     Whereabouts::At(place) => write!(f, "{object} at {}", names.place(*place)),
                     Whereabouts::In(resource) => {
@@ -114,26 +114,26 @@ pub(super) fn changes(changes: &[Change], names: &Names) -> impl Display {
 }
 
 /// A command with its object, lengths in metres.
-pub(super) fn command(command: &Command, names: &Names) -> impl Display {
+pub(crate) fn command(command: &Command, names: &Names) -> impl Display {
     lazy(move |f| match command {
         Command::Drive { path } => match path.last() {
             Some(goal) => write!(f, "drive to ({:.2}, {:.2})", goal.at.x, goal.at.y),
             None => f.write_str("drive nowhere"),
         },
         Command::Stand => f.write_str("stand"),
-        Command::Grasp { object, .. } => write!(f, "grasp {}", names.object(*object)),
-        Command::Put { object, .. } => write!(f, "put {}", names.object(*object)),
+        Command::Grasp { object, .. } => write!(f, "grasp {}", names.thing(*object)),
+        Command::Put { object, .. } => write!(f, "put {}", names.thing(*object)),
         Command::Look { at } => write!(f, "look at ({:.2}, {:.2}, {:.2})", at.x, at.y, at.z),
     })
 }
 
 /// Identity of a command: generation and number.
-pub(super) fn goal(id: CommandId) -> impl Display {
+pub(crate) fn goal(id: CommandId) -> impl Display {
     lazy(move |f| write!(f, "{}.{}", id.generation, id.number))
 }
 
 /// How a goal ended.
-pub(super) fn end(end: End) -> &'static str {
+pub(crate) fn end(end: End) -> &'static str {
     match end {
         End::Succeeded => "succeeded",
         End::Canceled => "canceled",
@@ -147,7 +147,7 @@ pub(super) fn end(end: End) -> &'static str {
 }
 
 /// The controller at which a goal failed.
-pub(super) fn at_fault(end: End, names: &Names) -> Option<&str> {
+pub(crate) fn at_fault(end: End, names: &Names) -> Option<&str> {
     match end {
         End::Succeeded | End::Canceled | End::Failed(Fault::TimedOut) => None,
         End::Failed(
@@ -161,7 +161,7 @@ pub(super) fn at_fault(end: End, names: &Names) -> Option<&str> {
 }
 
 /// How a controller's part ended.
-pub(super) fn part_end(end: PartEnd) -> &'static str {
+pub(crate) fn part_end(end: PartEnd) -> &'static str {
     match end {
         PartEnd::Succeeded => "succeeded",
         PartEnd::Aborted => "aborted",
@@ -170,7 +170,7 @@ pub(super) fn part_end(end: PartEnd) -> &'static str {
 }
 
 /// Whether a part ends its goal.
-pub(super) fn mode(mode: Mode) -> &'static str {
+pub(crate) fn mode(mode: Mode) -> &'static str {
     match mode {
         Mode::Achieve => "achieve",
         Mode::Maintain => "maintain",

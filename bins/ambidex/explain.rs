@@ -1,0 +1,51 @@
+//! `ambidex explain`.
+
+use ambidex::draw::{Account, Story};
+use ambidex::journal::Reader;
+use clap::Args;
+use miette::{IntoDiagnostic, Result};
+
+use crate::exit::Exit;
+use crate::log;
+use crate::page::Page;
+
+/// `ambidex explain`.
+#[derive(Debug, Args)]
+#[command(after_help = log::HELP)]
+pub struct ExplainArgs {
+    /// The log: a file or an instance.
+    pub log: Option<String>,
+    /// A behavior, or a node whose behaviors are meant; without it the story of the whole run is told.
+    pub node: Option<String>,
+    /// Only this round.
+    #[arg(long, value_name = "N", requires = "node")]
+    pub round: Option<u32>,
+}
+
+/// Says why a run, or a behavior of it, went as it did.
+pub fn explain(args: &ExplainArgs) -> Result<Exit> {
+    let reader = Reader::open(log::find(args.log.as_deref())?).into_diagnostic()?;
+    let mut page = Page::new();
+    let (width, palette) = (page.width(), page.palette());
+    let text = match &args.node {
+        None => {
+            let mut story = Story::new(reader.header());
+            log::read(reader, |record| {
+                story.add(record);
+                Ok(true)
+            })?;
+            story.text(width, &palette)
+        }
+        Some(node) => {
+            let account = Account::new(reader.header(), node, args.round);
+            let mut account = account.map_err(|error| log::unknown(&error))?;
+            log::read(reader, |record| {
+                account.add(record);
+                Ok(true)
+            })?;
+            account.text(width, &palette).map_err(|error| log::unknown(&error))?
+        }
+    };
+    page.text(&text)?;
+    Ok(Exit::Done)
+}

@@ -1,0 +1,64 @@
+//! stdout as a page: colors and width where somebody looks at it, and a reader that may leave before the end.
+
+use std::io::{self, BufWriter, IsTerminal, StdoutLock, Write};
+
+use ambidex::draw::Palette;
+use miette::{IntoDiagnostic, Result};
+
+/// Columns where there is no terminal to ask.
+const WIDTH: usize = 100;
+
+/// stdout of a verb that prints text.
+#[derive(Debug)]
+pub struct Page {
+    out: BufWriter<StdoutLock<'static>>,
+    palette: Palette,
+}
+
+impl Page {
+    /// Looks at stdout.
+    pub fn new() -> Self {
+        let stdout = io::stdout();
+        let has_color = anstream::AutoStream::choice(&stdout) != anstream::ColorChoice::Never;
+        let palette = if has_color { Palette::ansi() } else { Palette::plain() };
+        Self { out: BufWriter::with_capacity(1 << 16, stdout.lock()), palette }
+    }
+
+    /// Colors, if they are wanted.
+    pub fn palette(&self) -> Palette {
+        self.palette
+    }
+
+    /// Columns.
+    pub fn width(&self) -> usize {
+        if !io::stdout().is_terminal() {
+            return WIDTH;
+        }
+        let size = rustix::termios::tcgetwinsize(io::stdout()).ok();
+        size.map(|size| usize::from(size.ws_col)).filter(|&columns| columns > 0).unwrap_or(WIDTH)
+    }
+
+    /// Prints a line; false where nobody reads any more, as behind `head`.
+    pub fn line(&mut self, line: &str) -> Result<bool> {
+        let written = self.out.write_all(line.as_bytes()).and_then(|()| self.out.write_all(b"\n"));
+        is_read(written)
+    }
+
+    /// Prints a text that has its line ends.
+    pub fn text(&mut self, text: &str) -> Result<bool> {
+        is_read(self.out.write_all(text.as_bytes()).and_then(|()| self.out.flush()))
+    }
+
+    /// Hands on what was printed so far.
+    pub fn flush(&mut self) -> Result<bool> {
+        is_read(self.out.flush())
+    }
+}
+
+fn is_read(written: io::Result<()>) -> Result<bool> {
+    match written {
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(false),
+        Err(error) => Err(error).into_diagnostic(),
+    }
+}

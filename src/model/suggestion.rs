@@ -1,0 +1,41 @@
+//! "Did you mean": what to say of a name that nothing has.
+
+/// More names than that are only counted.
+const MAX_LISTED: usize = 12;
+
+/// What was probably meant, and what is allowed; `what` is the noun of the thing.
+pub fn suggestion<'a>(found: &str, what: &str, allowed: impl IntoIterator<Item = &'a str>) -> String {
+    let allowed: Vec<&str> = allowed.into_iter().collect();
+    if allowed.is_empty() {
+        return format!("there is no {what} at all");
+    }
+    let distance = |word: &&&str| strsim::osa_distance(&found.to_lowercase(), &word.to_lowercase());
+    let nearest =
+        allowed.iter().min_by_key(distance).filter(|word| distance(word) <= (found.chars().count() / 3).clamp(1, 3));
+    let listed = allowed.iter().take(MAX_LISTED).map(|word| format!("`{word}`"));
+    let mut listed = listed.collect::<Vec<_>>().join(", ");
+    if allowed.len() > MAX_LISTED {
+        listed += &format!(" and {} more", allowed.len() - MAX_LISTED);
+    }
+    match nearest {
+        Some(word) => format!("did you mean `{word}`? Allowed: {listed}"),
+        None => format!("allowed: {listed}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(found: &str, expected: &str) {
+        assert_eq!(suggestion(found, "node", ["pick 1", "pick 2", "move 1"]), expected);
+    }
+
+    #[test]
+    fn a_near_name_is_suggested_and_all_are_told() {
+        check("pik 2", "did you mean `pick 2`? Allowed: `pick 1`, `pick 2`, `move 1`");
+        check("MOVE 1", "did you mean `move 1`? Allowed: `pick 1`, `pick 2`, `move 1`");
+        check("shelf", "allowed: `pick 1`, `pick 2`, `move 1`");
+        assert_eq!(suggestion("x", "fact", []), "there is no fact at all");
+    }
+}
