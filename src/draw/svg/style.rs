@@ -1,5 +1,5 @@
-//! Colors and classes. Every color is written twice, plainly and as a variable: programs that know no variables take
-//! the plain one, browsers and whoever embeds the picture the other.
+//! Colors and classes. Every color is written twice: plainly, for programs that turn pictures into print and know
+//! neither variables nor `@` rules, and as a variable, for browsers and for whoever embeds the picture.
 
 use std::fmt::Write;
 
@@ -76,22 +76,36 @@ pub(super) fn sheet() -> String {
     let light = variables(|(name, light, _)| format!("--{name}:{light};"));
     let dark = variables(|(name, _, dark)| format!("--{name}:{dark};"));
     let mut css = String::from("\n");
-    let _ = writeln!(css, ".{SCOPE}{{{light}font-family:Helvetica,Arial,sans-serif}}");
-    let _ = writeln!(css, "@media (prefers-color-scheme:dark){{.{SCOPE}{{{dark}}}}}");
+    let _ = writeln!(css, ".{SCOPE}{{font-family:Helvetica,Arial,sans-serif}}");
     for (class, declarations) in RULES {
-        let declarations: Vec<String> = declarations.split(';').map(declaration).collect();
-        let _ = writeln!(css, ".{SCOPE} .{class}{{{}}}", declarations.join(";"));
+        let plain: Vec<String> = declarations.split(';').map(plain).collect();
+        let _ = writeln!(css, ".{SCOPE} .{class}{{{}}}", plain.join(";"));
     }
+    let _ = writeln!(css, "@supports (fill:var(--ink)){{");
+    let _ = writeln!(css, ".{SCOPE}{{{light}}}");
+    for (class, declarations) in RULES {
+        let colors: Vec<String> = declarations.split(';').filter_map(variable).collect();
+        if !colors.is_empty() {
+            let _ = writeln!(css, ".{SCOPE} .{class}{{{}}}", colors.join(";"));
+        }
+    }
+    let _ = writeln!(css, "}}\n@media (prefers-color-scheme:dark){{.{SCOPE}{{{dark}}}}}");
     css
 }
 
-fn declaration(written: &str) -> String {
+/// A declaration with its color on white.
+fn plain(written: &str) -> String {
     let Some((property, name)) = written.split_once(":@") else {
         return written.to_owned();
     };
     let color = COLORS.iter().find(|(known, ..)| *known == name);
     let (_, light, _) = color.unwrap_or_else(|| panic!("no color is called {name}"));
-    format!("{property}:{light};{property}:var(--{name})")
+    format!("{property}:{light}")
+}
+
+/// A declaration of a color as its variable.
+fn variable(written: &str) -> Option<String> {
+    written.split_once(":@").map(|(property, name)| format!("{property}:var(--{name})"))
 }
 
 #[cfg(test)]
@@ -135,9 +149,12 @@ mod tests {
     }
 
     #[test]
-    fn every_color_has_a_plain_value_before_its_variable() {
+    fn every_color_stands_plainly_and_as_a_variable() {
         let css = sheet();
-        assert!(css.contains(".ambidex .text{fill:#1f2328;fill:var(--ink);font-size:10px}"), "{css}");
+        let (plain, rest) = css.split_once("@supports").unwrap();
+        assert!(plain.contains(".ambidex .text{fill:#1f2328;font-size:10px}"), "{css}");
+        assert!(!plain.contains("var("), "{css}");
+        assert!(rest.contains(".ambidex .text{fill:var(--ink)}"), "{css}");
         assert_eq!(css.matches('{').count(), css.matches('}').count());
     }
 }

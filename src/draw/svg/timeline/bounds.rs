@@ -17,7 +17,7 @@ pub(super) const MAX_SLOTS: usize = 4;
 /// Things in a row beyond which those are left out that nobody could tell apart.
 const MANY: usize = 100;
 /// What is nearer than this cannot be told apart, user units.
-const NEAR: f64 = 4.0;
+const NEAR: f64 = 6.0;
 
 /// The behaviors to draw, and what is said of the others.
 pub(super) fn rows(history: &History) -> (Vec<NodeId>, Option<String>) {
@@ -81,7 +81,7 @@ mod tests {
     fn many_things_are_bounded_by_the_room() {
         let things: Vec<f64> = (0..100_000).map(|index| f64::from(index) * 0.006).collect();
         let (kept, is_less) = thinned(things, |x| (*x, x + 0.003, 0));
-        assert!(is_less && kept.len() == 150, "{}", kept.len());
+        assert!(is_less && kept.len() == 100, "{}", kept.len());
     }
 
     #[test]
