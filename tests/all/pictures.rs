@@ -273,7 +273,7 @@ fn what_cannot_be_read_is_refused() {
     check(&["timeline", text(&newer)], &["has version 77", &known]);
     check(&["tree", text(&newer)], &["has version 77", &known]);
     check(&["timeline", text(&mission_file(&home))], &["is no journal"]);
-    check(&["timeline", "nowhere"], &["cannot open the journal nowhere"]);
+    check(&["timeline", "nowhere"], &["there is no log `nowhere`"]);
     check(&["tree", "nowhere"], &["cannot read nowhere"]);
     check(&["timeline", text(&log), "-o", text(&log)], &["would be written over"]);
     check(&["tree", text(&log), "-o", "/nowhere/x.svg"], &["cannot write /nowhere/x.svg"]);
@@ -342,7 +342,7 @@ fn the_pictures_of_the_docs_are_what_their_commands_draw() {
     }
     let committed = fs::read_dir(file("docs/pictures")).expect("pictures").map(|entry| entry.expect("an entry").path());
     let committed: Vec<_> = committed.filter(|path| path.extension().is_some_and(|end| end == "svg")).collect();
-    assert_eq!(committed.len(), 3);
+    assert_eq!(committed.len(), 8);
     for path in committed {
         let drawn = fs::read_to_string(home.path(path.file_name().and_then(|name| name.to_str()).expect("a name")));
         let is_same = drawn.expect("a picture") == fs::read_to_string(&path).expect("a picture");

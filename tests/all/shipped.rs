@@ -204,3 +204,35 @@ fn the_shipped_files_are_as_their_schemas_say() {
         }
     }
 }
+
+/// The YAML blocks of a text.
+fn yaml(text: &str) -> impl Iterator<Item = &str> {
+    text.split("```yaml\n").skip(1).filter_map(|rest| rest.split("```").next())
+}
+
+#[test]
+fn the_examples_of_the_docs_are_sound() {
+    let home = Home::new();
+    let robot = file("config/robots/pr2.yaml");
+    let here = |text: &str| text.replace("../robots/pr2.yaml", robot.to_str().expect("a path in UTF-8"));
+    let readme = std::fs::read_to_string(file("README.md")).expect("it is there");
+    let tea = home.write("tea.yaml", &here(yaml(&readme).next().expect("an example")));
+    let (_, report) = simulate(&load(&tea), &Settings::default(), Vec::new());
+    assert_eq!((report.outcome, report.steps.len()), ("done", 5));
+    let docs = std::fs::read_to_string(file("docs/missions.md")).expect("it is there");
+    let [mission, behaviors, subtrees] = yaml(&docs).collect::<Vec<_>>().try_into().expect("three examples");
+    let household = file("config/behaviors/household.yaml");
+    let mission = here(mission).replace("../behaviors/household.yaml", household.to_str().expect("a path in UTF-8"));
+    load(&home.write("mission.yaml", &mission));
+    // The same world with what the other two need of it.
+    let head = &mission[..mission.find("include:").expect("an include")];
+    let world = &mission[mission.find("world:").expect("a world")..mission.find("task:").expect("a task")];
+    let world = world.replace("  objects:\n", "  objects:\n    pot: {at: shelf}\n    sponge: {at: table}\n");
+    let world = world.replace("    table:", "    sink: {stand: [0 m, 6 m]}\n    table:");
+    let world = world.replace("{kettle on: false}", "{clean table: false}");
+    let task = "task: {then: [{move: table}, {pick: sponge}, {wipe: table}, {place: sponge}]}\n";
+    let wiping = load(&home.write("wiping.yaml", &format!("{head}{behaviors}{world}{task}")));
+    assert_eq!(simulate(&wiping, &Settings::default(), Vec::new()).1.outcome, "done");
+    let delivering = load(&home.write("delivering.yaml", &format!("{head}{world}{subtrees}")));
+    assert_eq!(simulate(&delivering, &Settings::default(), Vec::new()).1.outcome, "done");
+}

@@ -53,3 +53,12 @@ fn load(mission: &str, robot: &str) -> Result<MissionSpec, ConfigError> {
     fs::write(folder.path().join("robot.yaml"), robot).unwrap();
     load_mission(&path, None).map(|loaded| loaded.mission)
 }
+
+/// The robot with so many hands.
+fn robot(hands: usize) -> String {
+    let hand = "  hand: {type: gripper, controller: arm}\n";
+    let more: String = (1..hands).map(|n| format!("  hand{n}: {{type: gripper, controller: arm{n}}}\n")).collect();
+    let arm = &ROBOT[ROBOT.find("  arm:\n").unwrap()..];
+    let arms: String = (1..hands).map(|n| arm.replacen("  arm:", &format!("  arm{n}:"), 1)).collect();
+    ROBOT.replace(hand, &format!("{hand}{more}")) + &arms
+}

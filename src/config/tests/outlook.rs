@@ -5,7 +5,7 @@ use std::fs;
 use tempfile::TempDir;
 
 use super::super::{Fault, load_mission};
-use super::{GOOD, ROBOT};
+use super::{GOOD, robot};
 
 /// What is said of a task for a robot with so many hands.
 fn said(hands: usize, task: &str) -> Vec<String> {
@@ -20,11 +20,7 @@ behaviors:
   guard: {claims: {base: {type: base, keep: physical}}, potential: 1}
 ";
     fs::write(&path, format!("{head}{declared}task:\n  {task}\n")).unwrap();
-    let hand = "  hand: {type: gripper, controller: arm}\n";
-    let more: String = (1..hands).map(|n| format!("  hand{n}: {{type: gripper, controller: arm{n}}}\n")).collect();
-    let arm = &ROBOT[ROBOT.find("  arm:\n").unwrap()..];
-    let arms: String = (1..hands).map(|n| arm.replacen("  arm:", &format!("  arm{n}:"), 1)).collect();
-    fs::write(folder.path().join("robot.yaml"), ROBOT.replace(hand, &format!("{hand}{more}")) + &arms).unwrap();
+    fs::write(folder.path().join("robot.yaml"), robot(hands)).unwrap();
     let faults = match load_mission(&path, None) {
         Ok(loaded) => loaded.warnings,
         Err(error) => error.faults().to_vec(),

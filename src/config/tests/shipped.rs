@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::super::{load_mission, load_robot};
-use super::{GOOD, ROBOT, load};
+use super::{GOOD, ROBOT, load, robot};
 use crate::model::{
     Access, ChannelId, Claim, Condition, ControllerKind, EffectTerm, Keep, MissionSpec, Mode, NodeId, NodeKind,
     ObjectId, PlaceId, Pose, Potential, ResourceId, Task, TypeId, Wanted, Whereabouts,
@@ -173,7 +173,7 @@ task:
     - or: [{move: shelf}, {move: shelf}]
 ";
     let head = &GOOD[..GOOD.find("task:").unwrap()];
-    let spec = load(&format!("{head}{task}"), ROBOT).unwrap();
+    let spec = load(&format!("{head}{task}"), &robot(2)).unwrap();
     let expected = [
         "root",
         "and 1",
