@@ -9,6 +9,8 @@ use ambidex::tree::{Allocator, Greedy, Serial};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
+use crate::import::ImportArgs;
+
 const EXIT_CODES: &str = "\
 Exit codes:
     0  the mission is done
@@ -43,6 +45,8 @@ pub enum Verb {
     Controller(ControllerArgs),
     /// Run a mission under a virtual clock, without processes.
     Simulate(SimulateArgs),
+    /// Turn a task file or a robot file of the dHTT software into one of Ambidex.
+    Import(ImportArgs),
     /// Print a completion script for a shell.
     Completions {
         /// Which shell.

@@ -4,6 +4,7 @@ mod args;
 mod children;
 mod controller;
 mod exit;
+mod import;
 mod mission;
 mod observer;
 mod robot;
@@ -25,6 +26,7 @@ fn main() -> ExitCode {
         Verb::Daemon(args) => mission::daemon(&args),
         Verb::Controller(args) => controller::controller(&args),
         Verb::Simulate(args) => simulate::simulate(&args),
+        Verb::Import(args) => import::import(&args),
         Verb::Completions { shell } => {
             clap_complete::generate(shell, &mut Cli::command(), "ambidex", &mut std::io::stdout());
             Ok(Exit::Done)
