@@ -30,14 +30,16 @@ pub struct ImportArgs {
 pub fn import(args: &ImportArgs) -> Result<Exit> {
     let target = (args.output.as_os_str() != "-").then_some(args.output.as_path());
     let imported = config::import(&args.file, args.robot.as_deref(), target).map_err(into_report)?;
+    let files = target.map(|target| files(target, &imported)).unwrap_or_default();
+    refuse(args, &files)?;
     for warning in &imported.warnings {
         say(&format!("{:?}", Report::new(warning.clone())));
     }
     if imported.unshown > 0 {
-        say(&format!("and {} more warnings: each stands as a comment in what is written", imported.unshown));
+        say(&format!("and {} more warnings: each is told by a comment in what is written\n", imported.unshown));
     }
     match target {
-        Some(target) => write(args, target, &imported)?,
+        Some(target) => write(args, target, &files, &imported)?,
         None => print(&imported)?,
     }
     Ok(Exit::Done)
@@ -46,40 +48,49 @@ pub fn import(args: &ImportArgs) -> Result<Exit> {
 fn into_report(error: ImportError) -> Report {
     match error {
         ImportError::Faulty(faults) => ConfigError::into_report(faults),
+        error @ ImportError::TooLarge(_) => miette!("{error}"),
         ImportError::Defect(faults) => ConfigError::into_report(faults)
             .wrap_err("what was made of the file does not load, so nothing was written; this is a defect of `import`"),
     }
 }
 
-fn write(args: &ImportArgs, target: &Path, imported: &Imported) -> Result<()> {
-    let files: Vec<(&Path, &str)> = imported
-        .beside
-        .iter()
-        .map(|Beside { path, text }| (path.as_path(), text.as_str()))
-        .chain([(target, imported.text.as_str())])
-        .collect();
-    let is_input = |path: &Path| {
-        let inputs = [Some(args.file.as_path()), args.robot.as_deref()];
-        let same = |input: &Path| path.canonicalize().is_ok_and(|path| input.canonicalize().is_ok_and(|at| at == path));
-        inputs.into_iter().flatten().any(same)
+/// What is to be written, the mission last: it names the other.
+fn files<'a>(target: &'a Path, imported: &'a Imported) -> Vec<(&'a Path, &'a str)> {
+    let beside = imported.beside.iter().map(|Beside { path, text }| (path.as_path(), text.as_str()));
+    beside.chain([(target, imported.text.as_str())]).collect()
+}
+
+/// Nothing is written over what is read, and nothing over what is there, unless that is asked for.
+fn refuse(args: &ImportArgs, files: &[(&Path, &str)]) -> Result<()> {
+    let inputs = [Some(args.file.as_path()), args.robot.as_deref()];
+    let is_same = |one: &Path, other: &Path| {
+        one.canonicalize().is_ok_and(|one| other.canonicalize().is_ok_and(|other| one == other))
     };
-    for (path, _) in &files {
-        if is_input(path) {
-            return Err(miette!("{} is imported itself, and nothing was written", path.display()));
+    for (path, _) in files {
+        let shown = path.display();
+        if inputs.into_iter().flatten().any(|input| is_same(path, input)) {
+            let help = "choose another --output";
+            return Err(miette!(help = help, "{shown} is read by this import, so nothing was written"));
         }
         if !args.force && path.symlink_metadata().is_ok() {
             let help = "choose another --output, or overwrite with --force";
-            return Err(miette!(help = help, "{} is there already, and nothing was written", path.display()));
+            return Err(miette!(help = help, "{shown} is there already, so nothing was written"));
         }
     }
-    for (path, text) in &files {
-        write_file(path, text, args.force)
-            .into_diagnostic()
-            .wrap_err_with(|| format!("cannot write {}", path.display()))?;
+    Ok(())
+}
+
+fn write(args: &ImportArgs, target: &Path, files: &[(&Path, &str)], imported: &Imported) -> Result<()> {
+    for (path, text) in files {
+        let written = write_file(path, text, args.force);
+        written.into_diagnostic().wrap_err_with(|| format!("cannot write {}", path.display()))?;
     }
     let paths: Vec<_> = files.iter().rev().map(|(path, _)| path.display().to_string()).collect();
     say(&format!("imported {}: {}", args.file.display(), imported.summary));
     say(&format!("wrote {}", paths.join(" and ")));
+    if imported.is_mission {
+        say(&format!("try: ambidex simulate {}", target.display()));
+    }
     Ok(())
 }
 
@@ -106,7 +117,7 @@ fn print(imported: &Imported) -> Result<()> {
     }
     if let Some(Beside { path, .. }) = &imported.beside {
         let path = path.display();
-        say(&format!("note: the mission names {path}, which is written with `--output FILE` only"));
+        say(&format!("note: the mission names {path}, which is only written with `--output FILE`"));
     }
     Ok(())
 }

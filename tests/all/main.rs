@@ -7,6 +7,7 @@ mod dispatching;
 mod driver;
 mod fixtures;
 mod home;
+mod importing;
 mod journals;
 mod live;
 mod processes;

@@ -125,7 +125,7 @@ impl Task {
         let nodes = nodes.unwrap_or_default().into_iter();
         let mut entries: Vec<_> = nodes.map(|(name, item)| Entry::read(name, item, faults)).collect();
         entries.sort_by_key(|entry| places.get(entry.name.value.as_str()).copied());
-        Some(Self { entries, notes: notes::unknown("", &fields, &TASK) })
+        Some(Self { entries, notes: notes::unknown("", &fields, &TASK, faults) })
     }
 }
 
@@ -148,14 +148,19 @@ impl Entry {
         let plugin = fields.among(&["behavior_type", "type_plugin"]).into_iter().next();
         if kind == Some(Kind::Behavior) && plugin.is_none() {
             let message = "a behavior lacks the key `behavior_type`".to_owned();
-            faults.push(fields.spot(), &nothing.name.value, message, Some("its plugin".to_owned()));
+            faults.push(
+                fields.spot(),
+                &nothing.name.value,
+                message,
+                Some("its plugin, such as dhtt_plugins::TestBehavior".to_owned()),
+            );
         }
         let mut entry = Self {
             kind,
             parent: fields.get("parent").and_then(|item| parent(item, faults)),
             plugin: plugin.and_then(|item| item.path("the name of a plugin", faults)),
             robot: fields.get("robot").and_then(|item| robot(item, faults)),
-            notes: notes::unknown(&nothing.name.value, &fields, &NODE),
+            notes: notes::unknown(&nothing.name.value, &fields, &NODE, faults),
             ..nothing
         };
         entry.read_params(&fields, faults);

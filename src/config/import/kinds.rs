@@ -1,6 +1,6 @@
 //! The kinds of behavior of a mission, one for each plugin, with a parameter for all that its nodes tell.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::reader::MAX_NAME_BYTES;
 use super::super::task::RESERVED;
@@ -9,6 +9,8 @@ use super::notes::{Note, is_template, line};
 
 /// Kinds that every mission has.
 const BUILT_IN: [&str; 3] = ["move", "pick", "place"];
+/// Longest name of a kind, so that its label has room for parameters.
+const MAX_KIND_BYTES: usize = 48;
 /// What a plugin is called whose own name cannot be that of a kind.
 const NAMELESS: &str = "behavior";
 
@@ -37,6 +39,9 @@ pub(super) struct TextDraft {
 pub(super) struct Kinds {
     list: Vec<KindDraft>,
     by_plugin: BTreeMap<String, usize>,
+    names: BTreeSet<String>,
+    /// The last number behind each name that several plugins have.
+    numbers: BTreeMap<String, u32>,
 }
 
 impl Kinds {
@@ -102,16 +107,23 @@ impl Kinds {
         &mut self.list[index]
     }
 
-    /// The last part of the plugin's name, all of it, or one with a number: the first that is free.
-    fn name(&self, plugin: &str) -> String {
+    /// The last part of the plugin's name, or all of it; with a number if others have that.
+    fn name(&mut self, plugin: &str) -> String {
         let last = plugin.rsplit("::").next().unwrap_or_default();
-        let plain = [last, plugin].into_iter().find(|name| is_name(name)).unwrap_or(NAMELESS);
-        let numbered = (2..).map(|number| format!("{plain} {number}"));
-        let mut names = [plain, plugin].map(str::to_owned).into_iter().chain(numbered);
-        let is_taken = |name: &str| {
-            RESERVED.contains(&name) || BUILT_IN.contains(&name) || self.list.iter().any(|kind| kind.name == name)
-        };
-        names.find(|name| is_name(name) && !is_taken(name)).unwrap_or_else(|| NAMELESS.to_owned())
+        let plain = if is_name(last) { last } else { NAMELESS };
+        let is_free = |name: &&str| is_name(name) && !is_taken(name) && !self.names.contains(*name);
+        if let Some(free) = [last, plugin, plain].into_iter().find(is_free) {
+            self.names.insert(free.to_owned());
+            return free.to_owned();
+        }
+        let number = self.numbers.entry(plain.to_owned()).or_insert(1);
+        loop {
+            *number += 1;
+            let name = format!("{plain} {number}");
+            if self.names.insert(name.clone()) {
+                return name;
+            }
+        }
     }
 }
 
@@ -139,7 +151,12 @@ fn misfit(Param { key, value, .. }: &Param) -> Option<String> {
     }
 }
 
+/// Whether a name means something else already.
+fn is_taken(name: &str) -> bool {
+    RESERVED.contains(&name) || BUILT_IN.contains(&name)
+}
+
 fn is_name(text: &str) -> bool {
-    let is_short = !text.trim().is_empty() && text.len() <= MAX_NAME_BYTES / 2;
+    let is_short = !text.trim().is_empty() && text.len() <= MAX_KIND_BYTES;
     is_short && !text.chars().any(char::is_control) && !is_template(text)
 }

@@ -40,6 +40,8 @@ pub struct Imported {
     pub text: String,
     /// A robot file that the mission names and that is not there yet.
     pub beside: Option<Beside>,
+    /// Whether the text is a mission; else it is a robot file.
+    pub is_mission: bool,
     /// What it is, in a few words.
     pub summary: String,
     /// What is not carried over.
@@ -63,6 +65,9 @@ pub enum ImportError {
     /// The files have mistakes.
     #[error(transparent)]
     Faulty(ConfigError),
+    /// The mission would be larger than a file may be.
+    #[error("the mission would have {0} bytes, and more than {MAX_BYTES} are not read")]
+    TooLarge(usize),
     /// The files are sound, and what was made of them is not.
     #[error("what was made of the file does not load")]
     Defect(#[source] ConfigError),
@@ -192,7 +197,7 @@ fn robot_file(draft: Option<RobotDraft>, faults: Faults) -> Result<Imported, Imp
     let text = draft.text();
     load_robot(&text).map_err(ImportError::Defect)?;
     let summary = format!("a robot of {}", counted(draft.count(), "resource"));
-    Ok(Imported { text, beside: None, summary, warnings, unshown })
+    Ok(Imported { text, beside: None, is_mission: false, summary, warnings, unshown })
 }
 
 fn mission_file(
@@ -219,12 +224,15 @@ fn mission_file(
     let (warnings, unshown) = warnings(&notes, faults)?;
     let title = Title { file: &file_name(path), mission: &stem(path), robot: &named };
     let text = mission::text(&title, &draft);
+    if text.len() as u64 > MAX_BYTES {
+        return Err(ImportError::TooLarge(text.len()));
+    }
     let mission = load(&text, robot, &draft).map_err(ImportError::Defect)?;
     let behaviors = counted(mission.tree.leaves().count(), "behavior");
     let kinds = counted(draft.kinds.len(), "kind");
     let nodes = counted(mission.tree.nodes.len() - 1, "node");
     let summary = format!("a mission of {nodes}: {behaviors} of {kinds}");
-    Ok(Imported { text, beside, summary, warnings, unshown })
+    Ok(Imported { text, beside, is_mission: true, summary, warnings, unshown })
 }
 
 fn load_robot(text: &str) -> Result<RobotFile, ConfigError> {
@@ -242,9 +250,6 @@ fn load(text: &str, robot: RobotFile, draft: &Draft) -> Result<MissionSpec, Conf
     let fields = main.and_then(|main| main.fields(&MISSION, &mut faults));
     let mission = fields.and_then(|fields| with_robot(&files, &fields, Some(robot), &mut faults));
     let spot = main.map_or_else(Spot::default, |main| main.spot);
-    if text.len() as u64 > MAX_BYTES {
-        faults.push(spot, "", format!("it is larger than {MAX_BYTES} bytes"), None);
-    }
     if let Some(mission) = &mission
         && mission.names.nodes[1..] != draft.top.names()
     {

@@ -8,8 +8,8 @@ use super::super::template::{Piece, pieces};
 
 /// Longest piece of a foreign file in one line, letters.
 const MAX_SHOWN: usize = 200;
-/// So many mistakes are shown at most; to look for what was meant takes long when there are thousands of names.
-const MAX_SUGGESTED: usize = 100;
+/// So many mistakes are told with what was meant, since to look for it takes long among thousands of names.
+const MAX_SUGGESTED: usize = 30;
 
 /// Keys that dHTT knows and Ambidex has nothing like, with the reason.
 const FOREIGN: &[(&str, &str)] = &[
@@ -38,9 +38,15 @@ impl Note {
     }
 }
 
-/// Every key of a map that its form does not know.
-pub(super) fn unknown(of: &str, fields: &Fields<'_>, shape: &'static Shape) -> Vec<Note> {
+/// Every key of a map that its form does not know; where a key is lacking, such a one is a mistake.
+pub(super) fn unknown(of: &str, fields: &Fields<'_>, shape: &'static Shape, faults: &mut Faults) -> Vec<Note> {
     let keys: Vec<_> = shape.keys().collect();
+    if shape.fields.iter().any(|field| field.is_required && fields.get(field.key).is_none()) {
+        for (key, _) in fields.others(&keys) {
+            fields.unknown(key, keys.iter().copied(), faults);
+        }
+        return Vec::new();
+    }
     let note = |key: &str, spot, value: &Node| {
         let written = format!("`{}: {}` is left out", line(key), line(&flow(value)));
         let (message, help) = match FOREIGN.iter().find(|(foreign, _)| *foreign == key) {

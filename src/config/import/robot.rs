@@ -81,7 +81,7 @@ impl RobotDraft {
         let fields = file.fields(&ROBOT, faults)?;
         let robot = fields.get("robot_name").and_then(|item| item.name("the name of the robot", faults));
         let of = fields.get("robot_resources")?.fields(&RESOURCES, faults)?;
-        let mut notes = notes::unknown("", &fields, &ROBOT);
+        let mut notes = notes::unknown("", &fields, &ROBOT, faults);
         let mut entries = entries(&of, &mut notes);
         entries.sort_by_key(|(number, ..)| *number);
         check_count(&of, entries.len(), faults);
@@ -167,6 +167,6 @@ fn resource(key: &str, item: Item<'_>, notes: &mut Vec<Note>, faults: &mut Fault
             None
         }
     });
-    notes.extend(notes::unknown(key, &fields, &RESOURCE));
+    notes.extend(notes::unknown(key, &fields, &RESOURCE, faults));
     Some((name?, ty?))
 }

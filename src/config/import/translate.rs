@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::super::document::Spot;
 use super::form::{Entry, Kind, POTENTIAL_KEY, Param, Task};
 use super::kinds::{KindDraft, Kinds};
 use super::notes::{Note, line};
@@ -45,10 +46,11 @@ pub(super) enum Is {
 /// Translates a task whose tree is sound.
 pub(super) fn translate(task: &Task, tree: &Tree) -> Draft {
     let kinds = Kinds::of(&task.entries);
-    let mut translation = Translation { entries: &task.entries, tree, kinds: &kinds, notes: Vec::new() };
+    let robot = task.entries.iter().find_map(|entry| entry.robot.as_ref());
+    let mut translation = Translation { entries: &task.entries, tree, kinds: &kinds, robot, notes: Vec::new() };
     let top = translation.node(tree.top);
     let mut notes = translation.notes;
-    let of_all: Vec<Note> = robots(&task.entries).into_iter().chain(task.notes.iter().cloned()).collect();
+    let of_all: Vec<Note> = robot.map(of_robot).into_iter().chain(task.notes.iter().cloned()).collect();
     let comments = of_all.iter().map(Note::comment).collect();
     notes.extend(of_all);
     Draft { named: named(&task.entries, &kinds), kinds: kinds.into_list(), top, comments, notes }
@@ -69,6 +71,8 @@ struct Translation<'a> {
     entries: &'a [Entry],
     tree: &'a Tree,
     kinds: &'a Kinds,
+    /// The first that a node is for.
+    robot: Option<&'a (String, Spot)>,
     notes: Vec<Note>,
 }
 
@@ -76,7 +80,7 @@ impl Translation<'_> {
     fn node(&mut self, at: usize) -> NodeDraft {
         let entry = &self.entries[at];
         let mut notes = entry.notes.clone();
-        notes.extend(other_robot(entry, self.entries));
+        notes.extend(other_robot(entry, self.robot));
         let is = match entry.kind.and_then(Kind::word) {
             Some(word) => {
                 notes.extend(of_composite(entry, word));
@@ -152,16 +156,15 @@ fn of_zero(entry: &Entry) -> Option<Note> {
     Some(Note::new(&entry.name.value, entry.name.spot, message, Some(help)))
 }
 
-/// Said once: the robot that all nodes, or the first ones, are for.
-fn robots(entries: &[Entry]) -> Option<Note> {
-    let (robot, spot) = entries.iter().find_map(|entry| entry.robot.as_ref())?;
+/// Said once, at the first node.
+fn of_robot((robot, spot): &(String, Spot)) -> Note {
     let message = format!("`robot: {}` is left out wherever it stands", line(robot));
-    Some(Note::new("", *spot, message, Some(ONE_ROBOT.to_owned())))
+    Note::new("", *spot, message, Some(ONE_ROBOT.to_owned()))
 }
 
 /// Said at each node that is for another robot than the first.
-fn other_robot(entry: &Entry, entries: &[Entry]) -> Option<Note> {
-    let (first, _) = entries.iter().find_map(|entry| entry.robot.as_ref())?;
+fn other_robot(entry: &Entry, first: Option<&(String, Spot)>) -> Option<Note> {
+    let (first, _) = first?;
     let (robot, spot) = entry.robot.as_ref().filter(|(robot, _)| robot != first)?;
     let message = format!("`robot: {}` is left out, though other nodes are for robot {}", line(robot), line(first));
     Some(Note::new(&entry.name.value, *spot, message, Some(ONE_ROBOT.to_owned())))

@@ -2,6 +2,7 @@
 
 mod hostile;
 mod mistakes;
+mod potentials;
 mod shipped;
 
 use std::fs;
