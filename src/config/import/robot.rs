@@ -110,8 +110,8 @@ impl RobotDraft {
         let mut lines = Lines::default();
         lines.comment(0, &self.origin);
         for note in &self.notes {
-            let of = if note.of.is_empty() { String::new() } else { format!("{}: ", note.of) };
-            lines.comment(0, &format!("{of}{}", note.comment()));
+            let of = if note.of.is_empty() { String::new() } else { format!(" {}:", note.of) };
+            lines.comment(0, &format!("dHTT:{of} {}", note.message));
         }
         lines.comment(0, STILL);
         lines.line(0, &format!("robot: {}", scalar(&self.name)));
