@@ -11,6 +11,7 @@ use clap_complete::Shell;
 
 use crate::check::{CheckArgs, SchemaArgs};
 use crate::explain::ExplainArgs;
+use crate::import::ImportArgs;
 use crate::status::StatusArgs;
 use crate::timeline::TimelineArgs;
 use crate::trace::TraceArgs;
@@ -66,6 +67,8 @@ pub enum Verb {
     Trace(TraceArgs),
     /// Say in sentences what happened in a run and why, or why one behavior ran or did not.
     Explain(ExplainArgs),
+    /// Turn a task file or a robot file of the dHTT software into one of Ambidex.
+    Import(ImportArgs),
     /// Print a completion script for a shell.
     Completions {
         /// Which shell.

@@ -8,6 +8,7 @@ mod controller;
 mod exit;
 mod explain;
 mod following;
+mod import;
 mod log;
 mod mission;
 mod observer;
@@ -43,6 +44,7 @@ fn main() -> ExitCode {
         Verb::Tree(args) => tree::tree(&args),
         Verb::Trace(args) => trace::trace(&args),
         Verb::Explain(args) => explain::explain(&args),
+        Verb::Import(args) => import::import(&args),
         Verb::Completions { shell } => {
             clap_complete::generate(shell, &mut Cli::command(), "ambidex", &mut std::io::stdout());
             Ok(Exit::Done)

@@ -58,11 +58,11 @@ pub(super) struct Files {
 impl Files {
     /// The behaviors of the paper, then a file and everything that it includes, each once.
     pub(super) fn with_includes(path: &Path, faults: &mut Faults) -> Self {
-        let mut files = Self::default();
         // The file of the paper's behaviors may be checked itself.
-        if !text(path).is_ok_and(|text| text == PAPER) {
-            files.list.push((PathBuf::new(), parse(PAPER_NAME, PAPER.to_owned(), faults)));
-        }
+        let mut files = match text(path) {
+            Ok(text) if text == PAPER => Self::default(),
+            Ok(_) | Err(_) => Self::of_paper(faults),
+        };
         files.open(path, None, faults);
         let mut next = files.list.len() - 1;
         while next < files.list.len() {
@@ -84,11 +84,24 @@ impl Files {
         files
     }
 
+    /// The behaviors of the paper, then a text that is no file.
+    pub(super) fn of_text(name: &str, text: String, faults: &mut Faults) -> Self {
+        let mut files = Self::of_paper(faults);
+        let node = parse(name, text, faults);
+        files.list.push((PathBuf::from(name), node));
+        files
+    }
+
     /// A file alone.
     pub(super) fn alone(path: &Path, named: Option<&Name>, faults: &mut Faults) -> Self {
         let mut files = Self::default();
         files.open(path, named, faults);
         files
+    }
+
+    fn of_paper(faults: &mut Faults) -> Self {
+        let paper = parse(PAPER_NAME, PAPER.to_owned(), faults);
+        Self { list: vec![(PathBuf::new(), paper)] }
     }
 
     fn open(&mut self, path: &Path, named: Option<&Name>, faults: &mut Faults) {

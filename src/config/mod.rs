@@ -3,6 +3,7 @@
 mod document;
 mod fault;
 mod files;
+mod import;
 mod kinds;
 mod names;
 mod outlook;
@@ -23,6 +24,7 @@ mod world;
 use std::path::{Path, PathBuf};
 
 pub use fault::{ConfigError, Fault};
+pub use import::{Beside, ImportError, Imported, import};
 pub use robot::RobotFile;
 pub use schema::{Format, schema};
 
@@ -117,9 +119,6 @@ fn mission(
     faults: &mut Faults,
 ) -> Option<(MissionSpec, PathBuf)> {
     let fields = main.fields(&MISSION, faults)?;
-    let name = fields.get("mission").and_then(|item| item.name("the name of the mission", faults));
-    let (kinds, mut subtrees) = declared(files, &fields, faults);
-    let raw_world = fields.get("world").and_then(|item| raw::World::read(item, faults));
     let robot_name = fields.get("robot").and_then(|item| item.path("the path of a robot file", faults));
     let robot_path = match robot_override {
         Some(path) => Some(path.to_owned()),
@@ -127,6 +126,20 @@ fn mission(
     };
     let named = robot_name.as_ref().filter(|_| robot_override.is_none());
     let robot = robot_path.as_ref().and_then(|path| read_robot(path, named, faults));
+    let mission = with_robot(files, &fields, robot, faults);
+    Some((mission?, robot_path?))
+}
+
+/// A mission file with its libraries, for a robot.
+fn with_robot<'a>(
+    files: &'a Files,
+    fields: &Fields<'a>,
+    robot: Option<RobotFile>,
+    faults: &mut Faults,
+) -> Option<MissionSpec> {
+    let name = fields.get("mission").and_then(|item| item.name("the name of the mission", faults));
+    let (kinds, mut subtrees) = declared(files, fields, faults);
+    let raw_world = fields.get("world").and_then(|item| raw::World::read(item, faults));
     let robot_names = robot.as_ref().map(RobotNames::of);
     let world_names = raw_world.as_ref().map(WorldNames::of);
     let world = raw_world.zip(world_names.as_ref()).and_then(|(raw, names)| world::build(raw, names, faults));
@@ -155,7 +168,7 @@ fn mission(
         },
     };
     outlook::look(&mission, &task.spots, faults);
-    Some((mission, robot_path?))
+    Some(mission)
 }
 
 /// A library by itself: names of a world are not known in it.

@@ -140,6 +140,7 @@ meanings! {
     place, Place, PlaceId;
     resource, Resource, ResourceId;
     ty, Kind, TypeId;
+    number, Number, f64;
     offset, Offset, [f64; 2];
 }
 

@@ -10,7 +10,7 @@ use super::shape::{Form, Shape};
 use crate::model::suggestion;
 
 /// Longest name, bytes.
-const MAX_NAME_BYTES: usize = 64;
+pub(super) const MAX_NAME_BYTES: usize = 64;
 
 /// A value with the key that it stands under.
 #[derive(Debug, Clone, Copy)]
@@ -82,6 +82,11 @@ impl<'a> Item<'a> {
     /// Whether it is a map.
     pub(super) fn is_map(&self) -> bool {
         matches!(self.value, Value::Map(_))
+    }
+
+    /// Whether it is a list.
+    pub(super) fn is_list(&self) -> bool {
+        matches!(self.value, Value::List(_))
     }
 
     /// The keys of a map; none of anything else.

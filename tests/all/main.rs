@@ -8,6 +8,7 @@ mod dispatching;
 mod driver;
 mod fixtures;
 mod home;
+mod importing;
 mod journals;
 mod live;
 mod pictures;

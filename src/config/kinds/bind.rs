@@ -195,6 +195,7 @@ impl Bound<'_, '_> {
                 return Some(Potential::Nearness { to, floor_m: self.binder.world.tolerance_m, scale_by });
             }
             Base::Constant(value) => *value,
+            Base::Parameter(index) => self.arguments[*index].as_ref()?.value.number()?,
             Base::High => self.high(),
             Base::Table { by, values, otherwise } => {
                 let argument = self.arguments[*by].as_ref();

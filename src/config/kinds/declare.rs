@@ -241,6 +241,9 @@ impl Terms<'_> {
         if item.text() == Some("high") {
             return Some(Base::High);
         }
+        if item.text().and_then(template::parameter).is_some() {
+            return self.slot(item, Type::Number)?.parameter.map(Base::Parameter);
+        }
         item.quantity(&POTENTIAL, self.faults).map(Base::Constant)
     }
 

@@ -109,9 +109,15 @@ struct PotentialTerm {
 #[derive(Debug)]
 enum Base {
     Constant(f64),
+    /// The number that an argument tells.
+    Parameter(usize),
     High,
     Nearness(Stand),
-    Table { by: usize, values: BTreeMap<String, f64>, otherwise: f64 },
+    Table {
+        by: usize,
+        values: BTreeMap<String, f64>,
+        otherwise: f64,
+    },
 }
 
 #[derive(Debug)]

@@ -11,6 +11,9 @@ const CONDITIONS: Form = Form::List(&Form::Map(&CONDITION));
 /// A place, or a place with an offset of its stand.
 const STAND: Form = Form::Either(&[Form::Word, Form::Map(&STAND_OF)]);
 
+/// A number, `high`, or a parameter that stands for a number.
+const CONSTANT: Form = Form::Either(&[Form::Quantity(&POTENTIAL), Form::Words(&["high"]), Form::Word]);
+
 /// A declared behavior.
 pub(in super::super) static BEHAVIOR: Shape = Shape::new(
     "a behavior",
@@ -25,8 +28,9 @@ pub(in super::super) static BEHAVIOR: Shape = Shape::new(
         ),
         required(
             "potential",
-            "How efficient it looks to run it now: a number, `high` (above all that is told by nearness), or more.",
-            Form::Either(&[Form::Quantity(&POTENTIAL), Form::Words(&["high"]), Form::Map(&POTENTIAL_OF)]),
+            "How efficient it looks to run it now: a number, one that a node tells (`$name`), `high` (above all that is \
+             told by nearness), or more.",
+            Form::Either(&[CONSTANT, Form::Map(&POTENTIAL_OF)]),
         ),
         optional("goal", "When it is done; without it only by running.", CONDITIONS),
         optional("precondition", "What must be so for it to run.", CONDITIONS),
@@ -72,7 +76,7 @@ pub(super) static POTENTIAL_OF: Shape = Shape::new(
     "a potential",
     "An activation potential.",
     &[
-        optional("constant", "Always the same.", Form::Either(&[Form::Quantity(&POTENTIAL), Form::Words(&["high"])])),
+        optional("constant", "Always the same.", CONSTANT),
         optional("nearness", "One over the distance of the base to there, in metres (equation 1).", STAND),
         optional("table", "A number for each argument.", Form::Map(&TABLE)),
         optional("scale_by", "Times the free resources of this type.", Form::Word),

@@ -5,6 +5,7 @@ mod hostile;
 mod mistakes;
 mod mutations;
 mod outlook;
+mod potentials;
 mod shipped;
 
 use std::fs;

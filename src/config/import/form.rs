@@ -1,0 +1,274 @@
+//! The form of a dHTT task file: what stands in it, with every name still as written.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::super::document::{Located, Spot, Value};
+use super::super::fault::Faults;
+use super::super::quantity::POTENTIAL;
+use super::super::reader::{Fields, Item, Name};
+use super::super::shape::{Form, Shape, optional, required};
+use super::notes::{self, Note};
+
+/// The parameter that gives a behavior its potential.
+pub(super) const POTENTIAL_KEY: &str = "activation_potential";
+/// The `parent` of the topmost node.
+const NO_PARENT: &str = "NONE";
+/// What every tree has above its topmost node.
+const ROOT: &str = "root";
+
+const WORDS: Form = Form::List(&Form::Word);
+
+/// A task file.
+static TASK: Shape = Shape {
+    others: Some(Form::Arguments),
+    ..Shape::new(
+        "a dHTT task",
+        "A tree of nodes.",
+        &[
+            required("NodeList", "The names of all nodes; the children of a node stand in its order.", WORDS),
+            required("Nodes", "What each node is, by name.", Form::Each(&Form::Map(&NODE))),
+        ],
+    )
+};
+
+/// An entry of `Nodes`.
+static NODE: Shape = Shape {
+    others: Some(Form::Arguments),
+    ..Shape::new(
+        "a dHTT node",
+        "A node of the tree.",
+        &[
+            required("type", "1 (AND), 2 (THEN), 3 (OR) or 4 (a behavior).", Form::Count(4)),
+            required("parent", "The name of the node above it, or NONE for the topmost.", Form::Word),
+            optional("behavior_type", "Its plugin.", Form::Word),
+            optional("type_plugin", "Its plugin, as older files call it.", Form::Word),
+            optional("robot", "The robot that it is for.", Form::Word),
+            optional("params", "Texts such as 'object: cup'.", WORDS),
+        ],
+    )
+};
+
+/// What a node is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    And,
+    Then,
+    Or,
+    Behavior,
+}
+
+impl Kind {
+    /// How missions write it; none for a behavior, which is written by its kind.
+    pub(super) fn word(self) -> Option<&'static str> {
+        match self {
+            Self::And => Some("and"),
+            Self::Then => Some("then"),
+            Self::Or => Some("or"),
+            Self::Behavior => None,
+        }
+    }
+}
+
+/// What a node hangs from.
+#[derive(Debug)]
+pub(super) enum Parent {
+    /// Nothing: it is the topmost.
+    None(Spot),
+    Node(Name),
+}
+
+/// A node as written; a part that is wrong is none and has its fault.
+#[derive(Debug)]
+pub(super) struct Entry {
+    pub(super) name: Name,
+    pub(super) kind: Option<Kind>,
+    pub(super) parent: Option<Parent>,
+    /// A behavior always has one.
+    pub(super) plugin: Option<Name>,
+    pub(super) robot: Option<(String, Spot)>,
+    pub(super) potential: Option<f64>,
+    /// All parameters but the potential, each key once.
+    pub(super) params: Vec<Param>,
+    /// What is not of the form.
+    pub(super) notes: Vec<Note>,
+}
+
+/// A parameter of a node.
+#[derive(Debug, Clone)]
+pub(super) struct Param {
+    pub(super) key: String,
+    pub(super) value: String,
+    pub(super) spot: Spot,
+}
+
+/// A whole file.
+#[derive(Debug)]
+pub(super) struct Task {
+    /// In the order of `NodeList`.
+    pub(super) entries: Vec<Entry>,
+    /// What is not of the form.
+    pub(super) notes: Vec<Note>,
+}
+
+impl Task {
+    /// Reads a task file; `None` when it is no map.
+    pub(super) fn read(file: Item<'_>, faults: &mut Faults) -> Option<Self> {
+        let fields = file.fields(&TASK, faults)?;
+        let listed = fields.get("NodeList").and_then(|item| item.list("a list of the names of nodes", faults));
+        let nodes = fields.get("Nodes").and_then(|item| item.named("a map of nodes", faults));
+        if let (Some(listed), Some(nodes)) = (&listed, &nodes) {
+            check_list(listed, nodes, faults);
+        }
+        let listed = listed.unwrap_or_default();
+        let places: BTreeMap<&str, usize> =
+            listed.iter().enumerate().rev().filter_map(|(at, item)| Some((item.text()?, at))).collect();
+        let nodes = nodes.unwrap_or_default().into_iter();
+        let mut entries: Vec<_> = nodes.map(|(name, item)| Entry::read(name, item, faults)).collect();
+        entries.sort_by_key(|entry| places.get(entry.name.value.as_str()).copied());
+        Some(Self { entries, notes: notes::unknown("", &fields, &TASK, faults) })
+    }
+}
+
+impl Entry {
+    fn read(name: Name, item: Item<'_>, faults: &mut Faults) -> Self {
+        let nothing = Self {
+            name,
+            kind: None,
+            parent: None,
+            plugin: None,
+            robot: None,
+            potential: None,
+            params: Vec::new(),
+            notes: Vec::new(),
+        };
+        let Some(fields) = item.fields(&NODE, faults) else {
+            return nothing;
+        };
+        let kind = fields.get("type").and_then(|item| kind(item, faults));
+        let plugin = fields.among(&["behavior_type", "type_plugin"]).into_iter().next();
+        if kind == Some(Kind::Behavior) && plugin.is_none() {
+            let message = "a behavior lacks the key `behavior_type`".to_owned();
+            faults.push(
+                fields.spot(),
+                &nothing.name.value,
+                message,
+                Some("its plugin, such as dhtt_plugins::TestBehavior".to_owned()),
+            );
+        }
+        let mut entry = Self {
+            kind,
+            parent: fields.get("parent").and_then(|item| parent(item, faults)),
+            plugin: plugin.and_then(|item| item.path("the name of a plugin", faults)),
+            robot: fields.get("robot").and_then(|item| robot(item, faults)),
+            notes: notes::unknown(&nothing.name.value, &fields, &NODE, faults),
+            ..nothing
+        };
+        entry.read_params(&fields, faults);
+        entry
+    }
+
+    fn read_params(&mut self, fields: &Fields<'_>, faults: &mut Faults) {
+        let Some(params) = fields.get("params").filter(|item| !item.is_nothing()) else {
+            return;
+        };
+        if !params.is_list() {
+            return params.wrong("a list of texts such as 'object: cup'", faults);
+        }
+        let mut seen = BTreeSet::new();
+        for item in params.each() {
+            let Some((key, value)) = param(item, faults) else { continue };
+            let is_first = seen.insert(key);
+            if key == POTENTIAL_KEY && !is_first {
+                let message = format!("`{POTENTIAL_KEY}` comes twice");
+                faults.push(item.spot, "params", message, None);
+            } else if key == POTENTIAL_KEY {
+                let number = Value::Scalar { text: value.to_owned(), number: None };
+                let number = Located { value: number, spot: item.spot };
+                self.potential = Item::of(POTENTIAL_KEY, &number).quantity(&POTENTIAL, faults);
+            } else if is_first {
+                self.params.push(Param { key: key.to_owned(), value: value.to_owned(), spot: item.spot });
+            } else {
+                let message = format!("`{key}` comes twice: `{key}: {value}` is left out");
+                self.notes.push(Note::new(&self.name.value, item.spot, message, None));
+            }
+        }
+    }
+}
+
+/// Each node is listed once, and each that is listed is there.
+fn check_list(listed: &[Item<'_>], nodes: &[(Name, Item<'_>)], faults: &mut Faults) {
+    let there: BTreeSet<&str> = nodes.iter().map(|(name, _)| name.value.as_str()).collect();
+    let mut seen = BTreeSet::new();
+    for item in listed {
+        let Some(name) = item.name("the name of a node", faults) else { continue };
+        if !there.contains(name.value.as_str()) {
+            let message = format!("`{}` has no entry in `Nodes`", name.value);
+            let help = notes::suggested(&name.value, "node", there.iter().copied(), faults);
+            faults.push(name.spot, "NodeList", message, help);
+        }
+        if !seen.insert(name.value.clone()) {
+            let message = format!("`{}` comes twice", name.value);
+            faults.push(name.spot, "NodeList", message, None);
+        }
+    }
+    for (name, _) in nodes {
+        if !seen.contains(&name.value) {
+            let message = "not in `NodeList`".to_owned();
+            let help = "add it there, where it belongs among the children of its parent".to_owned();
+            faults.push(name.spot, &name.value, message, Some(help));
+        }
+        if name.value == ROOT || notes::is_template(&name.value) {
+            let message = format!("a node cannot be called `{}`", name.value);
+            let help = "`root` stands above every tree, and `$` for an argument: rename it".to_owned();
+            faults.push(name.spot, &name.value, message, Some(help));
+        }
+    }
+}
+
+fn kind(item: Item<'_>, faults: &mut Faults) -> Option<Kind> {
+    let (message, help) = match item.text() {
+        Some("1") => return Some(Kind::And),
+        Some("2") => return Some(Kind::Then),
+        Some("3") => return Some(Kind::Or),
+        Some("4") => return Some(Kind::Behavior),
+        Some("0") => ("type 0 is the root, which every tree has of itself", "leave the node out"),
+        Some("5") => (
+            "type 5 is the tree of another file, which is not followed",
+            "write the nodes of that file in its place, or import that file by itself",
+        ),
+        Some(_) | None => {
+            item.wrong("1 (AND), 2 (THEN), 3 (OR) or 4 (a behavior)", faults);
+            return None;
+        }
+    };
+    faults.push(item.spot, item.key, message.to_owned(), Some(help.to_owned()));
+    None
+}
+
+fn parent(item: Item<'_>, faults: &mut Faults) -> Option<Parent> {
+    let name = item.name("the name of a node, or NONE for the topmost", faults)?;
+    Some(if name.value == NO_PARENT { Parent::None(name.spot) } else { Parent::Node(name) })
+}
+
+fn robot(item: Item<'_>, faults: &mut Faults) -> Option<(String, Spot)> {
+    if item.text().is_none() {
+        item.wrong("the number or the name of a robot", faults);
+    }
+    Some((item.text()?.to_owned(), item.spot))
+}
+
+/// A text 'key: value' as its two halves.
+fn param<'a>(item: Item<'a>, faults: &mut Faults) -> Option<(&'a str, &'a str)> {
+    const HELP: &str = "write it in quotes, with a colon: 'object: cup'";
+    let halves = item.text().and_then(|text| text.split_once(':'));
+    let halves = halves.map(|(key, value)| (key.trim(), value.trim()));
+    let found = halves.filter(|(key, value)| !key.is_empty() && !value.is_empty());
+    if found.is_none() {
+        let message = match item.text() {
+            Some(text) => format!("`{}` is not of the form 'key: value'", notes::line(text)),
+            None => "a parameter is a text of the form 'key: value'".to_owned(),
+        };
+        faults.push(item.spot, item.key, message, Some(HELP.to_owned()));
+    }
+    found
+}

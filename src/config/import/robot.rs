@@ -1,0 +1,172 @@
+//! The form of a dHTT robot file, and what becomes of it: resources that nothing moves.
+
+use std::collections::BTreeSet;
+
+use super::super::fault::Faults;
+use super::super::reader::{Fields, Item, Name};
+use super::super::shape::{Form, Shape, optional, required};
+use super::notes::{self, Note, line};
+use super::write::{Lines, scalar};
+
+/// Half the width of a robot that nobody has measured, metres.
+const RADIUS: &str = "0.5 m";
+/// Keys of resources begin so; a number follows.
+const RESOURCE_KEY: &str = "resource_";
+const MAX_RESOURCES: u32 = 1000;
+
+const STILL: &str = "How its parts move is not known: they count as resources, and nothing moves them. For a robot \
+                     that moves, name the `controller` of each, and describe it under `controllers`.";
+
+/// A robot file.
+static ROBOT: Shape = Shape {
+    others: Some(Form::Arguments),
+    ..Shape::new(
+        "a dHTT robot",
+        "A robot as a set of resources.",
+        &[
+            optional("robot_name", "Its name.", Form::Word),
+            required("robot_resources", "Its resources: resource_0, resource_1 …", Form::Map(&RESOURCES)),
+        ],
+    )
+};
+
+static RESOURCES: Shape = Shape {
+    others: Some(Form::Map(&RESOURCE)),
+    ..Shape::new(
+        "the resources",
+        "Resources by number.",
+        &[optional("number_of_resources", "How many there are.", Form::Count(MAX_RESOURCES))],
+    )
+};
+
+static RESOURCE: Shape = Shape {
+    others: Some(Form::Arguments),
+    ..Shape::new(
+        "a dHTT resource",
+        "A resource.",
+        &[
+            required("type", "1 (a gripper), 2 (a head) or 3 (a base).", Form::Count(3)),
+            required("name", "What it is called.", Form::Word),
+        ],
+    )
+};
+
+/// A robot before it is written.
+#[derive(Debug)]
+pub(super) struct RobotDraft {
+    name: String,
+    /// Name and type of each.
+    resources: Vec<(String, &'static str)>,
+    /// Where it comes from.
+    origin: String,
+    /// What is not carried over.
+    pub(super) notes: Vec<Note>,
+}
+
+impl RobotDraft {
+    /// The robot for a task that comes without one.
+    pub(super) fn usual() -> Self {
+        let resources = [("left_gripper", "gripper"), ("right_gripper", "gripper"), ("head", "head"), ("base", "base")];
+        Self {
+            name: "imported".to_owned(),
+            resources: resources.map(|(name, ty)| (name.to_owned(), ty)).to_vec(),
+            origin: "The import was given no robot: here is one with two grippers, a head and a base.".to_owned(),
+            notes: Vec::new(),
+        }
+    }
+
+    /// Reads a robot file; `name` is for one that has none.
+    pub(super) fn read(file: Item<'_>, file_name: &str, name: &str, faults: &mut Faults) -> Option<Self> {
+        let before = faults.errors();
+        let fields = file.fields(&ROBOT, faults)?;
+        let robot = fields.get("robot_name").and_then(|item| item.name("the name of the robot", faults));
+        let of = fields.get("robot_resources")?.fields(&RESOURCES, faults)?;
+        let mut notes = notes::unknown("", &fields, &ROBOT, faults);
+        let mut entries = entries(&of, &mut notes);
+        entries.sort_by_key(|(number, ..)| *number);
+        check_count(&of, entries.len(), faults);
+        let mut seen = BTreeSet::new();
+        let mut resources = Vec::new();
+        for (_, key, item) in entries {
+            let Some((name, ty)) = resource(&key, item, &mut notes, faults) else { continue };
+            if !seen.insert(name.value.clone()) {
+                let message = format!("another resource is called `{}`", name.value);
+                faults.push(name.spot, &key, message, None);
+            }
+            resources.push((name.value, ty));
+        }
+        let name = robot.map_or_else(|| name.to_owned(), |name| name.value);
+        let origin = format!("Imported from {}, a robot file of the dHTT software.", line(file_name));
+        (faults.errors() == before).then_some(Self { name, resources, origin, notes })
+    }
+
+    /// How many resources there are.
+    pub(super) fn count(&self) -> usize {
+        self.resources.len()
+    }
+
+    /// The robot file.
+    pub(super) fn text(&self) -> String {
+        let mut lines = Lines::default();
+        lines.comment(0, &self.origin);
+        for note in &self.notes {
+            let of = if note.of.is_empty() { String::new() } else { format!(" {}:", note.of) };
+            lines.comment(0, &format!("dHTT:{of} {}", note.message));
+        }
+        lines.comment(0, STILL);
+        lines.line(0, &format!("robot: {}", scalar(&self.name)));
+        lines.line(0, &format!("radius: {RADIUS}    # a guess: only driving around obstacles needs it"));
+        lines.line(0, "resources:");
+        for (name, ty) in &self.resources {
+            lines.line(1, &format!("{}: {{type: {ty}}}", scalar(name)));
+        }
+        lines.into_text()
+    }
+}
+
+/// The resources with their numbers; any other key is noted.
+fn entries<'a>(of: &Fields<'a>, notes: &mut Vec<Note>) -> Vec<(u32, String, Item<'a>)> {
+    let number = |key: &str| key.strip_prefix(RESOURCE_KEY).and_then(|number| number.parse().ok());
+    let mut entries = Vec::new();
+    for (key, item) in of.others(&["number_of_resources"]) {
+        match number(&key.value) {
+            Some(number) => entries.push((number, key.value.clone(), item)),
+            None => {
+                let message =
+                    format!("`{}` is left out: resources are called resource_0, resource_1 …", line(&key.value));
+                notes.push(Note::new("", key.spot, message, None));
+            }
+        }
+    }
+    entries
+}
+
+fn check_count(of: &Fields<'_>, found: usize, faults: &mut Faults) {
+    if let Some(item) = of.get("number_of_resources")
+        && let Some(told) = item.count(MAX_RESOURCES, faults)
+        && told as usize != found
+    {
+        let message = format!("{told} resources are announced, and there are {found}");
+        faults.push(item.spot, item.key, message, Some("they are called resource_0, resource_1 …".to_owned()));
+    }
+    if found == 0 {
+        let message = "a robot without resources".to_owned();
+        faults.push(of.spot(), "robot_resources", message, Some("they are called resource_0, resource_1 …".to_owned()));
+    }
+}
+
+fn resource(key: &str, item: Item<'_>, notes: &mut Vec<Note>, faults: &mut Faults) -> Option<(Name, &'static str)> {
+    let fields = item.fields(&RESOURCE, faults)?;
+    let name = fields.get("name").and_then(|item| item.name("the name of a resource", faults));
+    let ty = fields.get("type").and_then(|item| match item.text() {
+        Some("1") => Some("gripper"),
+        Some("2") => Some("head"),
+        Some("3") => Some("base"),
+        Some(_) | None => {
+            item.wrong("1 (a gripper), 2 (a head) or 3 (a base)", faults);
+            None
+        }
+    });
+    notes.extend(notes::unknown(key, &fields, &RESOURCE, faults));
+    Some((name?, ty?))
+}
