@@ -197,3 +197,33 @@ fn what_should_last_and_ends_early_fails_all_who_hold_it() {
         assert!(effects.iter().any(is_over), "{effects:?}");
     }
 }
+
+#[test]
+fn what_takes_a_time_takes_it_and_what_is_maintained_lasts_as_long() {
+    let mission = load(&experiment_file(1));
+    let seconds = |seconds: u64| Time(seconds * 1_000_000);
+    let (takes, timeout) = (Duration::from_secs(3), Duration::from_secs(60));
+    let alone = Goal { leaf: LEAF, parts: Vec::new(), takes, timeout };
+    let mut dispatch = ready(&mission);
+    assert_eq!(end(&dispatch.handle(Time::ZERO, Input::Start(alone.clone()))), None);
+    assert_eq!(dispatch.deadline(), Some(seconds(3)));
+    assert_eq!(end(&dispatch.handle(seconds(2), Input::Woke)), None);
+    assert_eq!(end(&dispatch.handle(seconds(3), Input::Woke)), Some(End::Succeeded));
+    assert_eq!(dispatch.deadline(), None);
+    // What ends sooner waits for its time, what ends later is not kept.
+    for (ended, over) in [(seconds(1), seconds(3)), (seconds(5), seconds(5))] {
+        let mut dispatch = ready(&mission);
+        dispatch.handle(Time::ZERO, Input::Start(Goal { takes, ..grasp() }));
+        let accepted = FromController::Accepted { id: CommandId { generation: 1, number: 1 }, at: Time::ZERO };
+        dispatch.handle(Time::ZERO, Input::Heard(ARM, accepted));
+        let first = end(&dispatch.handle(ended, result(arm(Some(ObjectId(0))))));
+        assert_eq!(first, (ended == over).then_some(End::Succeeded));
+        if ended < over {
+            assert_eq!(dispatch.deadline(), Some(over));
+            assert_eq!(end(&dispatch.handle(over, Input::Woke)), Some(End::Succeeded));
+        }
+    }
+    let mut dispatch = ready(&mission);
+    dispatch.handle(Time::ZERO, Input::Start(alone));
+    assert_eq!(end(&dispatch.handle(seconds(1), Input::Stop(LEAF))), Some(End::Canceled));
+}

@@ -209,7 +209,12 @@ impl<'a> Maker<'a> {
                 spec.claims.push(claim);
             }
         }
-        spec.potential = Potential::Constant(self.rng.one(&[1.0, 1.0, 1.0, 2.0, 9.0]));
+        let value = self.rng.one(&[1.0, 1.0, 1.0, 2.0, 9.0]);
+        spec.potential = match self.rng.below(20) {
+            0 if self.is_wild => Potential::Constant(0.0),
+            1..4 => Potential::Scaled { value, by: self.ty() },
+            _ => Potential::Constant(value),
+        };
         let mut needs = Vec::new();
         if let Some(place) = there {
             let stand = support::place(place.index(), self.places).stand;
@@ -261,6 +266,13 @@ impl<'a> Maker<'a> {
         match self.rng.below(20) {
             0..5 if all > 0 && self.is_wild => Wanted::Named(self.rng.below(all).into()),
             0..3 => self.body.first(of).map_or(Wanted::Any(of), Wanted::Named),
+            3..5 => match self.body.first(of) {
+                Some(resource) if self.is_wild && !self.objects.is_empty() && self.rng.is(50) => {
+                    Wanted::Empty { resource, reaches: Some(self.rng.below(self.objects.len()).into()) }
+                }
+                Some(resource) => Wanted::Empty { resource, reaches: None },
+                None => Wanted::Any(of),
+            },
             5..9 => Wanted::AnyEmpty { of, reaches: None },
             9..11 if self.is_wild && !self.objects.is_empty() => {
                 Wanted::AnyEmpty { of: GRIPPER, reaches: Some(self.rng.below(self.objects.len()).into()) }

@@ -95,6 +95,13 @@ fn of_resources() {
     check(and([first(wants(Wanted::Named(TOOL_4))), it(wants(Wanted::Named(TOOL_4)))]), &[], "tool#4 is held by first");
     check(and([first(wants(any(TOOL))), it(wants(any(TOOL)))]), &[], "every tool is held or full");
     check(it(wants(any(WING))), &[], "the robot has no wing");
+    let empty = |resource, reaches| wants(Wanted::Empty { resource: ResourceId(resource), reaches });
+    check(it(empty(0, Some(LYING))), &[], "no free resource reaches object0");
+    check(it(empty(1, None)), &[], "every gripper is held or full");
+    let both = and([first(wants(Wanted::Named(ResourceId(0)))), it(empty(0, None))]);
+    check(both, &[], "gripper#0 is held by first");
+    let never = BehaviorSpec { potential: Potential::Constant(0.0), ..blank("never") };
+    check(it(never), &[], "its potential is 0, which means that it is not to run");
     check(it(wants(Wanted::Holding(LYING))), &[], "object0 is in no gripper of its own line");
     let far = Wanted::AnyEmpty { of: GRIPPER, reaches: Some(LYING) };
     check(it(wants(far)), &[], "no free resource reaches object0");

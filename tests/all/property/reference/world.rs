@@ -127,10 +127,13 @@ impl Model<'_> {
     }
 
     fn potential(&self, potential: &Potential, leaf: NodeId, skips: &[Span]) -> Result<f64, Refusal> {
-        let (to, floor_m, scale_by) = match *potential {
-            Potential::Constant(value) => return Ok(value),
-            Potential::Scaled { .. } => unreachable!("none is generated"),
-            Potential::Nearness { to, floor_m, scale_by } => (to, floor_m, scale_by),
+        let (each, over, scale_by) = match *potential {
+            Potential::Constant(0.0) => return Err(Reason::Unwanted.into()),
+            Potential::Constant(value) => (value, 1.0, None),
+            Potential::Scaled { value, by } => (value, 1.0, Some(by)),
+            Potential::Nearness { to, floor_m, scale_by } => {
+                (1.0, distance_m(self.situation.base, to).max(floor_m), scale_by)
+            }
         };
         let mut count = 1;
         if let Some(of) = scale_by
@@ -145,7 +148,7 @@ impl Model<'_> {
                 return Err(Refusal { resources: self.of_type(of), ..Reason::NothingAvailable { of }.into() });
             }
         }
-        Ok(count as f64 / distance_m(self.situation.base, to).max(floor_m))
+        Ok(count as f64 * each / over)
     }
 
     fn of_type(&self, of: TypeId) -> Vec<ResourceId> {
@@ -175,7 +178,20 @@ impl Model<'_> {
             },
             Wanted::Any(of) => (of, false, None),
             Wanted::AnyEmpty { of, reaches } => (of, true, reaches),
-            Wanted::Empty { .. } => unreachable!("none is generated"),
+            Wanted::Empty { resource, reaches } => {
+                let of = self.mission.robot.resources[resource.index()].ty;
+                return match (held(resource), reaches) {
+                    (Some(refusal), _) => Err(refusal),
+                    (None, _) if self.held_object(resource).is_some() => {
+                        Err(Refusal { resources: self.of_type(of), ..Reason::NoneFree { of }.into() })
+                    }
+                    (None, None) => Ok(vec![(resource, 0.0)]),
+                    (None, Some(object)) => match self.reach_m(resource, object) {
+                        Some(cost_m) => Ok(vec![(resource, cost_m)]),
+                        None => Err(Reason::OutOfReach { object }.into()),
+                    },
+                };
+            }
         };
         let all = self.of_type(of);
         if all.is_empty() {
