@@ -64,7 +64,7 @@ fn go(
     let signals = cancel_on_signals(to_run).into_diagnostic()?;
     let clock = Clock::start(live.speed);
     let links = robot::links(&loaded.mission, instance, &clock).into_diagnostic()?;
-    let observer = Observer::new(&loaded.mission, args, instance.name(), &terminal).into_diagnostic()?;
+    let observer = Observer::new(&loaded.mission, args, instance.name(), &terminal, true).into_diagnostic()?;
     observer.say_what_it_waits_for();
     let observer = Arc::new(Mutex::new(observer));
     let robot = &loaded.mission.robot;

@@ -25,11 +25,12 @@ pub struct Observer {
     is_json: bool,
     drawn: Option<Instant>,
     is_stale: bool,
-    missing: Vec<String>,
+    /// Controllers that are awaited; none where they are only simulated.
+    missing: Option<Vec<String>>,
 }
 
 impl Observer {
-    /// Opens the log and takes hold of the terminal.
+    /// Opens the log and takes hold of the terminal; `is_live` where controllers are awaited.
     ///
     /// # Errors
     /// When the log cannot be made.
@@ -38,6 +39,7 @@ impl Observer {
         args: &MissionArgs,
         instance: &str,
         terminal: &Terminal,
+        is_live: bool,
     ) -> Result<Self, JournalError> {
         let default = || journal::default_path(instance);
         let path: PathBuf = args.log.clone().unwrap_or_else(default);
@@ -51,7 +53,7 @@ impl Observer {
             is_json: args.json,
             drawn: None,
             is_stale: false,
-            missing: mission.names.controllers.clone(),
+            missing: is_live.then(|| mission.names.controllers.clone()),
         })
     }
 
@@ -69,10 +71,16 @@ impl Observer {
         }
         if self.terminal.is_tty() {
             self.draw();
-        } else if let Some(line) = self.progress.plain_line(record) {
+        } else if let Some(line) = self.progress.plain_line(record).filter(|_| self.is_news(record)) {
             self.terminal.say(&line);
             self.say_who_is_missing(record);
         }
+    }
+
+    /// Simulated controllers are there from the beginning.
+    fn is_news(&self, record: &Record) -> bool {
+        let is_attached = matches!(record, Record::Controller { message: ControllerMessage::Attached, .. });
+        self.missing.is_some() || !is_attached
     }
 
     /// Nothing waits: what was taken so far is safe from now on.
@@ -98,8 +106,8 @@ impl Observer {
 
     /// Names the controllers without which the mission does not begin.
     pub fn say_what_it_waits_for(&self) {
-        if !self.is_quiet && !self.missing.is_empty() {
-            self.terminal.say(&format!("waiting for {}", self.missing.join(", ")));
+        if let Some(missing) = self.missing.as_ref().filter(|missing| !self.is_quiet && !missing.is_empty()) {
+            self.terminal.say(&format!("waiting for {}", missing.join(", ")));
         }
     }
 
@@ -108,10 +116,12 @@ impl Observer {
         let Record::Controller { controller, message, .. } = record else {
             return;
         };
+        let has_begun = self.tally().rounds > 0;
         let name = self.names.controller(*controller).to_owned();
+        let Some(awaited) = &mut self.missing else { return };
         match message {
-            ControllerMessage::Attached => self.missing.retain(|missing| *missing != name),
-            ControllerMessage::Lost if self.tally().rounds == 0 => self.missing.push(name),
+            ControllerMessage::Attached => awaited.retain(|missing| *missing != name),
+            ControllerMessage::Lost if !has_begun => awaited.push(name),
             ControllerMessage::Lost
             | ControllerMessage::Told { .. }
             | ControllerMessage::Joined { .. }

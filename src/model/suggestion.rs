@@ -2,6 +2,8 @@
 
 /// More names than that are only counted.
 const MAX_LISTED: usize = 12;
+/// Most names that are told of those that hold what was written.
+const MAX_MEANT: usize = 3;
 
 /// What was probably meant, and what is allowed; `what` is the noun of the thing.
 pub fn suggestion<'a>(found: &str, what: &str, allowed: impl IntoIterator<Item = &'a str>) -> String {
@@ -17,8 +19,12 @@ pub fn suggestion<'a>(found: &str, what: &str, allowed: impl IntoIterator<Item =
     if allowed.len() > MAX_LISTED {
         listed += &format!(" and {} more", allowed.len() - MAX_LISTED);
     }
-    match nearest {
-        Some(word) => format!("did you mean `{word}`? Allowed: {listed}"),
+    // A part of a name is what one remembers of it.
+    let part = || allowed.iter().filter(|word| found.len() > 2 && word.to_lowercase().contains(&found.to_lowercase()));
+    let meant: Vec<_> = nearest.into_iter().chain(part().take(MAX_MEANT)).map(|word| format!("`{word}`")).collect();
+    match meant.split_first() {
+        Some((first, _)) if nearest.is_some() => format!("did you mean {first}? Allowed: {listed}"),
+        Some(_) => format!("did you mean {}? Allowed: {listed}", meant.join(" or ")),
         None => format!("allowed: {listed}"),
     }
 }
@@ -35,6 +41,7 @@ mod tests {
     fn a_near_name_is_suggested_and_all_are_told() {
         check("pik 2", "did you mean `pick 2`? Allowed: `pick 1`, `pick 2`, `move 1`");
         check("MOVE 1", "did you mean `move 1`? Allowed: `pick 1`, `pick 2`, `move 1`");
+        check("pick", "did you mean `pick 1` or `pick 2`? Allowed: `pick 1`, `pick 2`, `move 1`");
         check("shelf", "allowed: `pick 1`, `pick 2`, `move 1`");
         assert_eq!(suggestion("x", "fact", []), "there is no fact at all");
     }

@@ -219,6 +219,8 @@ fn the_examples_of_the_docs_are_sound() {
     let tea = home.write("tea.yaml", &here(yaml(&readme).next().expect("an example")));
     let (_, report) = simulate(&load(&tea), &Settings::default(), Vec::new());
     assert_eq!((report.outcome, report.steps.len()), ("done", 5));
+    let told = home.start([std::ffi::OsStr::new("simulate"), tea.as_os_str()]).ends(0).stderr;
+    assert!(told.contains("step 1: move to shelf (base)") && !told.contains("attached"), "{told}");
     let docs = std::fs::read_to_string(file("docs/missions.md")).expect("it is there");
     let [mission, behaviors, subtrees] = yaml(&docs).collect::<Vec<_>>().try_into().expect("three examples");
     let household = file("config/behaviors/household.yaml");
