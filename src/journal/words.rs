@@ -84,8 +84,8 @@ fn access(access: Access, names: &Names, f: &mut Formatter<'_>) -> fmt::Result {
 
 /// Nodes that a request skips: composites and leaves.
 pub(crate) fn skips(request: &Request, names: &Names) -> impl Display {
-    let skipped = request.skips.iter().flat_map(|skip| (skip.from.0..skip.to.0).map(NodeId));
-    nodes(skipped, names)
+    let of = names.nodes.len();
+    nodes(request.skips.iter().flat_map(move |skip| skip.nodes(of)), names)
 }
 
 /// Changes of the world.
