@@ -156,6 +156,9 @@ pub(super) fn parse_header(line: &[u8], path: &Path) -> Result<Box<Header>, Jour
     }
     let header: Result<Header, _> = serde_json::from_slice(line);
     let header = header.map_err(|source| JournalError::Line { path: path(), line: 1, source: legible(source) })?;
+    if header.nodes.is_empty() {
+        return Err(JournalError::Line { path: path(), line: 1, source: Error::custom("a task has at least a root") });
+    }
     Ok(Box::new(header.legible()))
 }
 
@@ -262,6 +265,10 @@ mod tests {
             b"{\"record\":\"header\",\"version\":7,\"shape\":[]}\n",
             "the journal run.jsonl has version 7; this program reads version 2",
         );
-        check(b"{\"record\":\"header\",\"version\":2}\n", "line 1 of the journal run.jsonl is not a record");
+        let no_header = "line 1 of the journal run.jsonl is not a record";
+        check(b"{\"record\":\"header\",\"version\":2}\n", no_header);
+        let mut empty = reader(&written(&samples::records())).unwrap().header().clone();
+        empty.nodes.clear();
+        check(&written(&[Record::Header(Box::new(empty))]), no_header);
     }
 }

@@ -136,7 +136,7 @@ pub(crate) fn goal(id: CommandId) -> impl Display {
 pub(crate) fn end(end: End) -> &'static str {
     match end {
         End::Succeeded => "succeeded",
-        End::Canceled => "canceled",
+        End::Canceled => "cancelled",
         End::Failed(Fault::Rejected(..)) => "failed: rejected",
         End::Failed(Fault::Unanswered(_)) => "failed: unanswered",
         End::Failed(Fault::Aborted(_)) => "failed: aborted",
@@ -165,7 +165,7 @@ pub(crate) fn part_end(end: PartEnd) -> &'static str {
     match end {
         PartEnd::Succeeded => "succeeded",
         PartEnd::Aborted => "aborted",
-        PartEnd::Canceled => "canceled",
+        PartEnd::Canceled => "cancelled",
     }
 }
 
