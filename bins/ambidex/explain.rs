@@ -3,7 +3,7 @@
 use ambidex::draw::{Account, Story};
 use ambidex::journal::Reader;
 use clap::Args;
-use miette::{IntoDiagnostic, Result};
+use miette::{IntoDiagnostic, Result, miette};
 
 use crate::exit::Exit;
 use crate::log;
@@ -24,7 +24,13 @@ pub struct ExplainArgs {
 
 /// Says why a run, or a behavior of it, went as it did.
 pub fn explain(args: &ExplainArgs) -> Result<Exit> {
-    let reader = Reader::open(log::find(args.log.as_deref())?).into_diagnostic()?;
+    let found = log::find(args.log.as_deref()).map_err(|error| match (&args.log, &args.node) {
+        (Some(only), None) if !only.contains(['/', '.']) => {
+            miette!(help = "to explain a behavior, name the log first: ambidex explain LOG NODE", "{error}")
+        }
+        (Some(_) | None, _) => error,
+    });
+    let reader = Reader::open(found?).into_diagnostic()?;
     let mut page = Page::new();
     let (width, palette) = (page.width(), page.palette());
     let text = match &args.node {

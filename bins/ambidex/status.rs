@@ -21,8 +21,13 @@ const TICK: Duration = Duration::from_millis(100);
 /// How long a daemon is waited for that ended its mission and makes its controllers safe.
 const LEAVE_WITHIN: Duration = Duration::from_secs(5);
 
+const HELP: &str = "\
+It tells of one instance, since it also asks whether that one's daemon lives; where nothing is named, of `default`.
+The other verbs that read a log take it as LOG: a file or an instance, and the newest where nothing is named.";
+
 /// `ambidex status`.
 #[derive(Debug, Args)]
+#[command(after_help = HELP)]
 pub struct StatusArgs {
     /// Name of the robot's runtime [default: default].
     #[arg(long, value_parser = args::instance)]

@@ -11,7 +11,7 @@ use ambidex::journal::{Follower, JournalError, News, Reader};
 use ambidex::model::{Header, Record, Time};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use miette::{IntoDiagnostic, Result};
+use miette::{IntoDiagnostic, Result, miette};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use crate::exit::Exit;
@@ -78,6 +78,11 @@ impl TraceArgs {
 
 /// Prints a log as a conversation.
 pub fn trace(args: &TraceArgs) -> Result<Exit> {
+    if let (Some(from), Some(to)) = (args.from, args.to)
+        && from > to
+    {
+        return Err(miette!("nothing lies between --from {from} and --to {to}: the first is later"));
+    }
     let mut page = Page::new();
     if args.follow {
         follow(args, &log::place(args.log.as_deref())?, &mut page)?;
@@ -85,16 +90,21 @@ pub fn trace(args: &TraceArgs) -> Result<Exit> {
     }
     let reader = Reader::open(log::find(args.log.as_deref())?).into_diagnostic()?;
     let mut conversation = args.conversation(reader.header())?;
-    log::read(reader, |record| tell(args, &mut conversation, record, &mut page))?;
+    let mut told = 0_u64;
+    log::read(reader, |record| {
+        let is_wanted = conversation.take(record);
+        told += u64::from(is_wanted);
+        Ok(!is_wanted || tell(args, &conversation, record, &mut page)?)
+    })?;
     page.flush()?;
+    if told == 0 {
+        eprintln!("the log has no record that is asked for");
+    }
     Ok(Exit::Done)
 }
 
-/// Prints a record that is wanted; false where nobody reads any more.
-fn tell(args: &TraceArgs, conversation: &mut Conversation, record: &Record, page: &mut Page) -> Result<bool> {
-    if !conversation.take(record) {
-        return Ok(true);
-    }
+/// Prints a record; false where nobody reads any more.
+fn tell(args: &TraceArgs, conversation: &Conversation, record: &Record, page: &mut Page) -> Result<bool> {
     match args.json {
         true => page.line(&conversation.json(record).into_diagnostic()?),
         false => page.line(&conversation.line(record, &page.palette())),
@@ -143,7 +153,7 @@ fn follow_run(args: &TraceArgs, mut follower: Follower, stop: &Stop, page: &mut 
                 is_over |= matches!(record.as_ref(), Record::Ended { .. });
                 quiet = 0;
                 count += 1;
-                let is_read = tell(args, conversation, &record, page)?;
+                let is_read = !conversation.take(&record) || tell(args, conversation, &record, page)?;
                 if !is_read || (count.is_multiple_of(AT_ONCE) && is_stopped(stop, Duration::ZERO)?) {
                     break;
                 }

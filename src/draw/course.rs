@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::model::{End, Interval, NodeId, Reason, Tally, Time};
+use crate::model::{End, Interval, NodeId, Tally, Time};
 
 /// What a leaf is at a moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -125,6 +125,7 @@ impl<'a> Course<'a> {
         }
         match self.runs(leaf).last() {
             None => LeafState::Waiting,
+            Some(run) if run.reopened.is_some() => LeafState::Waiting,
             Some(run) => self.after(run, true),
         }
     }
@@ -145,6 +146,7 @@ impl<'a> Course<'a> {
             if stretches.last().is_some_and(|&(_, state)| state != next) {
                 stretches.push((to, next));
             }
+            stretches.extend(run.reopened.map(|at| (at, LeafState::Waiting)));
         }
         if let Some(&at) = self.skips.get(&leaf) {
             stretches.push((at, LeafState::Skipped));
@@ -152,16 +154,13 @@ impl<'a> Course<'a> {
         stretches
     }
 
-    /// What a run leaves behind. What runs again, or is refused after it succeeded, had been reopened.
+    /// What a run leaves behind until it is reopened or runs again, or in the end.
     fn after(&self, run: &Interval, is_last: bool) -> LeafState {
-        let reason = self.tally.reasons.get(&run.leaf);
-        let is_final = self.tally.end.is_some();
-        let is_reopened = reason.is_some_and(|reason| *reason != Reason::Satisfied);
+        let is_final = run.is_final || self.tally.end.is_some();
         match run.end {
             None => LeafState::Active,
-            Some(_) if !is_last => LeafState::Waiting,
-            Some(End::Succeeded) if is_reopened => LeafState::Waiting,
             Some(End::Succeeded) => LeafState::Done,
+            Some(_) if !is_last => LeafState::Waiting,
             Some(End::Failed(_)) if is_final => LeafState::Failed,
             Some(End::Failed(_)) => LeafState::Waiting,
             Some(End::Canceled) => LeafState::Canceled,
@@ -177,5 +176,82 @@ impl<'a> Course<'a> {
             before += step.len();
         }
         times
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::draw::sample::{self, decided, grant, header, named, released, seconds};
+    use crate::model::{Blocked, Fault, Going, Reason, Record, Reopened};
+
+    fn refused(mut record: Record, name: &str, why: Reason) -> Record {
+        if let Record::Decided { refused, .. } = &mut record {
+            refused.push(Blocked { leaf: named(name), reason: why });
+        }
+        record
+    }
+
+    fn drive(at_s: f64, round: u32) -> Record {
+        decided(at_s, round, vec![grant("move 1-1", &[], &[0], &[])])
+    }
+
+    fn reopen(at_s: f64, round: u32) -> Record {
+        let why = Reopened { holder: named("object 1"), leaf: named("move 1-1"), lapsed: None, lacks: None };
+        match decided(at_s, round, Vec::new()) {
+            Record::Decided { at, round, granted, refused, .. } => {
+                Record::Decided { at, round, granted, refused, reopened: Some(why) }
+            }
+            other => other,
+        }
+    }
+
+    fn check(records: Vec<Record>, name: &str, expected: &[(f64, LeafState)]) {
+        let head = Record::Header(Box::new(header()));
+        let tally = sample::tally(&[vec![head], records].concat());
+        let course = Course::new(&tally);
+        let expected: Vec<_> = expected.iter().map(|&(at_s, state)| (seconds(at_s), state)).collect();
+        assert_eq!(course.stretches(named(name)), expected);
+        assert_eq!(course.state(named(name)), expected.last().expect("it begins with waiting").1);
+    }
+
+    #[test]
+    fn what_is_done_stays_done_whatever_it_is_refused_for() {
+        use LeafState::{Active, Done, Waiting};
+        let done = vec![drive(0.0, 1), released(4.0, "move 1-1", End::Succeeded)];
+        let done_then = |record| [done.clone(), vec![record]].concat();
+        let expected = [(0.0, Waiting), (0.0, Active), (4.0, Done)];
+        for why in [Reason::Ending { failed: named("object 2") }, Reason::Alternative { chosen: named("object 2") }] {
+            check(done_then(refused(decided(5.0, 2, Vec::new()), "move 1-1", why)), "move 1-1", &expected);
+        }
+        let reopened = [(0.0, Waiting), (0.0, Active), (4.0, Done), (9.0, Waiting)];
+        check(done_then(reopen(9.0, 2)), "move 1-1", &reopened);
+        let met = refused(decided(9.5, 3, Vec::new()), "move 1-1", Reason::Satisfied);
+        check([done_then(reopen(9.0, 2)), vec![met]].concat(), "move 1-1", &reopened);
+        let again = [done_then(reopen(9.0, 2)), vec![drive(10.0, 3)]].concat();
+        check(again, "move 1-1", &[&reopened[..], &[(10.0, Active)]].concat());
+        let skip = decided(10.0, 3, vec![grant("pick 1", &[], &[2], &["move 1-1"])]);
+        let skipped = [done_then(reopen(9.0, 2)), vec![skip]].concat();
+        check(skipped, "move 1-1", &[&reopened[..], &[(10.0, LeafState::Skipped)]].concat());
+    }
+
+    #[test]
+    fn a_last_failure_is_told_before_the_mission_is_over() {
+        use LeafState::{Active, Failed, Waiting};
+        let end = End::Failed(Fault::TimedOut);
+        let fail = |failed| {
+            let going = Going { completed: None, failed };
+            Record::Released { at: seconds(2.0), leaf: named("move 1-1"), end, going, changes: Vec::new() }
+        };
+        let tried = [(0.0, Waiting), (0.0, Active), (2.0, Failed)];
+        check(vec![drive(0.0, 1), fail(Some(named("object 1")))], "move 1-1", &tried);
+        check(vec![drive(0.0, 1), fail(None)], "move 1-1", &[&tried[..], &[(2.0, Waiting)]].concat());
+    }
+
+    #[test]
+    fn a_skip_is_no_longer_than_the_tree() {
+        let mut endless = grant("pick 1", &[], &[2], &["move 1-1"]);
+        endless.skips[0].to = NodeId(u32::MAX);
+        check(vec![decided(1.0, 1, vec![endless])], "place 4", &[(0.0, LeafState::Waiting), (1.0, LeafState::Skipped)]);
     }
 }

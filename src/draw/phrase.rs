@@ -113,7 +113,7 @@ pub fn fault_sentence(fault: Fault, names: &Names) -> String {
 pub(super) fn ended(end: End, names: &Names) -> String {
     match end {
         End::Succeeded => "succeeded".into(),
-        End::Canceled => "was canceled".into(),
+        End::Canceled => "was cancelled".into(),
         End::Failed(fault) => format!("failed: {}", fault_sentence(fault, names)),
     }
 }

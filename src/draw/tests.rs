@@ -2,7 +2,7 @@
 
 use super::sample::{self, decided, experiment_1, grant, named, released, seconds, tally};
 use super::text::columns;
-use super::{Palette, Progress, last_reasons, summary, timing, tree};
+use super::{Daemon, Palette, Progress, Status, last_reasons, summary, timing, tree};
 use crate::model::*;
 
 fn check(text: &str, expected: &str) {
@@ -201,6 +201,21 @@ fn a_big_tree_shows_what_ran() {
     let text = timing(&tally(&records), 80, &Palette::plain());
     assert_eq!(text.lines().count(), 13 + 5, "{text}");
     assert!(text.ends_with("\n 103 behaviors that did not run left out\n"), "{text}");
+}
+
+#[test]
+fn a_tree_of_any_depth_is_drawn_at_once() {
+    let mut header = sample::header();
+    let then = |node: u32| NodeEntry { parent: NodeId(node.saturating_sub(1)), kind: EntryKind::Then };
+    header.nodes = (0..100_000).map(then).collect();
+    let text = tree(&header, None, 60, &Palette::plain());
+    assert_eq!(text.lines().count(), 100_000);
+    assert!(text.lines().all(|line| columns(line) <= 60), "{}", text.lines().last().unwrap());
+    let tally = tally(&[Record::Header(Box::new(header))]);
+    let mut status = Status::default();
+    status.add(&Record::Header(tally.header.clone().unwrap()));
+    let lines = status.snapshot(Daemon::Unknown, Time::ZERO).unwrap().lines(80, 50, &Palette::plain());
+    assert!(lines.len() <= 50 && lines.iter().any(|line| line.contains("not shown")), "{}", lines.join("\n"));
 }
 
 #[test]

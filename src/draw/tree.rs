@@ -13,10 +13,10 @@ pub fn tree(header: &Header, tally: Option<&Tally>, width: usize, palette: &Pale
     let width = width.max(MIN_WIDTH);
     let course = tally.map(Course::new);
     let parents: Vec<NodeId> = header.nodes.iter().map(|entry| entry.parent).collect();
-    let last = last_children(&parents, |_| true);
+    let branches = branches(&parents, &last_children(&parents, |_| true), width / 2);
     let mut text = String::new();
     for node in (0..header.nodes.len()).map(NodeId::from) {
-        let branches = clip(&branches(&parents, &last, node), width / 2);
+        let branches = &branches[node.index()];
         let kind = header.nodes[node.index()].kind.word();
         let name = header.names.node(node);
         let state = course.as_ref().filter(|_| header.nodes[node.index()].kind.is_behavior());
@@ -51,23 +51,22 @@ pub(super) fn last_children(parents: &[NodeId], is_shown: impl Fn(NodeId) -> boo
     last
 }
 
-/// The lines that lead from the ancestors to a node.
-pub(super) fn branches(parents: &[NodeId], last: &[Option<NodeId>], node: NodeId) -> String {
-    let mut pieces = Vec::new();
-    let mut below = node;
-    while below.0 > 0 {
-        let parent = parents[below.index()];
-        if parent >= below {
-            break;
-        }
-        let is_last = last[parent.index()] == Some(below);
-        pieces.push(match (below == node, is_last) {
-            (true, true) => "└─ ",
-            (true, false) => "├─ ",
-            (false, true) => "   ",
-            (false, false) => "│  ",
+/// The lines that lead from the ancestors to each node, cut to a width.
+pub(super) fn branches(parents: &[NodeId], last: &[Option<NodeId>], width: usize) -> Vec<String> {
+    // What stands before the children of each node: a chain of any length costs no more than its cut.
+    let mut rails: Vec<String> = Vec::with_capacity(parents.len());
+    let mut branches = Vec::with_capacity(parents.len());
+    for (node, parent) in parents.iter().enumerate() {
+        let is_last = last[node.min(parent.index())] == Some(NodeId::from(node));
+        let (branch, rail) = if is_last { ("└─ ", "   ") } else { ("├─ ", "│  ") };
+        let before = rails.get(parent.index()).map(String::as_str);
+        let [branch, rail] = [branch, rail].map(|own| match before {
+            Some(before) if columns(before) > width => before.to_owned(),
+            Some(before) => format!("{before}{own}"),
+            None => String::new(),
         });
-        below = parent;
+        branches.push(clip(&branch, width));
+        rails.push(rail);
     }
-    pieces.into_iter().rev().collect()
+    branches
 }

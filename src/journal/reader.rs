@@ -5,8 +5,9 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
+use serde::de::Error;
 
-use crate::model::{Header, JOURNAL_VERSION, Record};
+use crate::model::{Header, JOURNAL_VERSION, Record, make_legible};
 
 use super::JournalError;
 
@@ -126,8 +127,15 @@ pub(super) fn parse(line: &[u8], path: &Path, number: u64) -> Result<Record, Jou
     match serde_json::from_slice(line) {
         Ok(Record::Header(_)) => Err(JournalError::SecondHeader { path: path.to_owned(), line: number }),
         Ok(record) => Ok(record),
-        Err(source) => Err(JournalError::Line { path: path.to_owned(), line: number, source }),
+        Err(source) => Err(JournalError::Line { path: path.to_owned(), line: number, source: legible(source) }),
     }
+}
+
+/// An error that quotes the journal, without what a terminal would obey.
+fn legible(error: serde_json::Error) -> serde_json::Error {
+    let mut said = error.to_string();
+    make_legible(&mut said);
+    serde_json::Error::custom(said)
 }
 
 /// The first line.
@@ -146,9 +154,12 @@ pub(super) fn parse_header(line: &[u8], path: &Path) -> Result<Box<Header>, Jour
     if version != u64::from(JOURNAL_VERSION) {
         return Err(JournalError::Version { path: path(), found: version, known: JOURNAL_VERSION });
     }
-    let header: Header =
-        serde_json::from_slice(line).map_err(|source| JournalError::Line { path: path(), line: 1, source })?;
-    Ok(Box::new(header))
+    let header: Result<Header, _> = serde_json::from_slice(line);
+    let header = header.map_err(|source| JournalError::Line { path: path(), line: 1, source: legible(source) })?;
+    if header.nodes.is_empty() {
+        return Err(JournalError::Line { path: path(), line: 1, source: Error::custom("a task has at least a root") });
+    }
+    Ok(Box::new(header.legible()))
 }
 
 #[cfg(test)]
@@ -229,6 +240,18 @@ mod tests {
     }
 
     #[test]
+    fn nothing_that_is_read_speaks_to_the_terminal() {
+        let text = String::from_utf8(written(&samples::records()[..1])).unwrap();
+        let text = text.replacen("tidy up", "\\u001b[2Jtidy\\u202e", 1);
+        let reader = reader(text.as_bytes()).unwrap();
+        assert_eq!(reader.header().mission, "\u{fffd}[2Jtidy\u{fffd}");
+        let bad = text + "{\"record\":\"\\u001b[2J\"}\n";
+        let error = Reader::new(bad.as_bytes(), "run.jsonl").unwrap().find_map(Result::err).unwrap();
+        let source = std::error::Error::source(&error).unwrap().to_string();
+        assert!(source.contains("`\u{fffd}[2J`") && !source.contains('\u{1b}'), "{source:?}");
+    }
+
+    #[test]
     fn what_does_not_begin_as_a_journal_is_refused() {
         let no_journal = "run.jsonl is no journal: its first line is not a header";
         let check = |bytes: &[u8], expected: &str| {
@@ -242,6 +265,10 @@ mod tests {
             b"{\"record\":\"header\",\"version\":7,\"shape\":[]}\n",
             "the journal run.jsonl has version 7; this program reads version 2",
         );
-        check(b"{\"record\":\"header\",\"version\":2}\n", "line 1 of the journal run.jsonl is not a record");
+        let no_header = "line 1 of the journal run.jsonl is not a record";
+        check(b"{\"record\":\"header\",\"version\":2}\n", no_header);
+        let mut empty = reader(&written(&samples::records())).unwrap().header().clone();
+        empty.nodes.clear();
+        check(&written(&[Record::Header(Box::new(empty))]), no_header);
     }
 }

@@ -84,8 +84,8 @@ fn access(access: Access, names: &Names, f: &mut Formatter<'_>) -> fmt::Result {
 
 /// Nodes that a request skips: composites and leaves.
 pub(crate) fn skips(request: &Request, names: &Names) -> impl Display {
-    let skipped = request.skips.iter().flat_map(|skip| (skip.from.0..skip.to.0).map(NodeId));
-    nodes(skipped, names)
+    let of = names.nodes.len();
+    nodes(request.skips.iter().flat_map(move |skip| skip.nodes(of)), names)
 }
 
 /// Changes of the world.
@@ -136,7 +136,7 @@ pub(crate) fn goal(id: CommandId) -> impl Display {
 pub(crate) fn end(end: End) -> &'static str {
     match end {
         End::Succeeded => "succeeded",
-        End::Canceled => "canceled",
+        End::Canceled => "cancelled",
         End::Failed(Fault::Rejected(..)) => "failed: rejected",
         End::Failed(Fault::Unanswered(_)) => "failed: unanswered",
         End::Failed(Fault::Aborted(_)) => "failed: aborted",
@@ -165,7 +165,7 @@ pub(crate) fn part_end(end: PartEnd) -> &'static str {
     match end {
         PartEnd::Succeeded => "succeeded",
         PartEnd::Aborted => "aborted",
-        PartEnd::Canceled => "canceled",
+        PartEnd::Canceled => "cancelled",
     }
 }
 

@@ -18,6 +18,12 @@ impl Span {
     pub fn contains(&self, node: NodeId) -> bool {
         (self.from..self.to).contains(&node)
     }
+
+    /// The nodes of the run that a tree of so many has: a run read from a file can be of any length.
+    pub fn nodes(&self, of: usize) -> impl Iterator<Item = NodeId> + Clone + use<> {
+        let end = self.to.index().min(of);
+        (self.from.index().min(end)..end).map(NodeId::from)
+    }
 }
 
 /// The line of a node: itself, its ancestors, and what was skipped to reach it.

@@ -22,7 +22,7 @@ pub use goal::{Command, End, Fault, Goal, Mode, Outcome, Part, Report};
 pub use ids::{ChannelId, ControllerId, FactId, NodeId, ObjectId, PlaceId, ResourceId, TypeId};
 pub use line::{Line, Span};
 pub use link::{CommandId, ControllerState, FromController, PartEnd, Rejection, ToController};
-pub use names::Names;
+pub use names::{Names, make_legible};
 pub use pose::Pose;
 pub use reason::Reason;
 pub use record::{

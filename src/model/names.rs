@@ -50,6 +50,16 @@ named! {
 }
 
 impl Names {
+    /// The same names without what a terminal obeys instead of showing it.
+    #[must_use]
+    pub fn legible(mut self) -> Self {
+        let Self { nodes, resources, types, channels, objects, places, facts, controllers } = &mut self;
+        for names in [nodes, resources, types, channels, objects, places, facts, controllers] {
+            names.iter_mut().for_each(make_legible);
+        }
+        self
+    }
+
     /// An object within a sentence: its name, with its noun before it where the name alone is but a number.
     pub fn thing(&self, id: ObjectId) -> Cow<'_, str> {
         let name = self.object(id);
@@ -57,5 +67,34 @@ impl Names {
             true => format!("object {name}").into(),
             false => name.into(),
         }
+    }
+}
+
+/// Replaces what a terminal obeys instead of showing it: control characters and what turns the direction of a line.
+pub fn make_legible(text: &mut String) {
+    if text.contains(is_obeyed) {
+        *text = text.replace(is_obeyed, "\u{fffd}");
+    }
+}
+
+fn is_obeyed(letter: char) -> bool {
+    let turns =
+        matches!(letter, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    letter.is_control() || turns || matches!(letter, '\u{2028}' | '\u{2029}')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_cannot_speak_to_the_terminal() {
+        let check = |name: &str, expected: &str| {
+            let names = Names { nodes: vec![name.into()], ..Names::default() }.legible();
+            assert_eq!(names.nodes, [expected]);
+        };
+        check("pick \"2\" * [é 物]", "pick \"2\" * [é 物]");
+        check("\u{1b}[2Jpick\n\0", "\u{fffd}[2Jpick\u{fffd}\u{fffd}");
+        check("a\u{9b}31m\u{202e}b\u{2028}", "a\u{fffd}31m\u{fffd}b\u{fffd}");
     }
 }

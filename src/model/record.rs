@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Change, CommandId, ControllerId, End, FromController, Grant, MissionSpec, Names, NodeId, NodeKind, Reason,
-    Rejection, Request, Resource, ResourceId, Situation, Time, ToController, TypeId,
+    Rejection, Request, Resource, ResourceId, Situation, Time, ToController, TypeId, make_legible,
 };
 
 /// Version of the journal's form; a reader refuses any other.
@@ -148,6 +148,19 @@ impl Header {
             start: Some(mission.start.clone()),
             names: mission.names.clone(),
         }
+        .legible()
+    }
+
+    /// The same header, in which no name can speak to the terminal that shows it.
+    #[must_use]
+    pub fn legible(mut self) -> Self {
+        [&mut self.mission, &mut self.robot, &mut self.allocator].into_iter().for_each(make_legible);
+        for node in &mut self.nodes {
+            if let EntryKind::Behavior(kind) = &mut node.kind {
+                make_legible(kind);
+            }
+        }
+        Self { names: self.names.legible(), ..self }
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Blocked, End, EntryKind, Grant, Header, MissionEnd, NodeId, Reason, Record, Time};
+use super::{Blocked, End, EntryKind, Grant, Header, MissionEnd, NodeId, Reason, Record, Reopened, Time};
 
 /// When a leaf ran once: from its grant to its release.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,6 +17,17 @@ pub struct Interval {
     pub to: Option<Time>,
     /// How it ended.
     pub end: Option<End>,
+    /// Whether a node fails with it: it is not asked again.
+    pub is_final: bool,
+    /// Since when it counts as done no more, though it succeeded.
+    pub reopened: Option<Time>,
+}
+
+impl Interval {
+    /// Whether it succeeded and still counts.
+    fn is_done(&self) -> bool {
+        self.end == Some(End::Succeeded) && self.reopened.is_none()
+    }
 }
 
 /// A running fold of records.
@@ -41,6 +52,8 @@ pub struct Tally {
     /// Time of the last record.
     pub now: Time,
     closed: bool,
+    /// Where among the intervals each leaf ran last.
+    latest: BTreeMap<NodeId, usize>,
 }
 
 impl Tally {
@@ -58,18 +71,21 @@ impl Tally {
                 for Blocked { leaf, reason } in refused {
                     self.reasons.insert(*leaf, reason.clone());
                 }
-                if let Some(reopened) = reopened {
-                    self.skipped.retain(|(leaf, _)| *leaf != reopened.leaf);
-                    self.closed |= reopened.lapsed.is_some();
+                if let Some(Reopened { leaf, lapsed, .. }) = reopened {
+                    self.skipped.retain(|(skipped, _)| skipped != leaf);
+                    if let Some(run) = self.last_run(*leaf).filter(|run| run.is_done()) {
+                        run.reopened = Some(*at);
+                    }
+                    self.closed |= lapsed.is_some();
                 }
             }
-            Record::Released { at, leaf, end, .. } => {
+            Record::Released { at, leaf, end, going, .. } => {
                 self.now = *at;
                 self.closed = true;
-                let open = self.intervals.iter_mut().rev().find(|run| run.leaf == *leaf && run.to.is_none());
-                if let Some(run) = open {
+                if let Some(run) = self.last_run(*leaf).filter(|run| run.to.is_none()) {
                     run.to = Some(*at);
                     run.end = Some(*end);
+                    run.is_final = going.failed.is_some();
                 }
             }
             Record::World { at, .. } | Record::Resource { at, .. } | Record::Controller { at, .. } => self.now = *at,
@@ -125,12 +141,15 @@ impl Tally {
             self.closed = false;
         }
         self.steps.last_mut().expect("a step was just opened").push(grant.leaf);
-        self.intervals.push(Interval { leaf: grant.leaf, from: at, to: None, end: None });
+        self.latest.insert(grant.leaf, self.intervals.len());
+        let (leaf, from) = (grant.leaf, at);
+        self.intervals.push(Interval { leaf, from, to: None, end: None, is_final: false, reopened: None });
         self.reasons.remove(&grant.leaf);
         self.skipped.retain(|(leaf, _)| *leaf != grant.leaf);
-        for leaf in grant.skips.iter().flat_map(|skip| (skip.from.0..skip.to.0).map(NodeId)) {
-            let is_done = self.skipped.iter().any(|(known, _)| *known == leaf) || self.has_succeeded(leaf);
-            if self.is_behavior(leaf) && !is_done {
+        let nodes = self.header.as_ref().map_or(0, |header| header.nodes.len());
+        for leaf in grant.skipped(nodes).filter(|leaf| self.is_behavior(*leaf)).collect::<Vec<_>>() {
+            let is_done = self.skipped.iter().any(|(known, _)| *known == leaf) || self.is_done(leaf);
+            if !is_done {
                 self.skipped.push((leaf, at));
             }
         }
@@ -139,7 +158,7 @@ impl Tally {
     fn skip_satisfied(&mut self, at: Time) {
         let met = self.reasons.iter().filter(|(_, reason)| **reason == Reason::Satisfied).map(|(leaf, _)| *leaf);
         let new: Vec<_> = met
-            .filter(|leaf| !self.has_succeeded(*leaf) && self.skipped.iter().all(|(known, _)| known != leaf))
+            .filter(|leaf| !self.is_done(*leaf) && self.skipped.iter().all(|(known, _)| known != leaf))
             .filter(|leaf| !self.is_way_not_taken(*leaf))
             .map(|leaf| (leaf, at))
             .collect();
@@ -166,8 +185,13 @@ impl Tally {
         steps.any(|(child, or)| nodes[or.index()].kind == EntryKind::Or && has_run(or) && !has_run(child))
     }
 
-    fn has_succeeded(&self, leaf: NodeId) -> bool {
-        self.intervals.iter().any(|run| run.leaf == leaf && run.end == Some(End::Succeeded))
+    fn last_run(&mut self, leaf: NodeId) -> Option<&mut Interval> {
+        self.latest.get(&leaf).and_then(|&index| self.intervals.get_mut(index))
+    }
+
+    /// Whether a leaf ran and is done.
+    fn is_done(&self, leaf: NodeId) -> bool {
+        self.latest.get(&leaf).is_some_and(|&index| self.intervals[index].is_done())
     }
 
     fn is_behavior(&self, node: NodeId) -> bool {

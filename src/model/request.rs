@@ -68,6 +68,11 @@ pub struct Grant {
 }
 
 impl Grant {
+    /// The nodes that count as done by it, of a tree of so many.
+    pub fn skipped(&self, of: usize) -> impl Iterator<Item = NodeId> {
+        self.skips.iter().flat_map(move |skip| skip.nodes(of))
+    }
+
     /// The channel on which the behavior uses a resource.
     pub fn channel(&self, resource: ResourceId) -> Option<ChannelId> {
         self.bindings.iter().find(|binding| binding.resource == resource)?.access.channel()

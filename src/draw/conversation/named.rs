@@ -7,7 +7,9 @@ use serde::ser::{
     SerializeTupleVariant, Serializer,
 };
 
-use crate::model::{ChannelId, ControllerId, FactId, Names, NodeId, ObjectId, PlaceId, Record, ResourceId, TypeId};
+use crate::model::{
+    ChannelId, ControllerId, FactId, Names, NodeId, ObjectId, PlaceId, Record, ResourceId, Span, TypeId,
+};
 
 /// One line without its end.
 pub(super) fn to_string(record: &Record, names: &Names) -> serde_json::Result<String> {
@@ -230,7 +232,11 @@ impl<S: Serializer> SerializeStruct for OpenStruct<'_, S> {
         match self {
             Self::Fields(open) => open.inner.end(),
             Self::Span { inner, names, ends } => match ends.as_slice() {
-                [from, to] => inner.collect_seq((*from..*to).map(|node| names.node(NodeId(node)))),
+                &[from, to] => {
+                    let span = Span { from: NodeId(from), to: NodeId(to) };
+                    let nodes: Vec<&str> = span.nodes(names.nodes.len()).map(|node| names.node(node)).collect();
+                    inner.collect_seq(nodes)
+                }
                 _ => Err(S::Error::custom("a span has two ends")),
             },
         }

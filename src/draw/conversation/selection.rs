@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use glob::Pattern;
 
-use crate::model::{ControllerId, Header, NodeId, Record, ResourceId, Time, suggestion};
+use crate::model::{ControllerId, Header, Record, ResourceId, Time, suggestion};
 
 use super::commands::Commands;
 use super::{Kind, spoken};
@@ -88,14 +88,13 @@ impl Selection {
     pub(super) fn has(&self, record: &Record, round: u32, commands: &Commands) -> bool {
         let Filters { kinds, rounds, from, to, .. } = &self.rest;
         let at = record.at();
-        let is_here = |node: NodeId| self.nodes.as_ref().is_none_or(|nodes| nodes.get(node.index()) == Some(&true));
         (kinds.is_empty() || kinds.contains(&Kind::of(record)))
             && rounds.as_ref().is_none_or(|rounds| rounds.contains(&round))
             && from.is_none_or(|from| at >= from)
             && to.is_none_or(|to| at <= to)
             && self.resource.is_none_or(|resource| spoken::of_resource(record, resource))
             && self.controller.is_none_or(|controller| spoken::of_controller(record, controller))
-            && (self.nodes.is_none() || spoken::of_node(record, commands, &is_here))
+            && self.nodes.as_ref().is_none_or(|marks| spoken::of_node(record, commands, marks))
     }
 }
 

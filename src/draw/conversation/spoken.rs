@@ -7,16 +7,15 @@ use crate::model::{
 
 use super::commands::Commands;
 
-/// Whether a record is from, to or about a node for which `is` says so.
-pub(super) fn of_node(record: &Record, commands: &Commands, is: &impl Fn(NodeId) -> bool) -> bool {
+/// Whether a record is from, to or about a node that is marked.
+pub(super) fn of_node(record: &Record, commands: &Commands, marks: &[bool]) -> bool {
+    let is = &|node: NodeId| marks.get(node.index()) == Some(&true);
     match record {
         Record::Header(_) | Record::World { .. } => false,
         Record::Sent { from, to, message, .. } => is(*from) || is(*to) || message_of(message, is),
         Record::Decided { granted, refused, reopened, .. } => {
-            granted.iter().any(|grant| {
-                let mut skipped = grant.skips.iter().flat_map(|skip| (skip.from.0..skip.to.0).map(NodeId));
-                is(grant.leaf) || skipped.any(is)
-            }) || blocked_of(refused, is)
+            granted.iter().any(|grant| is(grant.leaf) || grant.skipped(marks.len()).any(is))
+                || blocked_of(refused, is)
                 || reopened.iter().any(|reopened| is(reopened.leaf) || is(reopened.holder))
         }
         Record::Released { leaf, going, .. } => is(*leaf) || going_of(going, is),

@@ -89,7 +89,7 @@ fn refusal(from: NodeId, blocked: &Blocked, names: &Names) -> String {
 pub(super) fn decided(granted: &[Grant], refused: &[Blocked], reopened: Option<&Reopened>, names: &Names) -> String {
     let grants = granted.iter().map(|grant| {
         let mut said = format!("grants {} {}", names.node(grant.leaf), phrase::bindings(&grant.bindings, names));
-        let skipped = grant.skips.iter().flat_map(|skip| (skip.from.0..skip.to.0).map(NodeId));
+        let skipped = grant.skipped(names.nodes.len());
         if !grant.skips.is_empty() {
             said += &format!(" (skipping {})", phrase::nodes(skipped, names));
         }

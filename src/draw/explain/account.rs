@@ -51,9 +51,9 @@ impl Account {
         let nodes = &header.names.nodes;
         let found = nodes.iter().take(header.nodes.len()).position(|node| node == name);
         let node = NodeId::from(found.ok_or_else(|| Unknown::new("node", name, nodes))?);
-        let below = (0..header.nodes.len())
-            .map(NodeId::from)
-            .filter(|&leaf| header.nodes[leaf.index()].kind.is_behavior() && is_within(header, leaf, node));
+        let is_within = within(header, node);
+        let nodes = (0..header.nodes.len()).map(NodeId::from);
+        let below = nodes.filter(|leaf| header.nodes[leaf.index()].kind.is_behavior() && is_within[leaf.index()]);
         Ok(Self {
             standing: Standing::new(header),
             holdings: Holdings::new(header),
@@ -269,15 +269,12 @@ impl Account {
     }
 }
 
-/// Whether a node lies in the subtree of another.
-fn is_within(header: &Header, node: NodeId, top: NodeId) -> bool {
-    let mut node = node;
-    while node > top {
-        let parent = header.nodes[node.index()].parent;
-        if parent >= node {
-            return false;
-        }
-        node = parent;
+/// Of each node whether it lies in the subtree of another.
+fn within(header: &Header, top: NodeId) -> Vec<bool> {
+    let mut within: Vec<bool> = Vec::with_capacity(header.nodes.len());
+    for (node, entry) in header.nodes.iter().enumerate() {
+        let is_below = within.get(entry.parent.index()).copied().unwrap_or(false);
+        within.push(node == top.index() || is_below);
     }
-    node == top
+    within
 }

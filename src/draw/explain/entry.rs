@@ -12,6 +12,9 @@ use super::holdings::Because;
 /// Most entries that are kept of one leaf; of more, the latest.
 const MAX_ENTRIES: usize = 1000;
 
+/// Fewest columns for what is said behind rounds and time; where there are fewer, it stands below them.
+const MIN_SAID: usize = 24;
+
 /// What is told of a leaf.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Leaf {
@@ -74,9 +77,14 @@ impl Leaf {
             let mark = Palette::paint(palette.of(entry.state), entry.state.mark());
             let head = format!("{rounds:<0$}  {time:>1$}", widths[0], widths[1]);
             let indent = widths[0] + widths[1] + 8;
-            let head = format!("  {mark} {}  ", Palette::paint(palette.faint, head));
+            let head = format!("  {mark} {}", Palette::paint(palette.faint, head));
             let said = entry.said();
-            text.push_str(&hang(&head, indent, &flow(said.split(' '), width - indent)));
+            if width < indent + MIN_SAID {
+                let _ = writeln!(text, "{head}");
+                text.push_str(&hang("    ", 4, &flow(said.split(' '), width - 4)));
+                continue;
+            }
+            text.push_str(&hang(&(head + "  "), indent, &flow(said.split(' '), width - indent)));
         }
         text
     }
@@ -126,9 +134,10 @@ impl Entry {
             Some(detail) if *is_first_only => format!("{sentence} (at first {detail})"),
             Some(detail) => format!("{sentence} ({detail})"),
         };
-        match said.strip_prefix("it is not asked") {
-            Some(rest) => format!("It is not asked{rest}."),
-            None => format!("It waits: {said}."),
+        match (reason, said.strip_prefix("it is not asked")) {
+            (_, Some(rest)) => format!("It is not asked{rest}."),
+            (Some(Reason::Ending { .. }), None) => format!("It is not to run any more: {said}."),
+            (_, None) => format!("It waits: {said}."),
         }
     }
 }

@@ -43,7 +43,7 @@ pub(super) fn ended(leaf: NodeId, end: End, took_s: Option<f64>, going: Going, n
     let after = took_s.map(|took_s| format!(" after {took_s:.2} s")).unwrap_or_default();
     let mut said = vec![match end {
         End::Succeeded => format!("is done{after}."),
-        End::Canceled => format!("is canceled{after}."),
+        End::Canceled => format!("is cancelled{after}."),
         End::Failed(fault) => format!("fails{after}: {}.", phrase::fault_sentence(fault, names)),
     }];
     if let Some(done) = going.completed.filter(|done| done.node != leaf) {

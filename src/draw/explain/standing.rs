@@ -51,7 +51,7 @@ impl Standing {
 
     /// Leaves among nodes that are skipped by a grant and were not done before.
     pub(super) fn skipped(&self, grant: &Grant) -> Vec<NodeId> {
-        let skipped = grant.skips.iter().flat_map(|skip| (skip.from.0..skip.to.0).map(NodeId));
+        let skipped = grant.skipped(self.header.nodes.len());
         skipped.filter(|node| self.is_behavior(*node) && !self.is_done(*node)).collect()
     }
 

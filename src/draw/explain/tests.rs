@@ -96,7 +96,7 @@ experiment 1 on pr2, greedy: failed: right_arm was lost
             now, since no free resource reaches object 1.
           ○ move 3-1 waits: no gripper would be available to it there.
   9.50 s  ✗ The controller right_arm is lost.
-          ⊘ pick 2 is canceled after 1.10 s.
+          ⊘ pick 2 is cancelled after 1.10 s.
           ✗ The mission is over: failed: right_arm was lost.
 ";
 
@@ -163,10 +163,19 @@ pick 2 (pick in object 2)
   ✗                8.40 s  It fails after 1.00 s: right_arm gave up.
   ● round 4        8.40 s  It starts with potential 1.000 and has right_gripper alone,
                            base and head for \"at shelf\". pick 1 still runs.
-  ⊘                9.50 s  It is canceled after 1.10 s.
+  ⊘                9.50 s  It is cancelled after 1.10 s.
   ○                9.50 s  The mission is over: failed: right_arm was lost.
 ",
     );
+}
+
+#[test]
+fn an_account_is_readable_in_few_columns() {
+    let mut account = Account::new(&header(), "move 3-1", None).unwrap();
+    turns().iter().for_each(|record| account.add(record));
+    let text = account.text(40, &Palette::plain()).unwrap();
+    let first = "  ○ round 2        0.00 s\n    It waits: base is held by move 2-1.\n";
+    assert!(text.contains(first) && text.lines().all(|line| columns(line) <= 40), "{text}");
 }
 
 #[test]

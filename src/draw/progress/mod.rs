@@ -65,8 +65,7 @@ impl Progress {
         let Some(header) = &self.tally.header else {
             return;
         };
-        let skipped = grant.skips.iter().flat_map(|skip| skip.from.0..skip.to.0);
-        let behaviors = skipped.map(NodeId).filter(|node| {
+        let behaviors = grant.skipped(header.nodes.len()).filter(|node| {
             let entry = header.nodes.get(node.index());
             entry.is_some_and(|entry| entry.kind.is_behavior())
         });

@@ -26,8 +26,10 @@ impl Status {
         let not_asked = NotAsked::new(header, |leaf| course.standing(leaf));
         let reasons: BTreeMap<_, _> = last_reasons(&self.tally).into_iter().collect();
         let progress = self.progress(header);
-        let states: Vec<_> =
-            (0..header.nodes.len()).map(|node| self.leaf_state(node.into(), header, &course)).collect();
+        // None of an inner node.
+        let is_leaf = |node: &NodeId| header.nodes[node.index()].kind.is_behavior();
+        let nodes = (0..header.nodes.len()).map(NodeId::from);
+        let states: Vec<_> = nodes.map(|node| Some(node).filter(is_leaf).map(|leaf| course.state(leaf))).collect();
         let below = below(header, &states);
         let row = |(index, entry): (usize, &NodeEntry)| {
             let node = NodeId::from(index);
@@ -57,14 +59,6 @@ impl Status {
             }
         };
         header.nodes.iter().enumerate().map(row).collect()
-    }
-
-    /// What a leaf is; none of an inner node. A leaf that made a node fail is not asked again.
-    fn leaf_state(&self, node: NodeId, header: &Header, course: &Course) -> Option<LeafState> {
-        header.nodes[node.index()].kind.is_behavior().then(|| match course.state(node) {
-            LeafState::Waiting if self.failed.contains(&node) => LeafState::Failed,
-            state => state,
-        })
     }
 
     fn inner_state(&self, node: NodeId, below: Below, is_done: bool) -> LeafState {

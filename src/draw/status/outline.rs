@@ -21,12 +21,13 @@ impl<'a> Outline<'a> {
     /// The tree's column is as wide as the whole tree, so that nothing moves when other parts of it are shown.
     pub(super) fn new(nodes: &'a [NodeRow], width: usize, palette: Palette) -> Self {
         let parents: Vec<NodeId> = nodes.iter().map(|node| NodeId(node.parent.unwrap_or(node.id))).collect();
-        let last = last_children(&parents, |_| true);
-        let widest = nodes.iter().map(|node| {
-            let branches = branches(&parents, &last, NodeId(node.id));
-            columns(&branches) + 2 + columns(&node.name) + columns(&kind(node))
-        });
-        let task = Column::wide("task", widest.max().unwrap_or_default().clamp(4, width * 2 / 5));
+        let most = width * 2 / 5;
+        let branches = branches(&parents, &last_children(&parents, |_| true), most);
+        let widest = nodes
+            .iter()
+            .zip(&branches)
+            .map(|(node, branches)| columns(branches) + 2 + columns(&node.name) + columns(&kind(node)));
+        let task = Column::wide("task", widest.max().unwrap_or_default().clamp(4, most));
         let potential = Column::number(if width < NARROW { "pot." } else { "potential" }, 5);
         let state = Column::wide("state, and why", rest(&[task, potential], width));
         Self { nodes, parents, table: [task, potential, state], palette }
@@ -41,6 +42,7 @@ impl<'a> Outline<'a> {
     pub(super) fn lines(&self, height: usize) -> Vec<String> {
         let shown = self.shown(height.saturating_sub(1));
         let last = last_children(&self.parents, |node| shown[node.index()]);
+        let branches = branches(&self.parents, &last, self.table[0].width.saturating_sub(3));
         let hidden = self.hidden(&shown);
         let rows = self.nodes.iter().zip(&shown).zip(&hidden).filter(|((_, shown), _)| **shown);
         let rows = rows.map(|((node, _), hidden)| {
@@ -49,16 +51,15 @@ impl<'a> Outline<'a> {
                 Some((leaf, reason)) => format!("{}/{} done, {}: {reason}", node.done, node.of, leaf.name),
                 None => note(node, *hidden),
             };
-            self.line(node, note, &last)
+            self.line(node, note, &branches[node.id as usize])
         });
         std::iter::once(head(&self.table, &self.palette)).chain(rows).take(height).collect()
     }
 
-    fn line(&self, node: &NodeRow, note: String, last: &[Option<NodeId>]) -> String {
+    fn line(&self, node: &NodeRow, note: String, branches: &str) -> String {
         let [task, potential, state] = &self.table;
-        let branches = clip(&branches(&self.parents, last, NodeId(node.id)), task.width.saturating_sub(3));
         let style = self.palette.of(node.state);
-        let room = task.width.saturating_sub(columns(&branches) + 2);
+        let room = task.width.saturating_sub(columns(branches) + 2);
         let name = clip(&node.name, room);
         let kind = clip(&kind(node), room.saturating_sub(columns(&name)));
         let free = " ".repeat(room.saturating_sub(columns(&name) + columns(&kind)));
@@ -94,7 +95,9 @@ impl<'a> Outline<'a> {
             if left == 0 {
                 break;
             }
-            let missing: Vec<usize> = self.path(node).filter(|&node| !shown[node]).collect();
+            // Above what is shown all is.
+            let missing = self.path(node).take_while(|&node| !shown[node]);
+            let missing: Vec<usize> = missing.take(left + 1).collect();
             if missing.len() <= left {
                 left -= missing.len();
                 missing.into_iter().for_each(|node| shown[node] = true);
@@ -114,9 +117,10 @@ impl<'a> Outline<'a> {
     /// How many nodes are not shown below each that is, as its next shown ancestor.
     fn hidden(&self, shown: &[bool]) -> Vec<usize> {
         let mut hidden = vec![0; shown.len()];
-        for node in (0..shown.len()).filter(|&node| !shown[node]) {
-            if let Some(above) = self.path(node).find(|&above| shown[above]) {
-                hidden[above] += 1;
+        for node in (0..shown.len()).rev().filter(|&node| !shown[node]) {
+            let parent = self.parents[node].index();
+            if parent < node {
+                hidden[parent] += hidden[node] + 1;
             }
         }
         hidden

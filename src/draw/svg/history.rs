@@ -171,7 +171,7 @@ impl History {
     }
 
     fn grant(&mut self, at: Time, grant: &Grant) {
-        for leaf in grant.skips.iter().flat_map(|skip| skip.from.0..skip.to.0).map(NodeId) {
+        for leaf in grant.skipped(self.phases.len()) {
             match self.phase(leaf) {
                 Some(Phase::Waiting | Phase::Reopened | Phase::Failed { .. } | Phase::Canceled | Phase::Unwanted) => {
                     self.enter(leaf, at, Phase::Skipped);

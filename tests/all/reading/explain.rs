@@ -71,6 +71,8 @@ fn unknown_names_and_rounds_are_told_with_what_there_is() {
     let log = log.to_str().expect("a path");
     let said = refused(&home, "explain", log, &["pik 2"]);
     assert!(said.contains("there is no node `pik 2`") && said.contains("did you mean `pick 2`?"), "{said}");
+    let said = refused(&home, "explain", "pick 2", &[]);
+    assert!(said.contains("there is no log `pick 2`") && said.contains("name the log first"), "{said}");
     let said = refused(&home, "explain", log, &["pick 2", "--round", "99"]);
     assert!(said.contains("there is no round 99") && said.contains("the log has rounds 1 to 23"), "{said}");
 }

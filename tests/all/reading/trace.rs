@@ -41,6 +41,21 @@ fn every_record_is_one_line_and_filters_combine() {
 }
 
 #[test]
+fn nothing_that_is_asked_for_is_said_to_be_nothing() {
+    let (home, log) = simulated(1);
+    let log = log.to_str().expect("a path");
+    for none in [["--round", "99"], ["--from", "9000"]] {
+        let finished = home.start(["trace", log].iter().chain(&none)).ends(0);
+        assert_eq!(
+            (finished.stdout.as_str(), finished.words().as_str()),
+            ("", "the log has no record that is asked for")
+        );
+    }
+    let said = refused(&home, "trace", log, &["--from", "9", "--to", "3"]);
+    assert!(said.contains("nothing lies between --from 9.00 s and --to 3.00 s"), "{said}");
+}
+
+#[test]
 fn json_lines_have_names() {
     let (home, log) = simulated(1);
     let records = fs::read_to_string(&log).expect("a log").lines().count();
