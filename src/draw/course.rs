@@ -65,6 +65,16 @@ impl LeafState {
     }
 }
 
+impl From<End> for LeafState {
+    fn from(end: End) -> Self {
+        match end {
+            End::Succeeded => Self::Done,
+            End::Failed(_) => Self::Failed,
+            End::Canceled => Self::Canceled,
+        }
+    }
+}
+
 /// A tally by leaf.
 pub(super) struct Course<'a> {
     pub(super) tally: &'a Tally,
@@ -137,11 +147,7 @@ impl<'a> Course<'a> {
         for (index, run) in runs.iter().enumerate() {
             stretches.push((run.from, LeafState::Active));
             let Some(to) = run.to else { continue };
-            match run.end {
-                Some(End::Failed(_)) => stretches.push((to, LeafState::Failed)),
-                Some(End::Canceled) => stretches.push((to, LeafState::Canceled)),
-                Some(End::Succeeded) | None => {}
-            }
+            stretches.extend(run.end.map(|end| (to, end.into())));
             let next = self.after(run, index + 1 == runs.len());
             if stretches.last().is_some_and(|&(_, state)| state != next) {
                 stretches.push((to, next));

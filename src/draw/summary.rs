@@ -52,16 +52,16 @@ fn outcome(tally: &Tally, header: &Header, width: usize, palette: &Palette) -> S
 
 /// What the mission itself came to, the word for it, and at what; the last is empty where there is nothing to say.
 pub(super) fn ending(tally: &Tally, header: &Header) -> (LeafState, &'static str, String) {
-    let at = tally.now;
     let failed = |why: String| (LeafState::Failed, "failed", why);
     match tally.end {
-        None => (LeafState::Canceled, "not ended", format!("its records stop at {at}")),
+        None => (LeafState::Canceled, "not ended", format!("its records stop at {}", tally.now)),
         Some(MissionEnd::Done) => (LeafState::Done, "done", String::new()),
         Some(MissionEnd::Stalled) => (LeafState::Failed, "stalled", "nothing runs and nothing can".into()),
-        Some(MissionEnd::Canceled) => (LeafState::Canceled, "cancelled", format!("it was told to end at {at}")),
+        Some(MissionEnd::Canceled) => (LeafState::Canceled, "cancelled", "it was told to end".into()),
         Some(MissionEnd::Failed(leaf)) => failed(failure(tally, header, leaf)),
         Some(MissionEnd::ControllerLost(controller)) => {
-            failed(format!("the controller {} was lost at {at}", header.names.controller(controller)))
+            let at = tally.lost.get(&controller).map_or(String::new(), |at| format!(" at {at}"));
+            failed(format!("the controller {} was lost{at}", header.names.controller(controller)))
         }
         Some(MissionEnd::NotAttached) => failed("not every controller attached in time".into()),
         Some(MissionEnd::TaskLost) => failed("a task of the runtime is gone, which is a defect of ambidex".into()),

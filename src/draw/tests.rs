@@ -190,6 +190,20 @@ fn a_failure_names_leaf_moment_and_fault() {
 }
 
 #[test]
+fn a_loss_is_told_with_its_own_moment() {
+    let lost = ControllerId(2);
+    let records = [
+        Record::Header(Box::new(sample::header())),
+        decided(0.0, 1, vec![grant("pick 1", &[0, 1], &[2], &[])]),
+        Record::Controller { at: seconds(1.0), controller: lost, message: ControllerMessage::Lost },
+        released(1.5, "pick 1", End::Failed(Fault::Lost(lost))),
+        Record::Ended { at: seconds(1.5), end: MissionEnd::ControllerLost(lost) },
+    ];
+    let text = summary(&tally(&records), 80, &Palette::plain());
+    assert!(text.starts_with("experiment 1: failed\n  the controller left_arm was lost at 1.00 s\n"), "{text}");
+}
+
+#[test]
 fn a_big_tree_shows_what_ran() {
     let mut header = sample::header();
     for extra in 0..100 {

@@ -22,7 +22,7 @@ pub fn tree(header: &Header, tally: Option<&Tally>, width: usize, palette: &Pale
         let state = course.as_ref().filter(|_| header.nodes[node.index()].kind.is_behavior());
         let state = state.map(|course| course.state(node));
         let mark = state.map_or(String::new(), |state| Palette::paint(palette.of(state), state.mark()) + " ");
-        let room = width - columns(&branches) - if state.is_some() { 2 } else { 0 };
+        let room = width - columns(branches) - if state.is_some() { 2 } else { 0 };
         let kind = if name.starts_with(kind) { "" } else { kind };
         let name = clip(name, room);
         let kind = clip(kind, room.saturating_sub(columns(&name) + 2));

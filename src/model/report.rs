@@ -4,7 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Blocked, End, EntryKind, Grant, Header, MissionEnd, NodeId, Reason, Record, Reopened, Time};
+use super::{
+    Blocked, ControllerId, ControllerMessage, End, EntryKind, Grant, Header, MissionEnd, NodeId, Reason, Record,
+    Reopened, Time,
+};
 
 /// When a leaf ran once: from its grant to its release.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,6 +50,8 @@ pub struct Tally {
     pub rounds: u32,
     /// Messages between nodes so far.
     pub messages: u64,
+    /// When controllers were lost.
+    pub lost: BTreeMap<ControllerId, Time>,
     /// How the mission ended.
     pub end: Option<MissionEnd>,
     /// Time of the last record.
@@ -88,7 +93,13 @@ impl Tally {
                     run.is_final = going.failed.is_some();
                 }
             }
-            Record::World { at, .. } | Record::Resource { at, .. } | Record::Controller { at, .. } => self.now = *at,
+            Record::Controller { at, controller, message } => {
+                self.now = *at;
+                if *message == ControllerMessage::Lost {
+                    self.lost.insert(*controller, *at);
+                }
+            }
+            Record::World { at, .. } | Record::Resource { at, .. } => self.now = *at,
             Record::Ended { at, end } => {
                 self.now = *at;
                 // Only the first word counts: what is made safe afterwards ends as canceled.

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use crate::draw::conversation::Unknown;
 use crate::draw::text::{MIN_WIDTH, flow, hang};
 use crate::draw::{LeafState, Palette, phrase};
-use crate::model::{Blocked, End, Grant, Header, Message, MissionEnd, NodeId, Reason, Record, Reopened, Time};
+use crate::model::{Blocked, Grant, Header, Message, MissionEnd, NodeId, Reason, Record, Reopened, Time};
 
 use super::entry::{Entry, Leaf, Wait};
 use super::holdings::{Because, Holdings};
@@ -83,12 +83,7 @@ impl Account {
                 let mut said = vec!["It".to_owned()];
                 said.extend(sentence::ended(*leaf, *end, took_s, *going, names));
                 said.extend(sentence::changes(changes, names));
-                let state = match end {
-                    End::Succeeded => LeafState::Done,
-                    End::Failed(_) => LeafState::Failed,
-                    End::Canceled => LeafState::Canceled,
-                };
-                self.tell(*leaf, Entry::moment(*at, None, state, said.join(" ")));
+                self.tell(*leaf, Entry::moment(*at, None, (*end).into(), said.join(" ")));
             }
             Record::Ended { at, end } => self.end(*at, *end),
             Record::Header(_)

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::draw::{LeafState, phrase};
-use crate::model::{Access, Binding, Blocked, End, Going, Grant, Names, NodeId, Reason, Record, Time};
+use crate::model::{Access, Binding, Blocked, Grant, Names, NodeId, Reason, Record, Time};
 
 use super::holdings::Holdings;
 use super::sentence;
@@ -86,7 +86,7 @@ impl Moment {
         let mut said = vec![names.node(*leaf).to_owned()];
         said.extend(sentence::ended(*leaf, *end, took_s, *going, names));
         said.extend(sentence::changes(changes, names));
-        self.happens(*at, ended(*end, *going), said.join(" "));
+        self.happens(*at, (*end).into(), said.join(" "));
     }
 
     /// Takes anything else that happens.
@@ -95,14 +95,6 @@ impl Moment {
             self.at = at;
         }
         self.happened.push((state, said));
-    }
-}
-
-fn ended(end: End, going: Going) -> LeafState {
-    match end {
-        End::Succeeded => LeafState::Done,
-        End::Canceled if going.failed.is_none() => LeafState::Canceled,
-        End::Canceled | End::Failed(_) => LeafState::Failed,
     }
 }
 
