@@ -1,10 +1,11 @@
 //! YAML text as a tree in which every key and value knows its line and column; what the keys mean is not known here.
 
 use std::fmt;
+use std::str::Utf8Error;
 
 use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 use serde_saphyr::budget::BudgetBreach;
-use serde_saphyr::{Error, Location, NonFiniteFloatPolicy, Options, Spanned};
+use serde_saphyr::{DuplicateKeyPolicy, Error, Location, NonFiniteFloatPolicy, Options, Spanned};
 
 /// Largest file that is read, bytes.
 pub(super) const MAX_BYTES: u64 = 1 << 20;
@@ -101,6 +102,14 @@ fn parse_here(text: Text<'_>) -> Result<Node, SyntaxFault> {
     }
 }
 
+/// Where in bytes there is a text no more.
+pub(super) fn not_text(file: usize, bytes: &[u8], error: Utf8Error) -> SyntaxFault {
+    let before = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
+    let (line, behind) = (before.matches('\n').count() + 1, before.rsplit('\n').next().unwrap_or_default());
+    let spot = Spot { file, line, column: behind.chars().count() + 1, offset: before.len(), length: 1 };
+    SyntaxFault { spot, message: "this is not UTF-8".to_owned() }
+}
+
 /// What is wrong, without the place, which is told beside it, and without advice to programmers.
 fn sentence(error: &Error) -> String {
     let error = error.without_snippet();
@@ -109,11 +118,28 @@ fn sentence(error: &Error) -> String {
             format!("nested more than {MAX_DEPTH} lists and maps deep")
         }
         Error::Budget { breach: BudgetBreach::Nodes { .. }, .. } => format!("more than {MAX_NODES} keys and values"),
+        Error::Budget { breach: BudgetBreach::Documents { .. }, .. } => {
+            "a second document: a file is one mission, robot or library".to_owned()
+        }
         _ => {
             let whole = error.to_string();
             let end = whole.rfind(" at line ").unwrap_or(whole.len());
-            whole[..end].replace(", set DuplicateKeyPolicy in Options if acceptable", "")
+            in_words(&whole[..end])
         }
+    }
+}
+
+/// What the parser calls by the names of its own parts.
+fn in_words(said: &str) -> String {
+    if said.starts_with("alias replay") {
+        return format!("aliases that stand for more than {MAX_NODES} keys and values");
+    }
+    match said {
+        "recursion limit exceeded" => format!("nested more than {MAX_DEPTH} lists and maps deep"),
+        "expected string scalar" | "cannot deserialize null into string; use Option<String>" => {
+            "a key is a word, a number or quoted text".to_owned()
+        }
+        said => said.to_owned(),
     }
 }
 
@@ -128,6 +154,8 @@ fn options() -> Options {
             max_total_replayed_events: MAX_NODES,
         },
         angle_conversions: true,
+        // The reader tells of them beside all else that is wrong.
+        duplicate_keys: DuplicateKeyPolicy::PassThrough,
         non_finite_float_policy: NonFiniteFloatPolicy::PassThrough,
         with_snippet: false,
     }
@@ -170,7 +198,10 @@ fn spot(at: Location, Text { file, text }: Text<'_>) -> Spot {
     let known = at.span().byte_offset().map(number);
     let offset = known.unwrap_or_else(|| offset_of(line, column, text));
     let length = at.span().byte_len().map_or(0, number);
-    Spot { file, line, column, offset: offset.min(text.len()), length: length.min(text.len().saturating_sub(offset)) }
+    let offset = offset.min(text.len());
+    // Of a text of several lines the first is enough to point at.
+    let rest = text.get(offset..).and_then(|rest| rest.lines().next()).unwrap_or_default();
+    Spot { file, line, column, offset, length: length.min(rest.len()) }
 }
 
 /// Bytes before a line and column, for the places that the parser counts in characters alone.

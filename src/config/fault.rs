@@ -8,6 +8,7 @@ use std::sync::Arc;
 use miette::{Diagnostic, LabeledSpan, NamedSource, Severity, SourceCode};
 
 use super::document::Spot;
+use super::reader::shortened;
 
 /// More mistakes than a person reads at once; further ones are only counted.
 const MAX_FAULTS: usize = 100;
@@ -110,7 +111,7 @@ impl Diagnostic for ConfigError {
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if !self.key.is_empty() {
-            write!(f, "{}: ", self.key)?;
+            write!(f, "{}: ", shortened(&self.key))?;
         }
         f.write_str(&self.message)
     }

@@ -1,7 +1,7 @@
 //! The files of a mission: read once each, with everything that they include.
 
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use super::document::{self, MAX_BYTES, Node, Spot};
@@ -59,8 +59,8 @@ impl Files {
     /// The behaviors of the paper, then a file and everything that it includes, each once.
     pub(super) fn with_includes(path: &Path, faults: &mut Faults) -> Self {
         // The file of the paper's behaviors may be checked itself.
-        let mut files = match text(path) {
-            Ok(text) if text == PAPER => Self::default(),
+        let mut files = match bytes(path) {
+            Ok(bytes) if bytes == PAPER.as_bytes() => Self::default(),
             Ok(_) | Err(_) => Self::of_paper(faults),
         };
         files.open(path, None, faults);
@@ -105,8 +105,8 @@ impl Files {
     }
 
     fn open(&mut self, path: &Path, named: Option<&Name>, faults: &mut Faults) {
-        let node = match text(path) {
-            Ok(text) => parse(&path.display().to_string(), text, faults),
+        let node = match bytes(path) {
+            Ok(bytes) => parse_bytes(&path.display().to_string(), bytes, faults),
             Err(error) => {
                 let message = format!("cannot read {}: {error}", path.display());
                 match named {
@@ -153,6 +153,18 @@ fn is_same(one: &Path, other: &Path) -> bool {
     one == other || one.canonicalize().ok().is_some_and(|one| other.canonicalize().is_ok_and(|other| one == other))
 }
 
+fn parse_bytes(name: &str, bytes: Vec<u8>, faults: &mut Faults) -> Option<Node> {
+    match String::from_utf8(bytes) {
+        Ok(text) => parse(name, text, faults),
+        Err(error) => {
+            let file = faults.open(name, String::from_utf8_lossy(error.as_bytes()).into_owned());
+            let fault = document::not_text(file, error.as_bytes(), error.utf8_error());
+            faults.push(fault.spot, "", fault.message, None);
+            None
+        }
+    }
+}
+
 fn parse(name: &str, text: String, faults: &mut Faults) -> Option<Node> {
     let file = faults.open(name, text.clone());
     match document::parse(file, &text) {
@@ -164,12 +176,16 @@ fn parse(name: &str, text: String, faults: &mut Faults) -> Option<Node> {
     }
 }
 
-fn text(path: &Path) -> io::Result<String> {
-    let mut text = String::new();
-    File::open(path)?.take(MAX_BYTES + 1).read_to_string(&mut text)?;
-    if text.len() as u64 > MAX_BYTES {
-        let message = format!("it is larger than {MAX_BYTES} bytes");
-        return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
+fn bytes(path: &Path) -> io::Result<Vec<u8>> {
+    // To open a pipe is to wait for somebody who writes to it.
+    let metadata = path.metadata()?;
+    if !metadata.is_file() && !metadata.is_dir() {
+        return Err(io::Error::new(ErrorKind::InvalidInput, "it is no regular file"));
     }
-    Ok(text)
+    let mut bytes = Vec::new();
+    File::open(path)?.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(io::Error::new(ErrorKind::FileTooLarge, format!("it is larger than {MAX_BYTES} bytes")));
+    }
+    Ok(bytes)
 }

@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use super::document::Spot;
 use super::fault::Faults;
 use crate::model::{
-    BehaviorSpec, Claim, Condition, EffectTerm, FactId, Keep, MissionSpec, NodeId, NodeKind, ResourceId, TypeId, Wanted,
+    Access, BehaviorSpec, Claim, Condition, EffectTerm, FactId, Keep, MissionSpec, NodeId, NodeKind, ResourceId,
+    TypeId, Wanted,
 };
 
 /// Looks at a mission; `spots` has the place of each node.
@@ -33,11 +34,13 @@ enum Supply {
     Any(TypeId),
 }
 
-/// How many of a supply a node needs at once at least, and how many more are kept when it is done.
+/// How many of a supply a node needs at once at least, how many more are kept when it is done, and how many of these
+/// are still empty, so that whoever inherits them needs no other.
 #[derive(Debug, Clone, Copy, Default)]
 struct Demand {
     peak: i64,
     net: i64,
+    spare: i64,
 }
 
 impl Outlook<'_> {
@@ -99,8 +102,7 @@ impl Outlook<'_> {
     /// What is kept physically by any behavior.
     fn supplies(&self) -> BTreeSet<Supply> {
         let claims = self.mission.tree.leaves().flat_map(|leaf| &self.behavior(leaf).claims);
-        let kept = claims.filter(|claim| matches!(claim.keep, Keep::Physical(_)));
-        kept.filter_map(|claim| self.supply(claim)).collect()
+        claims.filter(|claim| keeps_alone(claim)).filter_map(|claim| self.supply(claim)).collect()
     }
 
     fn supply(&self, claim: &Claim) -> Option<Supply> {
@@ -150,14 +152,19 @@ impl Outlook<'_> {
 
     fn demand(&self, behavior: &BehaviorSpec, supply: Supply) -> Demand {
         let mut demand = Demand::default();
-        for claim in &behavior.claims {
+        for (index, claim) in behavior.claims.iter().enumerate() {
+            let takes = |effect: &EffectTerm| matches!(effect, EffectTerm::Taken(_, by) if *by == index);
             match claim.wanted {
                 // What is held was kept before, for all that is known of this supply.
                 Wanted::Holding(_) => demand.net -= i64::from(claim.keep == Keep::Release),
+                // One that was kept before will do, whatever it holds.
+                Wanted::Named(_) | Wanted::Any(_) if !keeps_alone(claim) => {}
                 Wanted::Named(_) | Wanted::Empty { .. } | Wanted::Any(_) | Wanted::AnyEmpty { .. } => {
                     let is_of_it = self.supply(claim) == Some(supply);
+                    let is_spare = is_of_it && keeps_alone(claim) && !behavior.effects.iter().any(takes);
+                    demand.spare += i64::from(is_spare);
                     demand.peak += i64::from(is_of_it);
-                    demand.net += i64::from(is_of_it && matches!(claim.keep, Keep::Physical(_)));
+                    demand.net += i64::from(is_of_it && keeps_alone(claim));
                 }
             }
         }
@@ -190,17 +197,24 @@ impl Outlook<'_> {
 
     /// Behaviors below a node that keep some of a supply for good.
     fn keepers(&self, supply: Supply, node: NodeId) -> Vec<NodeId> {
-        let keeps = |claim: &Claim| matches!(claim.keep, Keep::Physical(_)) && self.supply(claim) == Some(supply);
+        let keeps = |claim: &Claim| keeps_alone(claim) && self.supply(claim) == Some(supply);
         let below = self.mission.tree.leaves().filter(|&leaf| self.mission.tree.topology.is_within(leaf, node));
         below.filter(|&leaf| self.behavior(leaf).claims.iter().any(keeps)).collect()
     }
 }
 
+/// Whether a claim keeps for good what nobody else can then use.
+fn keeps_alone(claim: &Claim) -> bool {
+    matches!(claim.keep, Keep::Physical(Access::Exclusive))
+}
+
 fn in_order(children: &[Demand]) -> Demand {
     let mut whole = Demand::default();
     for child in children {
-        whole.peak = whole.peak.max(whole.net + child.peak);
-        whole.net += child.net;
+        whole.peak = whole.peak.max(whole.net - whole.spare.min(child.peak) + child.peak);
+        let kept_again = whole.spare.min(child.net.max(0));
+        whole.net += child.net - kept_again;
+        whole.spare += child.spare - kept_again;
     }
     whole
 }
@@ -212,13 +226,15 @@ fn in_any_order(children: &[Demand]) -> Demand {
     let alone = children.iter().map(|child| child.peak + given_back - child.net.min(0)).max();
     // Whichever comes last, all others are done by then.
     let last = children.iter().map(|child| net - child.net + child.peak).min();
-    Demand { peak: alone.into_iter().chain(last).max().unwrap_or(0).max(net), net }
+    let spare = children.iter().map(|child| child.spare).sum();
+    Demand { peak: alone.into_iter().chain(last).max().unwrap_or(0).max(net), net, spare }
 }
 
 fn either(children: &[Demand]) -> Demand {
     Demand {
         peak: children.iter().map(|child| child.peak).min().unwrap_or(0),
         net: children.iter().map(|child| child.net).min().unwrap_or(0),
+        spare: children.iter().map(|child| child.spare).max().unwrap_or(0),
     }
 }
 

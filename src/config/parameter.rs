@@ -27,6 +27,11 @@ static PARAMETER: Shape = Shape::new(
     ],
 );
 
+/// The default that is where the `move` before goes.
+pub(super) const BEFORE: &str = "$before";
+/// The default that is where the object is at the start.
+pub(super) const START: &str = "$start";
+
 /// What an argument stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Type {
@@ -102,6 +107,19 @@ impl Type {
             Self::Object | Self::Place | Self::Resource | Self::Kind | Self::Text => {
                 drop(item.name(self.what(), faults))
             }
+        }
+    }
+
+    /// What starts with a dollar is no argument yet, and is found out for places alone.
+    fn check_default(self, item: Item<'_>, faults: &mut Faults) {
+        match item.text().filter(|text| text.starts_with('$')) {
+            Some(BEFORE | START) if self == Self::Place => {}
+            Some(text) => {
+                let message = format!("`{text}` cannot be the default of {}", self.what());
+                let help = "write a value; that of a place may be `$before` or `$start`".to_owned();
+                faults.push(item.spot, item.key, message, Some(help));
+            }
+            None => self.check_form(item, faults),
         }
     }
 
@@ -200,7 +218,7 @@ impl Parameter {
                 node => vec![node],
             });
             for default in defaults.iter().flatten() {
-                ty.check_form(Item::of("default", default), faults);
+                ty.check_default(Item::of("default", default), faults);
             }
             Some((ty, defaults))
         };

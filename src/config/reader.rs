@@ -1,6 +1,6 @@
 //! Typed reading of a YAML tree: every mistake goes to the faults and reading goes on beside it.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 
 use super::document::{Located, Node, Spot, Value};
@@ -220,7 +220,8 @@ impl<'a> Item<'a> {
             return None;
         };
         if !lengths.contains(&list.len()) {
-            let message = format!("found {} numbers instead of {wanted}", list.len());
+            let found = if list.len() == 1 { "1 number".to_owned() } else { format!("{} numbers", list.len()) };
+            let message = format!("found {found} instead of {wanted}");
             faults.push(self.spot, self.key, message, None);
             return None;
         }
@@ -282,10 +283,10 @@ impl<'a> Item<'a> {
             self.wrong(what, faults);
             return None;
         };
+        refuse_repeated(entries, faults);
         let mut seen = BTreeSet::new();
         let mut named = Vec::new();
         for (key, node) in entries {
-            // YAML itself refuses a key that comes twice, except when spelled in two ways.
             let name = Name { value: key.value.clone(), key: key.value.clone(), spot: key.spot };
             if is_name(&name, faults) && seen.insert(&key.value) {
                 named.push((name, Self::under(key, node)));
@@ -300,6 +301,7 @@ impl<'a> Item<'a> {
             self.wrong(shape.what, faults);
             return None;
         };
+        refuse_repeated(entries, faults);
         let fields = Fields { shape, at: *self, entries };
         let is_unknown = |key: &str| shape.others.is_none() && shape.field(key).is_none();
         let unknown = entries.iter().filter(|(key, _)| is_unknown(&key.value));
@@ -329,9 +331,10 @@ impl<'a> Fields<'a> {
         self.entries.first().map_or(self.at.spot, |(key, _)| key.spot)
     }
 
-    /// Every entry whose key is one of these, in the order of the file.
+    /// Every entry whose key is one of these, in the order of the file; the first of those that come twice.
     pub(super) fn among(&self, keys: &[&str]) -> Vec<Item<'a>> {
-        self.entries_but(|key| keys.contains(&key)).map(|(_, item)| item).collect()
+        let mut seen = BTreeSet::new();
+        self.entries_but(|key| keys.contains(&key)).map(|(_, item)| item).filter(|item| seen.insert(item.key)).collect()
     }
 
     /// The value of a key, if it is there.
@@ -403,13 +406,24 @@ impl<'a> Fields<'a> {
     }
 }
 
+/// A key stands in a map once, however it is quoted.
+fn refuse_repeated(entries: &[(Located<String>, Node)], faults: &mut Faults) {
+    let mut seen = BTreeMap::new();
+    for (key, _) in entries {
+        if let Some(line) = seen.insert(&key.value, key.spot.line) {
+            let message = format!("duplicate key: it stands on line {line} already");
+            faults.push(key.spot, &key.value, message, None);
+        }
+    }
+}
+
 fn is_name(name: &Name, faults: &mut Faults) -> bool {
     let text = &name.value;
     let message = if text.trim().is_empty() {
         "a name cannot be empty".to_owned()
     } else if text.len() > MAX_NAME_BYTES {
         format!("a name has at most {MAX_NAME_BYTES} bytes")
-    } else if text.chars().any(char::is_control) {
+    } else if text.chars().any(is_unprintable) {
         "a name is one line of printable letters".to_owned()
     } else {
         return true;
@@ -418,11 +432,17 @@ fn is_name(name: &Name, faults: &mut Faults) -> bool {
     false
 }
 
+/// Whether a letter would not be seen, or would turn what is seen around.
+fn is_unprintable(letter: char) -> bool {
+    letter.is_control() || matches!(letter, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
 /// The beginning of what was found, for a message.
-fn shortened(text: &str) -> String {
+pub(super) fn shortened(text: &str) -> String {
     const MAX_SHOWN: usize = 40;
+    let text: String = text.chars().take(MAX_SHOWN + 1).map(|at| if is_unprintable(at) { '�' } else { at }).collect();
     match text.char_indices().nth(MAX_SHOWN) {
         Some((end, _)) => format!("{}…", &text[..end]),
-        None => text.to_owned(),
+        None => text,
     }
 }

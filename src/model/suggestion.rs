@@ -12,8 +12,10 @@ pub fn suggestion<'a>(found: &str, what: &str, allowed: impl IntoIterator<Item =
         return format!("there is no {what} at all");
     }
     let distance = |word: &&&str| strsim::osa_distance(&found.to_lowercase(), &word.to_lowercase());
-    let nearest =
-        allowed.iter().min_by_key(distance).filter(|word| distance(word) <= (found.chars().count() / 3).clamp(1, 3));
+    let letters = found.chars().count();
+    // Another letter is not a misspelt one.
+    let is_near = |word: &&&str| distance(word) < letters.max(1) && distance(word) <= (letters / 3).clamp(1, 3);
+    let nearest = allowed.iter().min_by_key(distance).filter(is_near);
     let listed = allowed.iter().take(MAX_LISTED).map(|word| format!("`{word}`"));
     let mut listed = listed.collect::<Vec<_>>().join(", ");
     if allowed.len() > MAX_LISTED {

@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use super::super::document::Spot;
 use super::super::fault::Faults;
 use super::super::names::Register;
-use super::super::parameter::{Argument, Known, Meaning, Parameter, Type};
+use super::super::parameter::{Argument, BEFORE, Known, Meaning, Parameter, START, Type};
 use super::super::reader::{Item, Name};
 use super::super::robot::RobotFile;
 use super::super::world::Built;
@@ -78,6 +78,7 @@ impl<'a> Binder<'a> {
             timeout: kind.timeout,
             retries: kind.retries,
         };
+        bound.check_takers(&behavior);
         bound.commands(&mut behavior);
         bound.check_claims(&behavior.claims);
         (faults.errors() == before).then_some(behavior)
@@ -95,8 +96,8 @@ impl<'a> Binder<'a> {
             *argument = defaults.iter().find_map(|default| {
                 let item = Item::of(&parameter.name.value, default);
                 match item.text() {
-                    Some("$before") => self.place(site.before?.place),
-                    Some("$start") => self.place(start()?),
+                    Some(BEFORE) => self.place(site.before?.place),
+                    Some(START) => self.place(start()?),
                     Some(word) if parameter.ty == Type::Kind && !self.has_type(word) => None,
                     Some(_) | None => self.known.argument(item, parameter.ty, faults),
                 }

@@ -23,6 +23,20 @@ impl Bound<'_, '_> {
         }
     }
 
+    /// What is taken is held by what could take it.
+    pub(super) fn check_takers(&mut self, behavior: &BehaviorSpec) {
+        for effect in &behavior.effects {
+            let EffectTerm::Taken(_, claim) = effect else { continue };
+            let (name, word) = match self.controller(&behavior.claims[*claim]) {
+                Some((name, ControllerKind::Base(_))) => (name, "a base"),
+                Some((name, ControllerKind::Head(_))) => (name, "a head"),
+                Some((_, ControllerKind::Arm(_))) | None => continue,
+            };
+            let message = format!("controller `{name}` moves {word}, which cannot hold what is taken");
+            self.faults.push(self.kind.name.spot, "taken", message, None);
+        }
+    }
+
     pub(super) fn task(&mut self, term: &TaskTerm) -> Option<Task> {
         Some(match term {
             TaskTerm::Stand => Task::Stand,

@@ -36,6 +36,7 @@ impl Declared {
         let precondition = fields.get("precondition").map(|item| terms.list(item, Terms::condition));
         let effects = fields.get("effects").map(|item| terms.list(item, Terms::effect));
         let commands = fields.get("commands").map(|item| terms.list(item, Terms::command));
+        terms.refuse_second_commands(commands.as_deref().unwrap_or_default());
         let used = terms.used;
         let takes_s = fields.number_or("takes", 0.0, faults)?;
         let timeout_s = fields.number_or("timeout", TIMEOUT_S, faults)?;
@@ -325,6 +326,17 @@ impl Terms<'_> {
             self.faults.push(what.spot, what.key, message, Some("write `achieve`".to_owned()));
         }
         Some(Command { spot: what.spot, claim: claim?, mode, task })
+    }
+
+    /// A controller does one thing at a time.
+    fn refuse_second_commands(&mut self, commands: &[Command]) {
+        let mut seen = BTreeSet::new();
+        for command in commands.iter().filter(|command| !seen.insert(command.claim)) {
+            let key = if command.mode == Mode::Achieve { "achieve" } else { "maintain" };
+            let message = format!("`{}` has a command already", self.claims[command.claim].value);
+            let help = "a controller does one thing at a time: one command for each claim".to_owned();
+            self.faults.push(command.spot, key, message, Some(help));
+        }
     }
 
     fn task(&mut self, item: Item<'_>) -> Option<TaskTerm> {

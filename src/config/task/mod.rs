@@ -117,6 +117,14 @@ impl Draft<'_> {
         }
     }
 
+    /// A node may shorten the time of its kind, but not below what it takes.
+    fn check_timeout(&self, takes: Duration, faults: &mut Faults) {
+        if let Some(timeout_s) = self.timeout_s.filter(|timeout_s| *timeout_s <= takes.as_secs_f64()) {
+            let message = format!("it takes {} s, and its timeout is {timeout_s} s", takes.as_secs_f64());
+            faults.push(self.spot, "timeout", message, Some("give it a greater `timeout`".to_owned()));
+        }
+    }
+
     /// What a behavior is called after what it is.
     fn label(&self) -> String {
         match &self.kind {
@@ -185,6 +193,7 @@ fn bind_all(
                     is_claimed_after: &|ty| afters.claims(index, ty),
                 };
                 binder.bind(call.kind, &site, faults).map(|mut behavior| {
+                    draft.check_timeout(behavior.takes, faults);
                     behavior.timeout = draft.timeout_s.map_or(behavior.timeout, Duration::from_secs_f64);
                     behavior.retries = draft.retries.unwrap_or(behavior.retries);
                     NodeKind::Behavior(Box::new(behavior))

@@ -1,6 +1,6 @@
 //! Subtrees that are written once and used with arguments.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use super::super::document::{Located, Node, Spot, Value};
 use super::super::fault::Faults;
@@ -39,6 +39,9 @@ pub(super) struct Subtree<'a> {
     pub(super) task: Item<'a>,
 }
 
+/// Which subtrees each one uses, and where.
+pub(super) type Uses = BTreeMap<String, Vec<(String, Spot)>>;
+
 /// What parameters stand for while a subtree is read.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Scope<'a> {
@@ -73,6 +76,7 @@ impl<'a> Subtrees<'a> {
             let before = faults.errors();
             let read = item.fields(&SUBTREE, faults).and_then(|fields| {
                 let parameters = Parameter::read_all(fields.get("parameters"), faults);
+                refuse_open_defaults(&parameters, faults);
                 Some((parameters, fields.get("task")?))
             });
             match read.filter(|_| faults.errors() == before) {
@@ -110,56 +114,99 @@ impl<'a> Subtrees<'a> {
     }
 
     /// Finds subtrees that use themselves. `uses` says who uses whom where.
-    pub(super) fn refuse_cycles(&mut self, uses: &BTreeMap<String, Vec<(String, Spot)>>, faults: &mut Faults) {
-        for name in self.by_name.keys() {
-            let Some(way) = way_back(name, uses) else { continue };
-            self.endless.insert(name.clone());
-            // Told once for all on the way, at the first name of it.
-            if way.iter().any(|(on, _)| on < name) {
+    pub(super) fn refuse_cycles(&mut self, uses: &Uses, faults: &mut Faults) {
+        let edges = || uses.iter().flat_map(|(user, used)| used.iter().map(|(used, _)| (user.as_str(), used.as_str())));
+        let leading = never_ending(edges());
+        let within = |(user, used): &(&str, &str)| leading.contains(user) && leading.contains(used);
+        // What also never ends read backwards is on a cycle, or between two.
+        let on_cycles = never_ending(edges().filter(within).map(|(user, used)| (used, user)));
+        let mut told = BTreeSet::new();
+        for name in on_cycles {
+            if told.contains(name) {
                 continue;
             }
-            let names: Vec<&str> = [name.as_str()].into_iter().chain(way.iter().map(|(on, _)| on.as_str())).collect();
-            let message = format!("`{name}` uses itself: {}", names.join(" → "));
-            faults.push(way[0].1, "use", message, None);
+            let Some(way) = way_back(name, uses) else { continue };
+            // Told once for all on the way, at the first name of it.
+            if way.iter().all(|(on, _)| *on >= name) {
+                told.extend(way.iter().map(|(on, _)| *on));
+                let message = format!("`{name}` uses itself: {}", shown(name, &way));
+                faults.push(way[0].1, "use", message, None);
+            }
         }
-        let reaches_one = |name: &String| reached(name, uses).iter().any(|other| self.endless.contains(other));
-        let leading: Vec<_> = self.by_name.keys().filter(|name| reaches_one(name)).cloned().collect();
-        self.endless.extend(leading);
+        self.endless = leading.into_iter().map(str::to_owned).collect();
     }
 }
 
-/// Everything that a subtree uses, directly or not.
-fn reached(name: &str, uses: &BTreeMap<String, Vec<(String, Spot)>>) -> BTreeSet<String> {
-    let mut reached = BTreeSet::new();
-    let mut open = vec![name.to_owned()];
-    while let Some(next) = open.pop() {
-        for (used, _) in uses.get(&next).into_iter().flatten() {
-            if reached.insert(used.clone()) {
-                open.push(used.clone());
+/// Names on a way, as many as can be read.
+fn shown(name: &str, way: &[(&str, Spot)]) -> String {
+    const MAX_SHOWN: usize = 12;
+    let mut names: Vec<&str> = [name].into_iter().chain(way.iter().map(|(on, _)| *on)).collect();
+    if names.len() > MAX_SHOWN {
+        names.splice(MAX_SHOWN - 2..names.len() - 1, ["…"]);
+    }
+    names.join(" → ")
+}
+
+/// Users that lead to a cycle: those left when all that use nothing (more) are taken away.
+fn never_ending<'a>(edges: impl Iterator<Item = (&'a str, &'a str)>) -> BTreeSet<&'a str> {
+    let mut users: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    let mut open: BTreeMap<&str, usize> = BTreeMap::new();
+    for (user, used) in edges {
+        users.entry(used).or_default().push(user);
+        open.entry(used).or_default();
+        *open.entry(user).or_default() += 1;
+    }
+    let mut ended: Vec<&str> = open.iter().filter(|(_, uses)| **uses == 0).map(|(name, _)| *name).collect();
+    while let Some(used) = ended.pop() {
+        open.remove(used);
+        for user in users.get(used).into_iter().flatten() {
+            if let Some(uses) = open.get_mut(user) {
+                *uses -= 1;
+                ended.extend((*uses == 0).then_some(*user));
             }
         }
     }
-    reached
+    open.into_keys().collect()
+}
+
+/// Where a subtree is used nothing is known of a THEN around it: its defaults are values, and one each.
+fn refuse_open_defaults(parameters: &[Parameter], faults: &mut Faults) {
+    for parameter in parameters {
+        let defaults = parameter.defaults.as_deref().unwrap_or_default();
+        let open = defaults.iter().enumerate().find(|(index, default)| {
+            let text = Item::of(&parameter.name.value, default).text();
+            *index > 0 || text.is_some_and(|text| text.starts_with('$'))
+        });
+        if let Some((_, default)) = open {
+            let message = "a subtree has one plain value as a default".to_owned();
+            let help = "several, `$before` and `$start` are for behaviors".to_owned();
+            faults.push(default.spot, "default", message, Some(help));
+        }
+    }
 }
 
 /// A shortest way of uses from a subtree back to itself.
-fn way_back(name: &str, uses: &BTreeMap<String, Vec<(String, Spot)>>) -> Option<Vec<(String, Spot)>> {
-    let none = Vec::new();
-    let next = |(at, _): &(String, Spot)| uses.get(at).unwrap_or(&none).clone();
-    let start = (name.to_owned(), Spot::default());
-    let firsts = next(&start);
-    let mut ways: Vec<Vec<(String, Spot)>> = firsts.into_iter().map(|first| vec![first]).collect();
-    let mut seen = BTreeSet::new();
-    let mut index = 0;
-    while let Some(way) = ways.get(index).cloned() {
-        index += 1;
-        let last = way.last()?;
-        if last.0 == name {
+fn way_back<'a>(name: &str, uses: &'a Uses) -> Option<Vec<(&'a str, Spot)>> {
+    // By subtree: who uses it first, and where.
+    let mut before: BTreeMap<&str, (&str, Spot)> = BTreeMap::new();
+    let mut open = VecDeque::from([name]);
+    while let Some(user) = open.pop_front() {
+        for (used, spot) in uses.get(user).into_iter().flatten() {
+            if !before.contains_key(used.as_str()) {
+                before.insert(used, (user, *spot));
+                open.push_back(used);
+            }
+        }
+    }
+    let mut way = Vec::new();
+    let mut at = name;
+    while let Some((&used, &(user, spot))) = before.get_key_value(at) {
+        way.push((used, spot));
+        if user == name {
+            way.reverse();
             return Some(way);
         }
-        if seen.insert(last.0.clone()) {
-            ways.extend(next(last).into_iter().map(|step| way.iter().cloned().chain([step]).collect()));
-        }
+        at = user;
     }
     None
 }

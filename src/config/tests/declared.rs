@@ -248,3 +248,53 @@ fn a_table_of_commands_fits_its_controllers() {
     let command = spec.tree.behavior(NodeId(3)).unwrap().commands[0];
     assert_eq!((command.claim, command.mode, command.task), (0, Mode::Achieve, Task::Grasp(ObjectId(0))));
 }
+
+/// What is said of a kind and a task with the robot of the missions.
+fn check_kind(kind: &str, task: &str, expected: Option<&str>) {
+    let head = &super::GOOD[..super::GOOD.find("task:").unwrap()];
+    let loaded = super::load(&format!("{head}behaviors:\n  {kind}\ntask: {task}\n"), super::ROBOT);
+    let said = loaded.err().map(|error| error.faults().iter().map(ToString::to_string).collect::<Vec<_>>().join("; "));
+    match (said, expected) {
+        (None, None) => {}
+        (Some(said), Some(expected)) => assert!(said.contains(expected), "{kind}: {said}"),
+        (said, expected) => panic!("{kind}: expected {expected:?}, found {said:?}"),
+    }
+}
+
+#[test]
+fn what_a_behavior_could_never_do_is_refused() {
+    let think = "think: {claims: {b: {type: base}}, potential: 1, takes: 10 s}";
+    check_kind(think, "{think: , timeout: 11 s}", None);
+    check_kind(think, "{think: , timeout: 2 s}", Some("timeout: it takes 10 s, and its timeout is 2 s"));
+    let twice = "go: {claims: {b: {type: base}}, potential: 1, commands: \
+                 [{claim: b, achieve: {drive_to: shelf}}, {claim: b, maintain: stand}]}";
+    check_kind(twice, "{go: }", Some("maintain: `b` has a command already"));
+    let by_start = "see: {parameters: {o: {type: object, default: $start}}, claims: {}, potential: 1, label: see $o}";
+    check_kind(by_start, "{see: cup}", Some("default: `$start` cannot be the default of an object"));
+    let by_other = "see: {parameters: {p: place, q: {type: place, default: $p}}, claims: {}, potential: 1, \
+                    goal: [{at: $p}, {at: $q}]}";
+    check_kind(by_other, "{see: {p: shelf, q: shelf}}", Some("default: `$p` cannot be the default of a place"));
+}
+
+#[test]
+fn defaults_of_subtrees_are_plain() {
+    for default in ["$before", "[shelf, table]"] {
+        let entry = format!("go: {{parameters: {{to: {{type: place, default: {default}}}}}, task: {{move: $to}}}}");
+        let head = &super::GOOD[..super::GOOD.find("task:").unwrap()];
+        let error = super::load(&format!("{head}subtrees:\n  {entry}\ntask: {{use: go}}\n"), super::ROBOT).unwrap_err();
+        let said: Vec<_> = error.faults().iter().map(ToString::to_string).collect();
+        assert_eq!(said, ["default: a subtree has one plain value as a default"]);
+    }
+}
+
+#[test]
+fn what_takes_can_hold() {
+    let robot = super::ROBOT.replace("{type: base}", "{type: base, controller: wheels}").replace(
+        "controllers:\n",
+        "controllers:\n  wheels:\n    base: {speed: 1, acceleration: 1, turn_speed: 1, turn_acceleration: 1}\n",
+    );
+    let head = &super::GOOD[..super::GOOD.find("task:").unwrap()];
+    let kind = "haul: {claims: {b: {type: base}}, potential: 1, effects: [{taken: {object: cup, by: b}}]}";
+    let error = super::load(&format!("{head}behaviors:\n  {kind}\ntask: {{haul: }}\n"), &robot).unwrap_err();
+    assert!(error.faults()[0].message().contains("cannot hold what is taken"), "{error:?}");
+}

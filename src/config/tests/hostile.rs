@@ -1,7 +1,13 @@
 //! Files that nobody would write: too deep, too large, cut up at random.
 
-use proptest::prelude::*;
+use std::fs;
+use std::process::Command;
+use std::time::{Duration, Instant};
 
+use proptest::prelude::*;
+use tempfile::TempDir;
+
+use super::super::load_mission;
 use super::{GOOD, ROBOT, load};
 
 #[test]
@@ -37,6 +43,46 @@ fn aliases_stay_within_bounds() {
     assert!(load(&bomb, ROBOT).is_err());
     let anchored = GOOD.replace("pick: cup", "&it pick: cup").replace("    - place:", "    - *nothing\n    - place:");
     assert!(load(&anchored, ROBOT).is_err());
+}
+
+#[test]
+fn what_is_no_file_is_not_waited_for() {
+    let folder = TempDir::new().unwrap();
+    let pipe = folder.path().join("pipe.yaml");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let path = folder.path().join("mission.yaml");
+    for (include, words) in [("pipe.yaml", "no regular file"), ("/dev/zero", "no regular file"), (".", "directory")] {
+        fs::write(folder.path().join("robot.yaml"), ROBOT).unwrap();
+        fs::write(&path, GOOD.replace("world:", &format!("include: [{include}]\nworld:"))).unwrap();
+        let error = load_mission(&path, None).unwrap_err();
+        assert!(error.faults()[0].message().contains(words), "{include}: {error:?}");
+    }
+}
+
+#[test]
+fn what_is_not_utf8_is_told_with_its_place() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("mission.yaml");
+    let at = GOOD.find("cup").unwrap();
+    fs::write(&path, [&GOOD.as_bytes()[..at], b"\xe9", &GOOD.as_bytes()[at..]].concat()).unwrap();
+    let error = load_mission(&path, None).unwrap_err();
+    let fault = &error.faults()[0];
+    assert_eq!((fault.position(), fault.message()), (Some((9, 5)), "this is not UTF-8"));
+}
+
+#[test]
+fn many_subtrees_take_no_time() {
+    let head = &GOOD[..GOOD.find("task:").unwrap()];
+    let chain = |last: &str| {
+        let entry = |n: usize| format!("  s{n}: {{task: {{and: [{{use: s{0}}}, {{use: s{0}}}]}}}}\n", n + 1);
+        let entries: String = (0..1000).map(entry).collect();
+        format!("{head}subtrees:\n{entries}  s1000: {{task: {last}}}\ntask: {{use: s999}}\n")
+    };
+    let start = Instant::now();
+    assert!(load(&chain("{move: shelf}"), ROBOT).is_ok());
+    let error = load(&chain("{use: s0}"), ROBOT).unwrap_err();
+    assert_eq!(error.faults().len(), 1);
+    assert!(start.elapsed() < Duration::from_secs(20), "{:?}", start.elapsed());
 }
 
 proptest! {

@@ -30,6 +30,7 @@ const IN_MISSIONS: &[Mistake<'_>] = &[
     ("mission: good", "mission:", 1, "found nothing"),
     ("robot: robot.yaml", "robot: rowboat.yaml", 2, "cannot read"),
     ("at: [0, 0]", "at: [0, 0, 1]", 4, "found 3 numbers instead of two numbers"),
+    ("at: [0, 0]", "at: [0]", 4, "found 1 number instead of two numbers"),
     ("at: [0, 0]", "at: [0, zero]", 4, "found `zero` instead of a length"),
     ("at: [0, 0]", "at: [.inf, 0]", 4, "out of bounds"),
     ("at: [0, 0]", "at: [1e99 m, 0]", 4, "allowed: -10000 to 10000 m"),
@@ -38,7 +39,13 @@ const IN_MISSIONS: &[Mistake<'_>] = &[
     ("1 m, 200 cm", "1 m, deg(90)", 6, "found `deg(90)` instead of a length"),
     ("{stand: [3, 2]}", "{stand: 3}", 7, "found `3` instead of two numbers"),
     ("{stand: [3, 2]}", "{}", 7, "a place lacks the key `stand`"),
-    ("    table: {", "    shelf: {", 7, "duplicate"),
+    ("    table: {", "    shelf: {", 7, "duplicate key: it stands on line 6 already"),
+    ("    table: {", "    'shelf': {", 7, "duplicate key"),
+    ("mission: good", "mission: good\n'mission': bad", 2, "duplicate key: it stands on line 1 already"),
+    ("    pot:", "    null:", 10, "a key is a word, a number or quoted text"),
+    ("    pot:", "    [a, b]:", 10, "a key is a word, a number or quoted text"),
+    ("    pot:", "    \"p\\u202et\":", 10, "a name is one line of printable letters"),
+    ("retries: 0\n", "retries: 0\n---\nmission: two\n", 20, "a second document"),
     ("cup: {at: shelf,", "cup: {at: shelve,", 9, "there is no place `shelve` did you mean `shelf`?"),
     ("cup: {at: shelf,", "cup: {at: moon,", 9, "allowed: `shelf`, `table`"),
     ("door_open: true", "door_open: 7", 11, "instead of `true` or `false`"),
@@ -110,4 +117,26 @@ fn all_mistakes_come_at_once_with_their_files() {
     assert_eq!(error.to_string(), "4 mistakes in the files");
     let report = format!("{:?}", miette::Report::new(error));
     assert!(report.contains("did you mean `shelf`?"), "{report}");
+}
+
+#[test]
+fn duplicate_keys_hide_nothing_else() {
+    let mission = GOOD.replace("    table: {", "    shelf: {").replace("pick: cup", "pick: cub");
+    let error = load(&mission, ROBOT).unwrap_err();
+    let lines: Vec<_> = error.faults().iter().map(|fault| fault.position().unwrap().0).collect();
+    assert_eq!(lines, [7, 15, 16], "{error:?}");
+}
+
+#[test]
+fn a_text_of_several_lines_is_pointed_at_once() {
+    let error = load(&GOOD.replace("pick: cup", "pick: |\n        cup\n"), ROBOT).unwrap_err();
+    let report = format!("{:?}", miette::Report::new(error.faults()[0].clone()));
+    assert!(report.contains("printable") && !report.contains("╭─▶"), "{report}");
+}
+
+#[test]
+fn no_letter_of_a_file_moves_the_terminal() {
+    let error = load(&GOOD.replace("    pot:", "    \"a\\n\\eb\":"), ROBOT).unwrap_err();
+    let said = error.faults()[0].to_string();
+    assert_eq!(said, "a��b: a name is one line of printable letters");
 }

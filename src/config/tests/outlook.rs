@@ -18,6 +18,8 @@ behaviors:
   close: {claims: all, potential: 1, effects: [{clear: door_open}]}
   enter: {claims: all, potential: 1, precondition: [{not_fact: door_open}]}
   guard: {claims: {base: {type: base, keep: physical}}, potential: 1}
+  watch: {claims: {base: {type: base, shared: watch, keep: physical}}, potential: 1}
+  wave: {claims: {hand: {type: gripper}}, potential: 1}
 ";
     fs::write(&path, format!("{head}{declared}task:\n  {task}\n")).unwrap();
     fs::write(folder.path().join("robot.yaml"), robot(hands)).unwrap();
@@ -63,6 +65,13 @@ fn hands_that_must_run_out() {
     check(1, "or: [{pick: cup}, {pick: pot}]", &[]);
     check(1, "then: [{or: [{pick: cup}, {close: }]}, {pick: pot}]", &[]);
     check(2, "and: [{guard: }, {guard: }]", &["error and: `guard` and `guard #2` can only ever exclude each other"]);
+}
+
+#[test]
+fn what_is_kept_serves_again_where_it_is_inherited_or_shared() {
+    check(2, "then: [{guard: }, {guard: }, {guard: }]", &[]);
+    check(2, "and: [{watch: }, {watch: }]", &[]);
+    check(1, "then: [{move: shelf}, {pick: cup}, {wave: }]", &[]);
 }
 
 #[test]
