@@ -5,10 +5,11 @@ use std::fmt;
 use std::mem;
 use std::sync::Arc;
 
-use miette::{Diagnostic, LabeledSpan, NamedSource, Severity, SourceCode};
+use miette::{Diagnostic, LabeledSpan, Severity, SourceCode};
 
 use super::document::Spot;
 use super::reader::shortened;
+use super::source::Source;
 
 /// More mistakes than a person reads at once; further ones are only counted.
 const MAX_FAULTS: usize = 100;
@@ -23,7 +24,7 @@ pub struct ConfigError {
 /// One mistake, or what is legal but surely not meant.
 #[derive(Debug, Clone)]
 pub struct Fault {
-    source: Arc<NamedSource<String>>,
+    source: Arc<Source>,
     spot: Spot,
     severity: Severity,
     key: String,
@@ -142,7 +143,7 @@ impl Diagnostic for Fault {
 /// The mistakes found so far in all files.
 #[derive(Debug, Default)]
 pub(super) struct Faults {
-    sources: Vec<Arc<NamedSource<String>>>,
+    sources: Vec<Arc<Source>>,
     list: Vec<Fault>,
     known: BTreeSet<(usize, usize, String)>,
     errors: usize,
@@ -152,7 +153,7 @@ pub(super) struct Faults {
 impl Faults {
     /// A further file with this text; its number is for the spots in it.
     pub(super) fn open(&mut self, name: &str, text: String) -> usize {
-        self.sources.push(Arc::new(NamedSource::new(name, text)));
+        self.sources.push(Arc::new(Source::new(name, &text)));
         self.sources.len() - 1
     }
 

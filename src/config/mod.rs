@@ -14,6 +14,7 @@ mod reader;
 mod robot;
 mod schema;
 mod shape;
+mod source;
 mod task;
 mod template;
 #[cfg(test)]

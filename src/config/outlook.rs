@@ -5,17 +5,18 @@ use std::collections::BTreeSet;
 use super::document::Spot;
 use super::fault::Faults;
 use crate::model::{
-    Access, BehaviorSpec, Claim, Condition, EffectTerm, FactId, Keep, MissionSpec, NodeId, NodeKind, ResourceId,
+    Access, BehaviorSpec, Claim, Condition, EffectTerm, FactId, Keep, MissionSpec, NodeId, NodeKind, ResourceId, Task,
     TypeId, Wanted,
 };
 
 /// Looks at a mission; `spots` has the place of each node.
 pub(super) fn look(mission: &MissionSpec, spots: &[Spot], faults: &mut Faults) {
     let outlook = Outlook { mission, spots };
-    let brought = outlook.brought();
+    let (brought, driven) = (outlook.brought(), outlook.driven());
     for leaf in mission.tree.leaves() {
         outlook.look_for_heirs(leaf, faults);
         outlook.look_for_facts(leaf, &brought, faults);
+        outlook.look_for_a_base_that_leaves(leaf, &driven, faults);
     }
     for supply in outlook.supplies() {
         outlook.look_for_shortage(supply, faults);
@@ -73,6 +74,35 @@ impl Outlook<'_> {
         }
         let message = "nobody inherits what it keeps: other behaviors may undo it at once".to_owned();
         self.warn(leaf, message, "put it in a `then`, before what it is done for", faults);
+    }
+
+    /// What behaviors claim that move the base.
+    fn driven(&self) -> BTreeSet<ResourceId> {
+        let leaves = self.mission.tree.leaves().map(|leaf| self.behavior(leaf));
+        let drivers = leaves.filter(|behavior| {
+            let drives = behavior.commands.iter().any(|term| matches!(term.task, Task::DriveTo(_)));
+            drives || behavior.effects.iter().any(|effect| matches!(effect, EffectTerm::Stands(_)))
+        });
+        drivers.flat_map(|behavior| &behavior.claims).filter_map(|claim| self.resource(claim)).collect()
+    }
+
+    /// The one resource that a claim can get.
+    fn resource(&self, claim: &Claim) -> Option<ResourceId> {
+        match self.supply(claim)? {
+            Supply::One(resource) => Some(resource),
+            Supply::Any(_) => None,
+        }
+    }
+
+    /// Who must stand somewhere to begin and does not claim what drives may be driven away.
+    fn look_for_a_base_that_leaves(&self, leaf: NodeId, driven: &BTreeSet<ResourceId>, faults: &mut Faults) {
+        let behavior = self.behavior(leaf);
+        let claims_it = behavior.claims.iter().any(|claim| self.resource(claim).is_some_and(|id| driven.contains(&id)));
+        if driven.is_empty() || claims_it || !must_stand(&behavior.precondition) {
+            return;
+        }
+        let message = "it must stand somewhere and does not claim the base, which may drive away meanwhile".to_owned();
+        self.warn(leaf, message, "claim `{type: base, shared: at $place}`", faults);
     }
 
     /// Every fact as some behavior makes it.
@@ -235,6 +265,16 @@ fn either(children: &[Demand]) -> Demand {
         peak: children.iter().map(|child| child.peak).min().unwrap_or(0),
         net: children.iter().map(|child| child.net).min().unwrap_or(0),
         spare: children.iter().map(|child| child.spare).max().unwrap_or(0),
+    }
+}
+
+/// Whether a condition says where the base stands.
+fn must_stand(condition: &Condition) -> bool {
+    match condition {
+        Condition::All(parts) => parts.iter().any(must_stand),
+        Condition::At { .. } => true,
+        Condition::Never | Condition::Path { .. } | Condition::Held(_) | Condition::Free(_) => false,
+        Condition::Lies(..) | Condition::Fact(..) => false,
     }
 }
 

@@ -17,6 +17,8 @@ behaviors:
   open: {claims: all, potential: 1, effects: [{set: door_open}]}
   close: {claims: all, potential: 1, effects: [{clear: door_open}]}
   enter: {claims: all, potential: 1, precondition: [{not_fact: door_open}]}
+  stay: {claims: {hand: {type: gripper}}, potential: 1, precondition: [{at: shelf}]}
+  hold: {claims: {base: {type: base, shared: at shelf}}, potential: 1, precondition: [{at: shelf}]}
   guard: {claims: {base: {type: base, keep: physical}}, potential: 1}
   watch: {claims: {base: {type: base, shared: watch, keep: physical}}, potential: 1}
   wave: {claims: {hand: {type: gripper}}, potential: 1}
@@ -79,4 +81,12 @@ fn facts_that_nobody_brings() {
     check(2, "enter:", &["warning enter: it can never run: no behavior clears \"door_open\""]);
     check(2, "then: [{close: }, {enter: }]", &[]);
     check(2, "then: [{open: }, {enter: }]", &["no behavior clears \"door_open\""]);
+}
+
+#[test]
+fn a_base_that_may_leave() {
+    let leaves = "warning stay: it must stand somewhere and does not claim the base";
+    check(2, "then: [{move: shelf}, {stay: }]", &[leaves]);
+    check(2, "then: [{close: }, {stay: }]", &[]);
+    check(2, "then: [{move: shelf}, {hold: }]", &[]);
 }
