@@ -160,13 +160,14 @@ impl Outlook<'_> {
     /// Needs that the robot cannot meet, each told at the smallest node that has it.
     fn look_for_shortage(&self, supply: Supply, faults: &mut Faults) {
         let tree = &self.mission.tree;
+        let is_taker = self.is_taker(supply);
         let mut demands = vec![Demand::default(); tree.nodes.len()];
         let mut is_told = vec![false; tree.nodes.len()];
         for node in (0..tree.nodes.len()).rev().map(NodeId::from) {
             let children: Vec<NodeId> = tree.topology.children(node).collect();
             let below: Vec<Demand> = children.iter().map(|child| demands[child.index()]).collect();
             demands[node.index()] = match &tree.nodes[node.index()] {
-                NodeKind::Behavior(behavior) => self.demand(behavior, supply),
+                NodeKind::Behavior(behavior) => self.demand(behavior, supply, is_taker),
                 NodeKind::Then => in_order(&below),
                 NodeKind::And | NodeKind::Root => in_any_order(&below),
                 NodeKind::Or => either(&below),
@@ -180,13 +181,24 @@ impl Outlook<'_> {
         }
     }
 
-    fn demand(&self, behavior: &BehaviorSpec, supply: Supply) -> Demand {
+    /// Whether some behavior takes an object with one of a supply.
+    fn is_taker(&self, supply: Supply) -> bool {
+        self.mission.tree.leaves().map(|leaf| self.behavior(leaf)).any(|behavior| {
+            let mut takers = behavior.effects.iter().filter_map(|effect| match effect {
+                EffectTerm::Taken(_, claim) => Some(&behavior.claims[*claim]),
+                EffectTerm::Lies(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
+            });
+            takers.any(|claim| self.supply(claim) == Some(supply))
+        })
+    }
+
+    fn demand(&self, behavior: &BehaviorSpec, supply: Supply, is_taker: bool) -> Demand {
         let mut demand = Demand::default();
         for (index, claim) in behavior.claims.iter().enumerate() {
             let takes = |effect: &EffectTerm| matches!(effect, EffectTerm::Taken(_, by) if *by == index);
             match claim.wanted {
-                // What is held was kept before, for all that is known of this supply.
-                Wanted::Holding(_) => demand.net -= i64::from(claim.keep == Keep::Release),
+                // What is held was kept before, for all that is known of what takes things.
+                Wanted::Holding(_) => demand.net -= i64::from(is_taker && claim.keep == Keep::Release),
                 // One that was kept before will do, whatever it holds.
                 Wanted::Named(_) | Wanted::Any(_) if !keeps_alone(claim) => {}
                 Wanted::Named(_) | Wanted::Empty { .. } | Wanted::Any(_) | Wanted::AnyEmpty { .. } => {

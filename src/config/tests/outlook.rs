@@ -67,6 +67,8 @@ fn hands_that_must_run_out() {
     check(1, "or: [{pick: cup}, {pick: pot}]", &[]);
     check(1, "then: [{or: [{pick: cup}, {close: }]}, {pick: pot}]", &[]);
     check(2, "and: [{guard: }, {guard: }]", &["error and: `guard` and `guard #2` can only ever exclude each other"]);
+    let beside = "and: [{then: [{move: shelf}, {pick: cup}, {place: {object: cup, at: shelf}}]}, {guard: }, {then: [{close: }, {guard: }]}]";
+    check(2, beside, &["`guard` and `guard #2` can only ever exclude each other"]);
 }
 
 #[test]
