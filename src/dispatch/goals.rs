@@ -124,7 +124,7 @@ impl Dispatch {
         };
         for leaf in active.holders {
             self.report(leaf, active.work.resource, state);
-            self.forget_part(leaf, active.work.resource);
+            self.forget_part(leaf, active.work.resource, active.work.mode);
             match fault {
                 Some(fault) => self.stop(now, leaf, End::Failed(fault)),
                 None => self.settle(now, leaf),
@@ -136,7 +136,7 @@ impl Dispatch {
     pub(super) fn slot_lost(&mut self, now: Time, controller: ControllerId) {
         let fault = End::Failed(Fault::Lost(controller));
         for (leaf, work) in std::mem::take(&mut self.slots[controller.index()].queue) {
-            self.forget_part(leaf, work.resource);
+            self.forget_part(leaf, work.resource, work.mode);
             self.stop(now, leaf, fault);
         }
         self.drop_current(now, controller, fault);
@@ -179,7 +179,7 @@ impl Dispatch {
         let (gone, queue): (VecDeque<_>, _) = waiting.into_iter().partition(|(waiting, _)| *waiting == leaf);
         slot.queue = queue;
         for (_, work) in gone {
-            self.forget_part(leaf, work.resource);
+            self.forget_part(leaf, work.resource, work.mode);
         }
         let slot = &mut self.slots[controller.index()];
         let Some(active) = slot.current.as_mut().filter(|active| active.holders.contains(&leaf)) else {
@@ -187,8 +187,8 @@ impl Dispatch {
         };
         if active.holders.len() > 1 {
             active.holders.remove(&leaf);
-            let resource = active.work.resource;
-            self.forget_part(leaf, resource);
+            let (resource, mode) = (active.work.resource, active.work.mode);
+            self.forget_part(leaf, resource, mode);
         } else if !active.is_canceled {
             active.is_canceled = true;
             active.due = due;
@@ -212,16 +212,20 @@ impl Dispatch {
     fn drop_current(&mut self, now: Time, controller: ControllerId, end: End) {
         if let Some(active) = self.slots[controller.index()].current.take() {
             for leaf in active.holders {
-                self.forget_part(leaf, active.work.resource);
+                self.forget_part(leaf, active.work.resource, active.work.mode);
                 self.stop(now, leaf, end);
             }
         }
         self.next(now, controller);
     }
 
-    fn forget_part(&mut self, leaf: NodeId, resource: ResourceId) {
-        if let Some(running) = self.goals.get_mut(&leaf) {
-            running.parts.retain(|(_, part, _)| *part != resource);
+    /// A goal may have two parts for one resource, one after the other: one of them is over.
+    fn forget_part(&mut self, leaf: NodeId, resource: ResourceId, mode: Mode) {
+        let Some(running) = self.goals.get_mut(&leaf) else {
+            return;
+        };
+        if let Some(over) = running.parts.iter().position(|(_, part, of)| (*part, *of) == (resource, mode)) {
+            running.parts.remove(over);
         }
     }
 

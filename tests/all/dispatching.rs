@@ -227,3 +227,16 @@ fn what_takes_a_time_takes_it_and_what_is_maintained_lasts_as_long() {
     dispatch.handle(Time::ZERO, Input::Start(alone));
     assert_eq!(end(&dispatch.handle(seconds(1), Input::Stop(LEAF))), Some(End::Canceled));
 }
+
+#[test]
+fn two_parts_for_one_resource_leave_nothing_behind() {
+    let mission = load(&experiment_file(1));
+    let mut dispatch = ready(&mission);
+    let mut goal = grasp();
+    let last = Part { mode: Mode::Maintain, ..goal.parts[0].clone() };
+    goal.parts.push(last);
+    dispatch.handle(Time::ZERO, Input::Start(goal));
+    assert_eq!(end(&dispatch.handle(Time(20), result(arm(Some(ObjectId(0)))))), Some(End::Succeeded));
+    let effects = dispatch.handle(Time(30), Input::Shutdown);
+    assert!(effects.contains(&Effect::Safe), "{effects:?}");
+}
