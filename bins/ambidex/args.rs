@@ -16,6 +16,7 @@ use crate::status::StatusArgs;
 use crate::timeline::TimelineArgs;
 use crate::trace::TraceArgs;
 use crate::tree::TreeArgs;
+use crate::values;
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -105,7 +106,7 @@ pub struct MissionArgs {
 #[derive(Debug, Args)]
 pub struct LiveArgs {
     /// Robot seconds per wall second, for simulated controllers.
-    #[arg(long, default_value_t = 1.0, value_parser = speed)]
+    #[arg(long, default_value_t = 1.0, value_parser = values::speed)]
     pub speed: f64,
     /// What to do in a stall.
     #[arg(long, hide = true, value_enum, default_value_t = OnStall::End)]
@@ -120,10 +121,10 @@ pub struct RunArgs {
     #[command(flatten)]
     pub live: LiveArgs,
     /// Name of this robot's runtime [default: a fresh one].
-    #[arg(long, value_parser = instance)]
+    #[arg(long, value_parser = values::instance)]
     pub instance: Option<Instance>,
     /// How long to wait for the controllers, seconds.
-    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = values::seconds, allow_negative_numbers = true)]
     pub attach_timeout: Duration,
 }
 
@@ -135,10 +136,10 @@ pub struct DaemonArgs {
     #[command(flatten)]
     pub live: LiveArgs,
     /// Name of this robot's runtime.
-    #[arg(long, default_value = "default", value_parser = instance)]
+    #[arg(long, default_value = "default", value_parser = values::instance)]
     pub instance: Instance,
     /// How long to wait for the controllers, seconds [default: for ever].
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_negative_numbers = true)]
     pub attach_timeout: Option<Duration>,
 }
 
@@ -151,7 +152,7 @@ pub struct ControllerArgs {
     #[arg(long, value_name = "FILE", default_value = "config/robots/pr2.yaml")]
     pub robot: PathBuf,
     /// Name of the robot's runtime.
-    #[arg(long, default_value = "default", value_parser = instance)]
+    #[arg(long, default_value = "default", value_parser = values::instance)]
     pub instance: Instance,
     /// Form of log lines; RUST_LOG says which are shown.
     #[arg(long, value_enum, default_value_t = LogFormat::Text)]
@@ -211,23 +212,4 @@ pub enum OnStall {
 fn version() -> &'static str {
     static VERSION: OnceLock<String> = OnceLock::new();
     VERSION.get_or_init(|| format!("{} (wire version {WIRE_VERSION})", env!("CARGO_PKG_VERSION")))
-}
-
-/// An instance by its name.
-pub fn instance(name: &str) -> Result<Instance, String> {
-    Instance::new(name).map_err(|error| error.to_string())
-}
-
-fn speed(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(speed) if (0.01..=1000.0).contains(&speed) => Ok(speed),
-        Ok(_) | Err(_) => Err("a number from 0.01 to 1000".into()),
-    }
-}
-
-fn seconds(text: &str) -> Result<Duration, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if (0.0..=86_400.0).contains(&seconds) => Ok(Duration::from_secs_f64(seconds)),
-        Ok(_) | Err(_) => Err("seconds, a number from 0 to 86400".into()),
-    }
 }

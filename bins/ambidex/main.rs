@@ -21,6 +21,7 @@ mod terminal;
 mod timeline;
 mod trace;
 mod tree;
+mod values;
 
 use std::io::Write;
 use std::process::ExitCode;

@@ -11,10 +11,10 @@ use clap::Args;
 use miette::{IntoDiagnostic, Result};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use crate::args;
 use crate::canvas::{self, Canvas};
 use crate::exit::Exit;
 use crate::following::{Following, Source};
+use crate::values;
 
 /// How often news are looked for and drawn at most.
 const TICK: Duration = Duration::from_millis(100);
@@ -30,7 +30,7 @@ The other verbs that read a log take it as LOG: a file or an instance, and the n
 #[command(after_help = HELP)]
 pub struct StatusArgs {
     /// Name of the robot's runtime [default: default].
-    #[arg(long, value_parser = args::instance)]
+    #[arg(long, value_parser = values::instance)]
     pub instance: Option<Instance>,
     /// Follow the mission until it ends: in place on a terminal, else a text per change, at most ten in a second.
     #[arg(long, short)]

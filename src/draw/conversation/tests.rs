@@ -190,7 +190,7 @@ fn unknown_names_are_told_with_what_there_is() {
     let filters = Filters { resource: some("bass"), ..Filters::default() };
     check(filters, "there is no resource `bass`", "did you mean `base`? Allowed: `base`, `head`");
     let filters = Filters { controller: some("arm"), ..Filters::default() };
-    check(filters, "there is no controller `arm`", "allowed: `base`, `head`, `left_arm`, `right_arm`");
+    check(filters, "there is no controller `arm`", "did you mean `left_arm` or `right_arm`? Allowed: `base`");
 }
 
 #[test]
