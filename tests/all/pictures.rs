@@ -177,7 +177,7 @@ const HOSTILE: &str = "\
 objects: {1: {at: shelf}}
 task:
   name: \"</svg>]]>\"
-  then: [{move: {to: shelf}, name: \"\\\"' onload='x\"}, {pick: {object: 1}, name: \"</text><script>&amp;<!--\\u202E\"}]
+  then: [{move: {to: shelf}, name: \"\\\"' onload='x\"}, {pick: {object: 1}, name: \"</text><script>&amp;<!--\"}]
 ";
 
 #[test]
@@ -185,8 +185,15 @@ fn hostile_names_stay_names() {
     let home = Home::new();
     let file = home.write("hostile.yaml", &mission(HOSTILE));
     let log = log(&home, "hostile.jsonl", &file, &[]);
-    let names = ["\"' onload='x", "</text><script>&amp;<!--\u{fffd}"];
-    for args in [["timeline", text(&log)], ["tree", text(&log)], ["tree", text(&file)]] {
+    // Mission files refuse what turns the direction of writing; a journal can hold anything.
+    let turned = fs::read_to_string(&log).expect("a log").replace("&amp;<!--", "&amp;<!--\u{202e}");
+    fs::write(&log, turned).expect("a file");
+    let [plain, odd] = ["\"' onload='x", "</text><script>&amp;<!--"];
+    let turned = format!("{odd}\u{fffd}");
+    for (args, odd) in
+        [(["timeline", text(&log)], &*turned), (["tree", text(&log)], &*turned), (["tree", text(&file)], odd)]
+    {
+        let names = [plain, odd];
         let picture = draw(&home, &args);
         let document = Document::parse(&picture).expect("XML");
         let root = document.root_element();
