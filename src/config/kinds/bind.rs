@@ -12,6 +12,7 @@ use super::super::world::Built;
 use super::{Base, ConditionTerm, Declared, Effect, PotentialTerm, Slot, Stand, Stop, Text};
 use crate::model::{
     BehaviorSpec, ChannelId, Condition, EffectTerm, FactId, ObjectId, PlaceId, Pose, Potential, RobotSpec, TypeId,
+    suggestion,
 };
 
 /// Binds behaviors to a robot in a world.
@@ -181,13 +182,25 @@ impl Bound<'_, '_> {
         self.binder.channels.intern(&text.filled(&self.arguments)).into()
     }
 
+    /// The type of a name; a robot may well have none, but then the name may be misspelt.
+    fn scale(&mut self, written: &Name) -> Option<TypeId> {
+        let types = &self.binder.known.robot?.types;
+        let found = types.id(&written.value);
+        if found.is_none() {
+            let message = format!("the robot has no resource of type `{}`, so nothing is scaled", written.value);
+            let help = suggestion(&written.value, "type", types.names().iter().map(String::as_str));
+            self.faults.warn(written.spot, &written.key, message, Some(help));
+        }
+        found.map(TypeId::from)
+    }
+
     pub(super) fn potential(&mut self, term: &PotentialTerm) -> Option<Potential> {
         let scale_by = match &term.scale_by {
             None => None,
             Some(Slot { parameter: Some(index), .. }) => {
                 self.arguments[*index].as_ref().and_then(|argument| argument.value.ty())
             }
-            Some(slot) => self.binder.known.robot?.types.id(&slot.written.value).map(TypeId::from),
+            Some(slot) => self.scale(&slot.written),
         };
         let value = match &term.base {
             Base::Nearness(stand) => {

@@ -19,6 +19,7 @@ behaviors:
   enter: {claims: all, potential: 1, precondition: [{not_fact: door_open}]}
   stay: {claims: {hand: {type: gripper}}, potential: 1, precondition: [{at: shelf}]}
   hold: {claims: {base: {type: base, shared: at shelf}}, potential: 1, precondition: [{at: shelf}]}
+  scan: {claims: {hand: {type: gripper}}, potential: {constant: 2, scale_by: griper}}
   guard: {claims: {base: {type: base, keep: physical}}, potential: 1}
   watch: {claims: {base: {type: base, shared: watch, keep: physical}}, potential: 1}
   wave: {claims: {hand: {type: gripper}}, potential: 1}
@@ -83,6 +84,12 @@ fn facts_that_nobody_brings() {
     check(2, "enter:", &["warning enter: it can never run: no behavior clears \"door_open\""]);
     check(2, "then: [{close: }, {enter: }]", &[]);
     check(2, "then: [{open: }, {enter: }]", &["no behavior clears \"door_open\""]);
+}
+
+#[test]
+fn a_type_that_scales_nothing() {
+    let nothing = "warning scale_by: the robot has no resource of type `griper`, so nothing is scaled";
+    check(2, "then: [{scan: }, {scan: }]", &[nothing]);
 }
 
 #[test]
