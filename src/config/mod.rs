@@ -119,6 +119,9 @@ fn mission(
     robot_override: Option<&Path>,
     faults: &mut Faults,
 ) -> Option<(MissionSpec, PathBuf)> {
+    if !Format::Mission.is_that_of(main, faults) {
+        return None;
+    }
     let fields = main.fields(&MISSION, faults)?;
     let robot_name = fields.get("robot").and_then(|item| item.path("the path of a robot file", faults));
     let robot_path = match robot_override {

@@ -6,6 +6,7 @@ use super::fault::Faults;
 use super::names::Register;
 use super::raw::{Resource, Robot};
 use super::reader::{Item, Name};
+use super::schema::Format;
 use crate::model::{ControllerId, ControllerKind, ControllerSpec, Names, ResourceSpec, RobotSpec, TypeId};
 
 /// The types that the behaviors of the paper know.
@@ -29,6 +30,9 @@ pub struct RobotFile {
 
 /// Reads and checks a robot file; `None` when it has faults.
 pub(super) fn read(file: Item<'_>, faults: &mut Faults) -> Option<RobotFile> {
+    if !Format::Robot.is_that_of(file, faults) {
+        return None;
+    }
     let before = faults.errors();
     let raw = Robot::read(file, faults)?;
     build(raw, faults).filter(|_| faults.errors() == before)

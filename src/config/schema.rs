@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
+use super::fault::Faults;
 use super::files::{LIBRARY, MISSION};
 use super::quantity::Quantity;
 use super::raw::ROBOT;
@@ -31,6 +32,16 @@ impl Format {
             (false, false, true) => Some(Self::Behaviors),
             (false, false, false) => None,
         }
+    }
+
+    /// Whether a file is of this format, as far as its keys tell; one of another is a fault.
+    pub(super) fn is_that_of(self, file: Item<'_>, faults: &mut Faults) -> bool {
+        let Some(other) = Self::of(file).filter(|found| *found != self) else {
+            return true;
+        };
+        let message = format!("this is {}, not {}", other.shape().what, self.shape().what);
+        faults.push(file.spot, "", message, None);
+        false
     }
 
     fn shape(self) -> &'static Shape {

@@ -99,3 +99,18 @@ fn what_is_no_file_is_said_to_be_none() {
         assert!(finished.stderr.contains(words), "{words}: {}", finished.stderr);
     }
 }
+
+#[test]
+fn a_file_of_another_format_is_said_to_be_one() {
+    let home = Home::new();
+    let robot = file("config/robots/pr2.yaml");
+    let finished = home.start(["simulate".as_ref(), robot.as_os_str()]).ends(2);
+    assert!(finished.stderr.contains("this is a robot, not a mission"), "{}", finished.stderr);
+    let mission = experiment_file(1);
+    let args = ["controller".as_ref(), "base".as_ref(), "--robot".as_ref(), mission.as_os_str()];
+    let finished = home.start(args).ends(2);
+    assert!(finished.stderr.contains("this is a mission, not a robot"), "{}", finished.stderr);
+    let library = file("config/behaviors/household.yaml");
+    let finished = home.start(["simulate".as_ref(), library.as_os_str()]).ends(2);
+    assert!(finished.stderr.contains("this is a library, not a mission"), "{}", finished.stderr);
+}
