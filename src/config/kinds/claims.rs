@@ -71,16 +71,29 @@ impl Bound<'_, '_> {
 
     pub(super) fn ty(&mut self, slot: &Slot, is_optional: bool) -> Option<TypeId> {
         let names = &self.binder.known.robot?.types;
-        let found = match slot.parameter {
-            None => names.id(&slot.written.value).map(TypeId::from),
-            Some(index) => self.arguments[index].as_ref().and_then(|argument| argument.value.ty()),
-        };
+        let found = self.found_type(slot);
         if found.is_none() && !is_optional {
             let message = format!("the robot has no resource of type `{}`", slot.written.value);
             let help = suggestion(&slot.written.value, "type", names.names().iter().map(String::as_str));
             self.faults.push(self.site.spot, &self.kind.name.value, message, Some(help));
         }
         found
+    }
+
+    /// The type that a slot names, if the robot has it.
+    fn found_type(&self, slot: &Slot) -> Option<TypeId> {
+        match slot.parameter {
+            None => self.binder.known.robot?.types.id(&slot.written.value).map(TypeId::from),
+            Some(index) => self.arguments[index].as_ref()?.value.ty(),
+        }
+    }
+
+    /// The resource that a slot names, if the robot has it.
+    fn found_resource(&self, slot: &Slot) -> Option<ResourceId> {
+        match slot.parameter {
+            None => self.binder.known.robot?.resources.id(&slot.written.value).map(ResourceId::from),
+            Some(index) => self.arguments[index].as_ref()?.value.resource(),
+        }
     }
 
     pub(super) fn resource(&mut self, slot: &Slot, is_optional: bool) -> Option<ResourceId> {
@@ -98,12 +111,11 @@ impl Bound<'_, '_> {
             return None;
         };
         let holder = terms.iter().find(|term| matches!(term.filter, Filter::Holds(_)))?;
-        let names = self.binder.known.robot?;
         match &holder.whom {
-            Whom::Type(slot) => names.types.id(&slot.written.value).map(TypeId::from),
+            Whom::Type(slot) => self.found_type(slot),
             Whom::Resource(slot) => {
-                let resource = names.resources.id(&slot.written.value)?;
-                Some(self.robot().resources[resource].ty)
+                let resource = self.found_resource(slot)?;
+                Some(self.robot().resources[resource.index()].ty)
             }
         }
     }

@@ -298,3 +298,19 @@ fn what_takes_can_hold() {
     let error = super::load(&format!("{head}behaviors:\n  {kind}\ntask: {{haul: }}\n"), &robot).unwrap_err();
     assert!(error.faults()[0].message().contains("cannot hold what is taken"), "{error:?}");
 }
+
+#[test]
+fn what_holds_is_commanded_however_it_is_named() {
+    for (claim, hand) in [("type: $hand", "type"), ("resource: $hand", "resource"), ("type: gripper", "text")] {
+        let put = format!(
+            "  rest:\n    label: rest $hand\n    parameters: {{hand: {hand}}}\n    claims: {{hand: {{{claim}, holds: pot}}}}\n    \
+             potential: 1\n    commands: [{{claim: hand, achieve: {{put: {{object: pot, at: table}}}}}}]\n"
+        );
+        let library = format!("library: small\nbehaviors:\n{put}");
+        let value = if hand == "resource" { "hand" } else { "gripper" };
+        let mission = MISSION.replace("- {rest: , timeout: 1 min}", &format!("- rest: {value}"));
+        let spec = load(&mission, &library).unwrap_or_else(|error| panic!("{:?}", error.into_report()));
+        let commands = &spec.tree.behavior(NodeId(8)).unwrap().commands;
+        assert_eq!(commands.len(), 1, "{claim}");
+    }
+}
