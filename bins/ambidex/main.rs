@@ -22,6 +22,7 @@ mod timeline;
 mod trace;
 mod tree;
 mod values;
+mod waiting;
 
 use std::io::Write;
 use std::process::ExitCode;

@@ -55,7 +55,8 @@ impl Page {
     }
 }
 
-fn is_read(written: io::Result<()>) -> Result<bool> {
+/// Whether somebody still reads, as far as a write tells; any other failure is one.
+pub fn is_read(written: io::Result<()>) -> Result<bool> {
     match written {
         Ok(()) => Ok(true),
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(false),

@@ -1,6 +1,6 @@
 //! `ambidex status`: what a mission is at, from its journal alone, once or until it ends.
 
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -9,12 +9,13 @@ use ambidex::draw::{Daemon, MIN_WIDTH, Phase, Snapshot};
 use ambidex::ipc::Instance;
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use crate::canvas::{self, Canvas};
 use crate::exit::Exit;
 use crate::following::{Following, Source};
+use crate::page::is_read;
 use crate::values;
+use crate::waiting::is_stopped;
 
 /// How often news are looked for and drawn at most.
 const TICK: Duration = Duration::from_millis(100);
@@ -114,7 +115,7 @@ fn watch(following: &mut Following, is_json: bool) -> Result<Told> {
             }
             last = Some(snapshot);
         }
-        if is_told(&stop, if is_behind { Duration::ZERO } else { TICK })? {
+        if is_stopped(&stop, if is_behind { Duration::ZERO } else { TICK })? {
             return Ok(Told::Interrupted);
         }
     }
@@ -138,7 +139,7 @@ fn draw(canvas: &mut Canvas, snapshot: &Snapshot, (width, height): (usize, usize
         true => vec!["…".to_owned()],
         false => snapshot.lines(width, height, &canvas::palette()),
     };
-    heard(canvas.show(lines))
+    is_read(canvas.show(lines))
 }
 
 fn text(snapshot: &Snapshot) -> String {
@@ -153,28 +154,9 @@ fn json(snapshot: &Snapshot) -> Result<String> {
 /// Prints a text; false if nobody listens any more.
 fn print(text: &str) -> Result<bool> {
     let mut stdout = io::stdout().lock();
-    heard(writeln!(stdout, "{text}").and_then(|()| stdout.flush()))
-}
-
-fn heard(written: io::Result<()>) -> Result<bool> {
-    match written {
-        Ok(()) => Ok(true),
-        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(false),
-        Err(error) => Err(error).into_diagnostic(),
-    }
+    is_read(writeln!(stdout, "{text}").and_then(|()| stdout.flush()))
 }
 
 fn say(text: &str) {
     drop(writeln!(io::stderr(), "{text}"));
-}
-
-/// Waits, and whether it was told to stop meanwhile.
-fn is_told(stop: &Stop, wait: Duration) -> Result<bool> {
-    let wait = Timespec::try_from(wait).into_diagnostic()?;
-    let mut fds = [PollFd::new(stop, PollFlags::IN)];
-    match poll(&mut fds, Some(&wait)) {
-        Ok(ready) => Ok(ready > 0),
-        Err(rustix::io::Errno::INTR) => Ok(false),
-        Err(error) => Err(error).into_diagnostic(),
-    }
 }

@@ -12,11 +12,11 @@ use ambidex::model::{Header, Record, Time};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use miette::{IntoDiagnostic, Result, miette};
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use crate::exit::Exit;
 use crate::log;
 use crate::page::Page;
+use crate::waiting::is_stopped;
 
 /// How often a live log is looked at.
 const POLL: Duration = Duration::from_millis(50);
@@ -172,16 +172,6 @@ fn follow_run(args: &TraceArgs, mut follower: Follower, stop: &Stop, page: &mut 
     }
     page.flush()?;
     Ok(false)
-}
-
-/// Waits for Ctrl-C or SIGTERM, at most for a while.
-fn is_stopped(stop: &Stop, at_most: Duration) -> Result<bool> {
-    let timeout = Timespec::try_from(at_most).into_diagnostic()?;
-    match poll(&mut [PollFd::new(stop, PollFlags::IN)], Some(&timeout)) {
-        Ok(ready) => Ok(ready > 0),
-        Err(rustix::io::Errno::INTR) => Ok(false),
-        Err(error) => Err(error).into_diagnostic(),
-    }
 }
 
 fn kinds() -> impl TypedValueParser<Value = Kind> {

@@ -148,16 +148,7 @@ pub(crate) fn end(end: End) -> &'static str {
 
 /// The controller at which a goal failed.
 pub(crate) fn at_fault(end: End, names: &Names) -> Option<&str> {
-    match end {
-        End::Succeeded | End::Canceled | End::Failed(Fault::TimedOut) => None,
-        End::Failed(
-            Fault::Rejected(controller, _)
-            | Fault::Unanswered(controller)
-            | Fault::Aborted(controller)
-            | Fault::NotMaintained(controller)
-            | Fault::Lost(controller),
-        ) => Some(names.controller(controller)),
-    }
+    end.at_fault().map(|controller| names.controller(controller))
 }
 
 /// How a controller's part ended.

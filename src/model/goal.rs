@@ -115,6 +115,22 @@ pub enum End {
     Canceled,
 }
 
+impl End {
+    /// The controller at which the goal failed.
+    pub fn at_fault(self) -> Option<ControllerId> {
+        match self {
+            Self::Succeeded | Self::Canceled | Self::Failed(Fault::TimedOut) => None,
+            Self::Failed(
+                Fault::Rejected(controller, _)
+                | Fault::Unanswered(controller)
+                | Fault::Aborted(controller)
+                | Fault::NotMaintained(controller)
+                | Fault::Lost(controller),
+            ) => Some(controller),
+        }
+    }
+}
+
 /// How a goal ended and what its controllers said of the world then.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {

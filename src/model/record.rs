@@ -360,6 +360,17 @@ pub enum ControllerMessage {
     Lost,
 }
 
+impl ControllerMessage {
+    /// The behavior for which the controller was told something.
+    pub fn leaf(&self) -> Option<NodeId> {
+        match self {
+            Self::Told { leaf, .. } => *leaf,
+            Self::Joined { leaf, .. } => Some(*leaf),
+            Self::Attached | Self::Heard { .. } | Self::Refused { .. } | Self::Lost => None,
+        }
+    }
+}
+
 /// How a mission ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -146,15 +146,7 @@ impl Conversation {
         let Record::Controller { controller, message, .. } = record else {
             return DISPATCH.into();
         };
-        let leaf = match message {
-            ControllerMessage::Told { leaf, .. } => *leaf,
-            ControllerMessage::Joined { leaf, .. } => Some(*leaf),
-            ControllerMessage::Attached
-            | ControllerMessage::Heard { .. }
-            | ControllerMessage::Refused { .. }
-            | ControllerMessage::Lost => None,
-        };
-        if let Some(leaf) = leaf {
+        if let Some(leaf) = message.leaf() {
             return self.names.node(leaf).into();
         }
         match spoken::command(message).map(|id| self.commands.holders(*controller, id)) {

@@ -1,8 +1,8 @@
 //! Whom and what a record speaks of.
 
 use crate::model::{
-    Blocked, Change, CommandId, ControllerId, ControllerMessage, End, Fault, FromController, Going, Message,
-    MissionEnd, NodeId, Reason, Record, Request, ResourceId, ToController, Whereabouts,
+    Blocked, Change, CommandId, ControllerId, ControllerMessage, FromController, Going, Message, MissionEnd, NodeId,
+    Reason, Record, Request, ResourceId, ToController, Whereabouts,
 };
 
 use super::commands::Commands;
@@ -21,7 +21,7 @@ pub(super) fn of_node(record: &Record, commands: &Commands, marks: &[bool]) -> b
         Record::Released { leaf, going, .. } => is(*leaf) || going_of(going, is),
         Record::Resource { state, .. } => state.leases().iter().any(|lease| is(lease.holder) || is(lease.behavior)),
         Record::Controller { controller, message, .. } => {
-            told(message).into_iter().any(is)
+            message.leaf().into_iter().any(is)
                 || command(message).is_some_and(|id| commands.holders(*controller, id).iter().any(|&leaf| is(leaf)))
         }
         Record::Ended { end, .. } => matches!(end, MissionEnd::Failed(node) | MissionEnd::NodeLost(node) if is(*node)),
@@ -58,7 +58,7 @@ pub(super) fn of_controller(record: &Record, wanted: ControllerId) -> bool {
     match record {
         Record::Controller { controller, .. } => *controller == wanted,
         Record::Released { end, .. } | Record::Sent { message: Message::Release { end, .. }, .. } => {
-            at_fault(*end) == Some(wanted)
+            end.at_fault() == Some(wanted)
         }
         Record::Ended { end, .. } => *end == MissionEnd::ControllerLost(wanted),
         Record::Header(_)
@@ -85,18 +85,6 @@ pub(super) fn command(message: &ControllerMessage) -> Option<CommandId> {
             | FromController::Feedback { id, .. }
             | FromController::Result { id, .. } => Some(*id),
         },
-    }
-}
-
-/// The behavior for which a controller was told something.
-fn told(message: &ControllerMessage) -> Option<NodeId> {
-    match message {
-        ControllerMessage::Told { leaf, .. } => *leaf,
-        ControllerMessage::Joined { leaf, .. } => Some(*leaf),
-        ControllerMessage::Attached
-        | ControllerMessage::Heard { .. }
-        | ControllerMessage::Refused { .. }
-        | ControllerMessage::Lost => None,
     }
 }
 
@@ -149,18 +137,5 @@ fn moves(change: &Change, wanted: ResourceId) -> bool {
     match change {
         Change::Object(_, Whereabouts::In(resource)) | Change::Emptied(resource) => *resource == wanted,
         Change::Object(_, Whereabouts::At(_) | Whereabouts::Unknown) | Change::Base(_) | Change::Fact(..) => false,
-    }
-}
-
-fn at_fault(end: End) -> Option<ControllerId> {
-    match end {
-        End::Succeeded | End::Canceled | End::Failed(Fault::TimedOut) => None,
-        End::Failed(
-            Fault::Rejected(controller, _)
-            | Fault::Unanswered(controller)
-            | Fault::Aborted(controller)
-            | Fault::NotMaintained(controller)
-            | Fault::Lost(controller),
-        ) => Some(controller),
     }
 }
