@@ -4,6 +4,7 @@ mod aborts;
 mod attach;
 mod broken;
 mod checking;
+mod digests;
 mod dispatching;
 mod driver;
 mod fixtures;

@@ -12,6 +12,7 @@ use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Once;
 
+use ambidex::model::{MissionSpec, Record};
 use counts::Counts;
 use generator::Case;
 
@@ -98,6 +99,13 @@ thread_local! {
     static PLACE: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
+/// The mission and the records of one generated case.
+pub fn decided(seed: u64) -> (MissionSpec, Vec<Record>) {
+    let case = Case::new(seed);
+    let records = run::records(&case, 0).0;
+    (case.mission, records)
+}
+
 /// Every decision, lease, change of the world and end is that of the reference model.
 #[test]
 fn decisions_are_those_of_the_reference_model() {
@@ -123,9 +131,9 @@ fn cancelled_missions_end() {
 #[test]
 fn records_do_not_depend_on_interleaving() {
     for_all("interleavings", 5, |case| {
-        let (first, counts) = run::records(case, 0);
+        let (first, counts) = run::lines(case, 0);
         for interleaving in 1..4 {
-            assert!(run::records(case, interleaving).0 == first, "interleaving {interleaving}");
+            assert!(run::lines(case, interleaving).0 == first, "interleaving {interleaving}");
         }
         counts
     });

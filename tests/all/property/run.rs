@@ -142,11 +142,18 @@ fn in_order(case: &Case, interleaving: u64, mut after: impl FnMut(&Driver, Optio
     driver
 }
 
-/// The records of a run, as they would stand in a journal.
-pub fn records(case: &Case, interleaving: u64) -> (String, Counts) {
+/// The records of a run.
+pub fn records(case: &Case, interleaving: u64) -> (Vec<Record>, Counts) {
     let driver = in_order(case, interleaving, |_, _, _| ());
-    let lines = driver.records.iter().map(|record| serde_json::to_string(record).expect("records are plain"));
-    (lines.collect::<Vec<_>>().join("\n"), counts(&driver))
+    let counts = counts(&driver);
+    (driver.records, counts)
+}
+
+/// The same as they would stand in a journal.
+pub fn lines(case: &Case, interleaving: u64) -> (String, Counts) {
+    let (records, counts) = records(case, interleaving);
+    let lines = records.iter().map(|record| serde_json::to_string(record).expect("records are plain"));
+    (lines.collect::<Vec<_>>().join("\n"), counts)
 }
 
 pub fn chaos(case: &Case) -> Counts {
