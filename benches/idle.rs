@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::{Child, ChildStderr, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use ambidex::ipc::{Instance, sweep};
+use ambidex::link::{Instance, sweep};
 use rustix::process::{Pid, Signal, kill_process};
 
 const CONTROLLERS: [&str; 4] = ["left_arm", "right_arm", "base", "head"];

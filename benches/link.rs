@@ -14,16 +14,16 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use ambidex::controller::{ServeOptions, serve};
-use ambidex::ipc::wire::{WireRequest, WireResponse};
-use ambidex::ipc::{DaemonPort, Instance, Station, fresh_epoch, monotonic_ns, sweep};
-use ambidex::journal::{JournalFile, emit};
+use ambidex::link::serve::{ServeOptions, serve};
+use ambidex::link::wire::{WireRequest, WireResponse};
+use ambidex::link::{DaemonPort, Instance, Station, fresh_epoch, monotonic_ns, sweep};
 use ambidex::model::{
     self, Access, Claim, CommandTerm, Condition, ControllerId, ControllerKind, ControllerSpec, ControllerState,
     HeadSpec, Keep, MissionEnd, MissionSpec, Mode, NodeId, NodeKind, PartEnd, Rejection, ResourceId, ResourceSpec,
     Task, TypeId, Wanted,
 };
 use ambidex::motion::{Controller, Progress};
+use ambidex::runtime::log::{JournalFile, emit};
 use ambidex::runtime::{self, Clock, Ended, Options, Port, Sink};
 use ambidex::tree::Settings;
 use hdrhistogram::Histogram;

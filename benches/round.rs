@@ -17,11 +17,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use ambidex::journal::{JournalFile, emit};
 use ambidex::model::{
     Access, Blocked, Change, Claim, Condition, FactId, Keep, MissionEnd, MissionSpec, NodeId, NodeKind, Reason,
     Request, ResourceSpec, ResourceTable, Time, Topology, TypeId, Wanted,
 };
+use ambidex::runtime::log::{JournalFile, emit};
 use ambidex::runtime::{self, Clock, Control, Ended, Options, Sink};
 use ambidex::tree::{
     self, Activation, Allocator, Answer, Begin, Chosen, Down, Effect, Greedy, Input, Merged, Node, Outbox, Settings,

@@ -2,7 +2,7 @@
 
 use std::io::{self, IsTerminal, Write};
 
-use ambidex::draw::Palette;
+use ambidex::show::Palette;
 
 /// Columns where there is no terminal to ask.
 const WIDTH: usize = 100;

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use ambidex::config::{self, Checked, Fault, Format};
+use ambidex::files::{self, Checked, Fault, Format};
 use ambidex::model::MissionSpec;
 use clap::{Args, ValueEnum};
 use miette::{IntoDiagnostic, Result};
@@ -48,7 +48,7 @@ pub fn check(args: &CheckArgs) -> Result<Exit> {
     let mut list = Vec::new();
     let mut is_sound = true;
     for file in &args.files {
-        let faults = match config::check(file) {
+        let faults = match files::check(file) {
             Ok(checked) => {
                 let (summary, warnings) = told(checked);
                 if !args.json {
@@ -82,7 +82,7 @@ pub fn schema(args: &SchemaArgs) -> Result<Exit> {
         FormatName::Robot => Format::Robot,
         FormatName::Behaviors => Format::Behaviors,
     };
-    let text = serde_json::to_string_pretty(&config::schema(format)).into_diagnostic()?;
+    let text = serde_json::to_string_pretty(&files::schema(format)).into_diagnostic()?;
     writeln!(std::io::stdout(), "{text}").into_diagnostic()?;
     Ok(Exit::Done)
 }

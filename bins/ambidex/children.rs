@@ -7,7 +7,7 @@ use std::process::{Child, ChildStderr, Command, Stdio};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use ambidex::ipc::Instance;
+use ambidex::link::Instance;
 use ambidex::model::RobotSpec;
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, Result};

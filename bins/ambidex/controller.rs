@@ -1,7 +1,7 @@
 //! `ambidex controller`.
 
-use ambidex::config::{self, ConfigError};
-use ambidex::controller::{ServeOptions, Stop, serve};
+use ambidex::files::{self, ConfigError};
+use ambidex::link::serve::{ServeOptions, Stop, serve};
 use ambidex::motion;
 use miette::{IntoDiagnostic, Result, miette};
 
@@ -11,7 +11,7 @@ use crate::terminal::{QUIET, TALKING, Terminal};
 
 /// Serves one simulated controller until it is told to stop.
 pub fn controller(args: &ControllerArgs) -> Result<Exit> {
-    let file = config::load_robot(&args.robot).map_err(ConfigError::into_report)?;
+    let file = files::load_robot(&args.robot).map_err(ConfigError::into_report)?;
     let controllers = &file.robot.controllers;
     let Some(spec) = controllers.iter().find(|spec| spec.name == args.name) else {
         let names: Vec<_> = controllers.iter().map(|spec| spec.name.as_str()).collect();

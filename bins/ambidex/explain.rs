@@ -1,7 +1,7 @@
 //! `ambidex explain`.
 
-use ambidex::draw::{Account, Story};
-use ambidex::journal::Reader;
+use ambidex::record::Reader;
+use ambidex::show::{Account, Story};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
 

@@ -6,10 +6,12 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
-use ambidex::draw::{Daemon, Snapshot, Status};
-use ambidex::ipc::{Instance, Present};
-use ambidex::journal::{self, Follower, JournalError, News};
+use ambidex::link::{Instance, Present};
 use ambidex::model::Time;
+use ambidex::model::nearest;
+use ambidex::record::JournalError;
+use ambidex::runtime::log::{self, Follower, News};
+use ambidex::show::{Daemon, Snapshot, Status};
 use miette::{IntoDiagnostic, Report, Result, miette};
 
 /// Records that are read at once, so that whoever wants to leave need not wait for the last of a million.
@@ -19,8 +21,6 @@ const ASK_EVERY: Duration = Duration::from_millis(300);
 /// How long a daemon may take from its start to the first line of its log.
 const BEGIN_WITHIN: Duration = Duration::from_secs(2);
 const BEGIN_POLL: Duration = Duration::from_millis(10);
-/// Most edits between a name and the one that was meant.
-const MEANT_WITHIN: usize = 3;
 /// Most instances that are named where the one asked for has no journal.
 const MOST_NAMED: usize = 8;
 
@@ -39,7 +39,7 @@ impl Source {
             Some(path) => Self { path, instance, is_default: false },
             None => {
                 let instance = instance.unwrap_or_else(|| Instance::new("default").expect("it is a name"));
-                Self { path: journal::default_path(instance.name()), instance: Some(instance), is_default: true }
+                Self { path: log::default_path(instance.name()), instance: Some(instance), is_default: true }
             }
         }
     }
@@ -90,13 +90,12 @@ impl Source {
             let help = format!("{} is not there; name its log with --log FILE", self.path.display());
             return miette!(help = help, "the daemon of instance \"{name}\" (pid {pid}) logs elsewhere");
         }
-        let known = journal::instances();
+        let known = log::instances();
         if known.is_empty() {
             let help = "`ambidex run` and `ambidex daemon` write one";
             return miette!(help = help, "instance \"{name}\" has no journal, and no other has one");
         }
-        let distance = |known: &&String| strsim::osa_distance(name, known);
-        let meant = known.iter().min_by_key(distance).filter(|meant| distance(meant) <= MEANT_WITHIN);
+        let meant = nearest(name, known.iter().map(String::as_str));
         let meant = meant.map_or(String::new(), |meant| format!("did you mean \"{meant}\"? "));
         let others: Vec<String> = known.iter().take(MOST_NAMED).map(|name| described(name)).collect();
         let more = known.len() - others.len();

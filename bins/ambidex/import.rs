@@ -4,7 +4,7 @@ use std::fs::OpenOptions;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use ambidex::config::{self, Beside, ConfigError, ImportError, Imported};
+use ambidex::files::{self, Beside, ConfigError, ImportError, Imported};
 use clap::Args;
 use miette::{IntoDiagnostic, Report, Result, WrapErr, miette};
 
@@ -29,7 +29,7 @@ pub struct ImportArgs {
 /// Imports a file; what is not carried over is told on stderr.
 pub fn import(args: &ImportArgs) -> Result<Exit> {
     let target = (args.output.as_os_str() != "-").then_some(args.output.as_path());
-    let imported = config::import(&args.file, args.robot.as_deref(), target).map_err(into_report)?;
+    let imported = files::import(&args.file, args.robot.as_deref(), target).map_err(into_report)?;
     let files = target.map(|target| files(target, &imported)).unwrap_or_default();
     refuse(args, &files)?;
     for warning in &imported.warnings {

@@ -5,10 +5,11 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use ambidex::draw::Unknown;
-use ambidex::ipc::Instance;
-use ambidex::journal::{self, Reader};
+use ambidex::link::Instance;
 use ambidex::model::Record;
+use ambidex::record::Reader;
+use ambidex::runtime;
+use ambidex::show::Unknown;
 use miette::{IntoDiagnostic, Report, Result, miette};
 
 /// What a log is called in its instance's folder.
@@ -76,12 +77,12 @@ pub fn unknown(unknown: &Unknown) -> Report {
 }
 
 fn of_instance(name: &str) -> Option<PathBuf> {
-    Instance::new(name).ok().map(|instance| journal::default_folder(instance.name()).join(FILE))
+    Instance::new(name).ok().map(|instance| runtime::log::default_folder(instance.name()).join(FILE))
 }
 
 /// The folder of all instances.
 fn folder() -> PathBuf {
-    let mut folder = journal::default_folder("any");
+    let mut folder = runtime::log::default_folder("any");
     folder.pop();
     folder
 }

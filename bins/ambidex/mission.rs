@@ -3,8 +3,8 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use ambidex::config::{self, ConfigError, Loaded};
-use ambidex::ipc::Instance;
+use ambidex::files::{self, ConfigError, Loaded};
+use ambidex::link::Instance;
 use ambidex::model::{MissionEnd, Record};
 use ambidex::runtime::{self, Clock, Control, Ended, Options, Sink};
 use ambidex::tree::Settings;
@@ -41,7 +41,7 @@ pub fn daemon(args: &DaemonArgs) -> Result<Exit> {
 
 /// Loads the files of a mission and says what is surely not meant in them.
 pub fn load(args: &MissionArgs) -> Result<Loaded> {
-    let loaded = config::load_mission(&args.mission, args.robot.as_deref()).map_err(ConfigError::into_report)?;
+    let loaded = files::load_mission(&args.mission, args.robot.as_deref()).map_err(ConfigError::into_report)?;
     if !args.quiet {
         check::say_all(loaded.warnings.clone());
     }
@@ -90,7 +90,7 @@ fn go(
     });
     if let Some(children) = children {
         children.end(CHILD_GRACE);
-        if let Err(error) = ambidex::ipc::sweep() {
+        if let Err(error) = ambidex::link::sweep() {
             terminal.say(&format!("warning: shared memory was not swept: {error}"));
         }
     }

@@ -4,9 +4,10 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use ambidex::draw::{self, Progress};
-use ambidex::journal::{self, JournalError, JournalFile};
 use ambidex::model::{ControllerMessage, MissionEnd, MissionSpec, Record, Tally};
+use ambidex::record::JournalError;
+use ambidex::runtime::log::{self, JournalFile};
+use ambidex::show::{self, Progress};
 
 use crate::args::MissionArgs;
 use crate::terminal::Terminal;
@@ -41,7 +42,7 @@ impl Observer {
         terminal: &Terminal,
         is_live: bool,
     ) -> Result<Self, JournalError> {
-        let default = || journal::default_path(instance);
+        let default = || log::default_path(instance);
         let path: PathBuf = args.log.clone().unwrap_or_else(default);
         Ok(Self {
             names: mission.names.clone(),
@@ -64,7 +65,7 @@ impl Observer {
         {
             self.fail(error);
         }
-        journal::emit(record, &self.names);
+        log::emit(record, &self.names);
         self.progress.add(record);
         if self.is_quiet {
             return;
@@ -143,10 +144,10 @@ impl Observer {
         let (width, palette) = (self.terminal.width(), self.terminal.palette());
         let tally = self.tally();
         if !self.is_quiet && !tally.intervals.is_empty() {
-            self.terminal.say(&format!("\n{}", draw::timing(tally, width, &palette)));
+            self.terminal.say(&format!("\n{}", show::timing(tally, width, &palette)));
         }
         if !self.is_quiet || tally.end == Some(MissionEnd::Stalled) {
-            self.terminal.say(&draw::summary(tally, width, &palette));
+            self.terminal.say(&show::summary(tally, width, &palette));
         }
         if !self.is_quiet {
             self.terminal.say(&format!("log: {}", self.file.path().display()));

@@ -2,7 +2,7 @@
 
 use std::io::{self, BufWriter, IsTerminal, StdoutLock, Write};
 
-use ambidex::draw::Palette;
+use ambidex::show::Palette;
 use miette::{IntoDiagnostic, Result};
 
 /// Columns where there is no terminal to ask.

@@ -1,6 +1,6 @@
 //! The daemon's way to the controllers of a robot.
 
-use ambidex::ipc::{DaemonPort, Instance, IpcError, Station, fresh_epoch, sweep};
+use ambidex::link::{DaemonPort, Instance, IpcError, Station, fresh_epoch, sweep};
 use ambidex::model::MissionSpec;
 use ambidex::runtime::{Clock, Port};
 

@@ -4,9 +4,9 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use ambidex::controller::Stop;
-use ambidex::draw::{Daemon, MIN_WIDTH, Phase, Snapshot};
-use ambidex::ipc::Instance;
+use ambidex::link::Instance;
+use ambidex::link::serve::Stop;
+use ambidex::show::{Daemon, MIN_WIDTH, Phase, Snapshot};
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
 

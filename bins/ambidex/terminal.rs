@@ -2,7 +2,7 @@
 
 use std::io::{self, IsTerminal, Write};
 
-use ambidex::draw::Palette;
+use ambidex::show::Palette;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::fmt::MakeWriter;

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use ambidex::draw;
-use ambidex::draw::svg::{self, History};
-use ambidex::journal::Reader;
+use ambidex::record::Reader;
+use ambidex::show;
+use ambidex::show::svg::{self, History};
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
 
@@ -59,6 +59,6 @@ fn picture(runs: &[History]) -> String {
 fn text(runs: &[History]) -> String {
     let page = Page::new();
     let (width, palette) = (page.width(), page.palette());
-    let diagrams = runs.iter().map(|run| draw::timing(run.tally(), width, &palette));
+    let diagrams = runs.iter().map(|run| show::timing(run.tally(), width, &palette));
     diagrams.collect::<Vec<_>>().join("\n")
 }

@@ -5,10 +5,11 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use ambidex::controller::Stop;
-use ambidex::draw::{Conversation, Filters, Kind, Selection};
-use ambidex::journal::{Follower, JournalError, News, Reader};
+use ambidex::link::serve::Stop;
 use ambidex::model::{Header, Record, Time};
+use ambidex::record::{JournalError, Reader};
+use ambidex::runtime::log::{Follower, News};
+use ambidex::show::{Conversation, Filters, Kind, Selection};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use miette::{IntoDiagnostic, Result, miette};

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use ambidex::config::{self, ConfigError};
-use ambidex::draw;
-use ambidex::journal::{JournalError, Reader};
+use ambidex::files::{self, ConfigError};
 use ambidex::model::{Header, Tally};
+use ambidex::record::{JournalError, Reader};
+use ambidex::show;
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
 
@@ -33,10 +33,10 @@ pub fn tree(args: &TreeArgs) -> Result<Exit> {
     out::spare(&path, args.output.as_deref())?;
     let (header, tally) = load(&path, args.robot.as_deref())?;
     match &args.output {
-        Some(output) => out::write(output, &draw::svg::tree(&header, tally.as_ref()))?,
+        Some(output) => out::write(output, &show::svg::tree(&header, tally.as_ref()))?,
         None => {
             let mut page = Page::new();
-            let text = draw::tree(&header, tally.as_ref(), page.width(), &page.palette());
+            let text = show::tree(&header, tally.as_ref(), page.width(), &page.palette());
             page.text(&text)?;
         }
     }
@@ -48,7 +48,7 @@ fn load(path: &Path, robot: Option<&Path>) -> Result<(Header, Option<Tally>)> {
     let reader = match Reader::open(path) {
         Ok(reader) => reader,
         Err(JournalError::NoHeader { .. } | JournalError::Open { .. }) => {
-            let loaded = config::load_mission(path, robot).map_err(ConfigError::into_report)?;
+            let loaded = files::load_mission(path, robot).map_err(ConfigError::into_report)?;
             // What nobody sees: a tree is the same under every allocator.
             return Ok((Header::new(&loaded.mission, ""), None));
         }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ambidex::ipc::Instance;
+use ambidex::link::Instance;
 
 /// The name of a runtime.
 pub fn instance(name: &str) -> Result<Instance, String> {

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ambidex::controller::Stop;
+use ambidex::link::serve::Stop;
 use miette::{IntoDiagnostic, Result};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 

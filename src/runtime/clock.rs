@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
-use crate::ipc::ClockOrigin;
-use crate::model::Time;
+use ambidex_link::ClockOrigin;
+use ambidex_model::Time;
 
 /// Robot time of a run: it starts at zero and passes `speed` times as fast as the wall clock.
 #[derive(Debug, Clone, Copy)]

@@ -6,9 +6,9 @@ use super::clock::Clock;
 use super::journal_task::Journal;
 use super::node_task::ToNode;
 use super::supervisor::Signal;
-use crate::dispatch::{Dispatch, Effect, Input};
-use crate::model::{MissionEnd, NodeId, ToController};
-use crate::tree::Begin;
+use ambidex_core::dispatch::{Dispatch, Effect, Input};
+use ambidex_core::tree::Begin;
+use ambidex_model::{MissionEnd, NodeId, ToController};
 
 /// The dispatch with its neighbors.
 pub(super) struct DispatchTask {

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use tokio::sync::{Notify, mpsc};
 
-use crate::model::Record;
+use ambidex_model::Record;
 
 /// Where records end up; called by one task alone.
 pub trait Sink: Send {

@@ -8,10 +8,10 @@ use tokio::io::unix::AsyncFd;
 use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval};
 
-use crate::dispatch::Input;
-use crate::ipc::watch::Pidfd;
-use crate::ipc::{BEAT_EVERY, Heard, Link, LinkError};
-use crate::model::{ControllerId, FromController, Rejection, ToController};
+use ambidex_core::dispatch::Input;
+use ambidex_link::watch::Pidfd;
+use ambidex_link::{BEAT_EVERY, Heard, Link, LinkError};
+use ambidex_model::{ControllerId, FromController, Rejection, ToController};
 
 /// A link that can be waited for.
 pub trait Port: Link + AsFd + Send {}

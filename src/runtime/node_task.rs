@@ -7,9 +7,9 @@ use tokio::sync::mpsc;
 use super::clock::Clock;
 use super::journal_task::Journal;
 use super::supervisor::Signal;
-use crate::dispatch;
-use crate::model::{Change, MissionEnd, NodeId, Outcome, Topology};
-use crate::tree::{Begin, Down, Effect, Input, Node, Outbox, Up};
+use ambidex_core::dispatch;
+use ambidex_core::tree::{Begin, Down, Effect, Input, Node, Outbox, Up};
+use ambidex_model::{Change, MissionEnd, NodeId, Outcome, Topology};
 
 /// What a parent can have on the way to a child: a verdict, a reopening, a cancel, and the next activation; twice that.
 const FROM_PARENT: usize = 8;

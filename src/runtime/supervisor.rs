@@ -13,9 +13,9 @@ use super::dispatch_task::DispatchTask;
 use super::journal_task::{Journal, Sink};
 use super::link_task::{LinkTask, Port};
 use super::node_task::{Surroundings, ToNode, wire};
-use crate::dispatch::{self, Dispatch, Limits};
-use crate::model::{Change, ControllerId, Header, MissionEnd, MissionSpec, NodeId, Record, ToController};
-use crate::tree::{self, Begin, Settings};
+use ambidex_core::dispatch::{self, Dispatch, Limits};
+use ambidex_core::tree::{self, Begin, Settings};
+use ambidex_model::{Change, ControllerId, Header, MissionEnd, MissionSpec, NodeId, Record, ToController};
 
 /// How a run is carried.
 pub struct Options {

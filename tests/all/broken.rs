@@ -5,7 +5,7 @@ use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 use std::time::Duration;
 
-use ambidex::ipc::{Heard, Link, LinkError};
+use ambidex::link::{Heard, Link, LinkError};
 use ambidex::model::{MissionEnd, ToController};
 use ambidex::runtime::{self, Clock, Ended, Options, Port};
 use ambidex::tree::Settings;

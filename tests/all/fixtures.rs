@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use ambidex::config;
+use ambidex::files;
 use ambidex::model::{MissionReport, MissionSpec, Record, Tally};
 use ambidex::sim::{self, Event};
 use ambidex::tree::Settings;
@@ -122,7 +122,7 @@ impl Room {
 
 /// Loads a mission and says what is wrong with it if it is.
 pub fn load(path: &Path) -> MissionSpec {
-    match config::load_mission(path, None) {
+    match files::load_mission(path, None) {
         Ok(loaded) => loaded.mission,
         Err(error) => panic!("{:?}", miette::Report::new(error)),
     }

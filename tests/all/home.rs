@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ambidex::ipc::{self, Instance};
+use ambidex::link::{self, Instance};
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
@@ -166,7 +166,7 @@ impl Drop for Home {
         for (pid, _) in self.processes() {
             signal(pid, Signal::KILL);
         }
-        drop(ipc::sweep());
+        drop(link::sweep());
     }
 }
 

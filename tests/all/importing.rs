@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use ambidex::config::import;
+use ambidex::files::import;
 use ambidex::tree::Settings;
 use proptest::prelude::*;
 

@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Instant;
 
-use ambidex::controller::{ServeOptions, Stop, serve};
-use ambidex::ipc::{DaemonPort, Heard, Instance, Link, LinkError, Station, fresh_epoch};
+use ambidex::link::serve::{ServeOptions, Stop, serve};
+use ambidex::link::{DaemonPort, Heard, Instance, Link, LinkError, Station, fresh_epoch};
 use ambidex::model::{ControllerState, MissionSpec, Record, Time, ToController};
 use ambidex::motion::Controller;
 use ambidex::runtime::{self, Clock, Control, Ended, Options, Port};

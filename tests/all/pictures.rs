@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use ambidex::draw::{self, Palette};
-use ambidex::journal::{Journal, Reader};
 use ambidex::model::*;
+use ambidex::record::{Journal, Reader};
+use ambidex::show::{self, Palette};
 use roxmltree::{Document, Node};
 
 use crate::fixtures::{HANDS_FULL, experiment_file, experiments, file, mission};
@@ -235,9 +235,9 @@ fn without_a_file_there_is_text_on_stdout() {
         finished.stdout
     };
     let plain = Palette::plain();
-    assert_eq!(printed(&["timeline", text(&log)]), draw::timing(&tally, 100, &plain));
-    assert_eq!(printed(&["tree", text(&log)]), draw::tree(header, Some(&tally), 100, &plain));
-    assert_eq!(printed(&["tree", text(&experiment_file(1))]), draw::tree(header, None, 100, &plain));
+    assert_eq!(printed(&["timeline", text(&log)]), show::timing(&tally, 100, &plain));
+    assert_eq!(printed(&["tree", text(&log)]), show::tree(header, Some(&tally), 100, &plain));
+    assert_eq!(printed(&["tree", text(&experiment_file(1))]), show::tree(header, None, 100, &plain));
     let picture = printed(&["timeline", text(&log), "-o", "-"]);
     assert_eq!(picture, draw(&home, &["timeline", text(&log)]));
 }

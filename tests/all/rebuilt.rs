@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use ambidex::journal::Reader;
 use ambidex::model::{Names, Reason, Tally};
+use ambidex::record::Reader;
 use serde_json::Value;
 
 use crate::fixtures::{HANDS_FULL, TOO_FAR, experiment_file, mission, too_slow};

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use ambidex::config::{self, Format};
-use ambidex::journal::Journal;
+use ambidex::files::{self, Format};
 use ambidex::model::{Record, Tally};
+use ambidex::record::Journal;
 use ambidex::tree::{Serial, Settings};
 use serde_json::Value;
 
@@ -176,7 +176,7 @@ fn the_shipped_schemas_are_those_of_the_code() {
         let shipped = std::fs::read_to_string(file(&format!("config/schemas/{name}.json"))).expect("it is shipped");
         assert_eq!(printed, shipped, "config/schemas/{name}.json: write it anew with `ambidex schema {name}`");
         let schema: Value = serde_json::from_str(&printed).expect("JSON");
-        assert_eq!(schema, config::schema(format));
+        assert_eq!(schema, files::schema(format));
         jsonschema::meta::validate(&schema).expect("a schema of its draft");
     }
 }
@@ -184,7 +184,7 @@ fn the_shipped_schemas_are_those_of_the_code() {
 #[test]
 fn the_shipped_files_are_as_their_schemas_say() {
     for (folder, (_, format)) in ["missions", "robots", "behaviors"].into_iter().zip(formats()) {
-        let validator = jsonschema::validator_for(&config::schema(format)).expect("a schema");
+        let validator = jsonschema::validator_for(&files::schema(format)).expect("a schema");
         for entry in std::fs::read_dir(file("config").join(folder)).expect("a folder") {
             let path = entry.expect("an entry").path();
             let text = std::fs::read_to_string(&path).expect("a file");

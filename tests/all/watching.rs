@@ -3,7 +3,7 @@
 use std::fs;
 use std::time::Duration;
 
-use ambidex::ipc::Instance;
+use ambidex::link::Instance;
 use ambidex::model::JOURNAL_VERSION;
 use rustix::process::Signal;
 use serde_json::Value;

@@ -78,7 +78,7 @@ fn what_takes_too_long_fails_the_mission() {
 #[test]
 fn the_version_names_that_of_the_wire() {
     let said = ambidex(&["--version"], 0).stdout;
-    let wire = format!("(wire version {})", ambidex::ipc::WIRE_VERSION);
+    let wire = format!("(wire version {})", ambidex::link::WIRE_VERSION);
     assert!(said.starts_with("ambidex ") && said.trim_end().ends_with(&wire), "{said}");
 }
 

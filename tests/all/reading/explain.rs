@@ -42,7 +42,7 @@ fn the_story_of_a_run_has_its_steps_and_skips_on_a_page() {
         let (home, log) = simulated(number);
         let text = printed(&home, "explain", log.to_str().expect("a path"), &[]);
         let mut tally = Tally::default();
-        let records = ambidex::journal::Reader::open(&log).expect("a log");
+        let records = ambidex::record::Reader::open(&log).expect("a log");
         let records: Vec<Record> = records.map(|record| record.expect("a record")).collect();
         records.iter().for_each(|record| tally.add(record));
         let names = &tally.header.as_ref().expect("a header").names;

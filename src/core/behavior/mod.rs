@@ -1,0 +1,98 @@
+//! Behaviors as data: what a leaf asks for, promises and changes, read from its terms, the view and its line.
+
+mod candidates;
+mod condition;
+mod goal;
+
+pub use condition::check;
+pub use goal::{changes, goal};
+
+use crate::world::View;
+use ambidex_model::{BehaviorSpec, Line, Potential, Reason, Request, Task, TypeId};
+
+/// What a behavior says to an activation.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Answer {
+    /// Its goal is met.
+    Satisfied,
+    /// It wants to run.
+    Request(Request),
+    /// It cannot run now.
+    Blocked(Reason),
+}
+
+/// Whether the behavior's goal is met.
+pub fn is_satisfied(spec: &BehaviorSpec, view: &View, line: &Line<'_>) -> bool {
+    check(&spec.satisfied, view, line).is_ok()
+}
+
+/// What a behavior that is not done says (III-B, III-C).
+pub fn answer(spec: &BehaviorSpec, view: &View, line: &Line<'_>) -> Answer {
+    if is_satisfied(spec, view, line) {
+        return Answer::Satisfied;
+    }
+    match request(spec, view, line) {
+        Ok(request) => Answer::Request(request),
+        Err(reason) => Answer::Blocked(reason),
+    }
+}
+
+fn request(spec: &BehaviorSpec, view: &View, line: &Line<'_>) -> Result<Request, Reason> {
+    check(&spec.precondition, view, line)?;
+    let potential = potential(&spec.potential, view, line)?;
+    for &object in &spec.changes {
+        let mut others = view.running.iter();
+        if let Some((&with, _)) = others.find(|(_, grant)| grant.changes.contains(&object)) {
+            return Err(Reason::SameObject { object, with });
+        }
+    }
+    for term in &spec.commands {
+        if let Task::Grasp(object) = term.task
+            && view.geometry.object(&view.situation, object).is_none()
+        {
+            return Err(Reason::OutOfReach { object });
+        }
+    }
+    let needs = candidates::needs(&spec.claims, view, line)?;
+    Ok(Request {
+        leaf: line.node,
+        potential,
+        heir: view.is_heir(line),
+        needs,
+        changes: spec.changes.clone(),
+        skips: line.skips.to_vec(),
+    })
+}
+
+/// Activation potential, greater than 0; a potential of 0 means not to ask. n is 1 when the robot has none of the type.
+fn potential(potential: &Potential, view: &View, line: &Line<'_>) -> Result<f64, Reason> {
+    match *potential {
+        Potential::Constant(0.0) | Potential::Scaled { value: 0.0, .. } => Err(Reason::Unwanted),
+        Potential::Constant(value) => Ok(value),
+        Potential::Scaled { value, by } => Ok(value * scale(by, view, line)?),
+        Potential::Nearness { to, floor_m, scale_by } => {
+            let available = scale_by.map_or(Ok(1.0), |of| scale(of, view, line))?;
+            Ok(available / view.situation.base.distance_m(&to).max(floor_m))
+        }
+    }
+}
+
+/// The factor that a type gives to a potential.
+fn scale(of: TypeId, view: &View, line: &Line<'_>) -> Result<f64, Reason> {
+    if view.geometry.robot.of_type(of).next().is_none() {
+        return Ok(1.0);
+    }
+    match available(of, view, line) {
+        0 => Err(Reason::NothingAvailable { of }),
+        count => Ok(count as f64),
+    }
+}
+
+/// The n of equation (1): resources of a type that are free or held by the behavior's own line.
+fn available(of: TypeId, view: &View, line: &Line<'_>) -> usize {
+    let is_available = |id| {
+        let resource = view.table.resource(id);
+        !resource.is_locked() || resource.leases().iter().any(|lease| line.contains(lease.holder))
+    };
+    view.geometry.robot.of_type(of).filter(|&id| is_available(id)).count()
+}

@@ -1,0 +1,136 @@
+//! One controller's attachment: absent, configuring, ready, lost.
+
+use nalgebra::Vector3;
+
+use ambidex_model::{
+    Change, CommandId, ControllerId, ControllerKind, ControllerState, ResourceId, RobotSpec, Situation, Time,
+    Whereabouts,
+};
+
+/// How often a controller is configured that does not answer, before it counts as lost.
+const TRIES: u32 = 3;
+
+/// How far a controller's attachment is.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Attachment {
+    generation: u32,
+    next_number: u32,
+    phase: Phase,
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+enum Phase {
+    #[default]
+    Absent,
+    Configuring {
+        due: Time,
+        tries: u32,
+    },
+    Ready(ControllerState),
+}
+
+impl Attachment {
+    /// Begins a new attachment, to be answered in time, and gives its generation; none after too many tries.
+    pub(super) fn attach(&mut self, due: Time) -> Option<u32> {
+        let tries = match self.phase {
+            Phase::Configuring { tries, .. } => tries + 1,
+            Phase::Absent | Phase::Ready(_) => 1,
+        };
+        self.phase = if tries > TRIES { Phase::Absent } else { Phase::Configuring { due, tries } };
+        self.generation += 1;
+        self.next_number = 0;
+        (tries <= TRIES).then_some(self.generation)
+    }
+
+    pub(super) fn expects(&self, generation: u32) -> bool {
+        matches!(self.phase, Phase::Configuring { .. }) && self.generation == generation
+    }
+
+    /// By when the configuration must be answered.
+    pub(super) fn deadline(&self) -> Option<Time> {
+        match self.phase {
+            Phase::Configuring { due, .. } => Some(due),
+            Phase::Absent | Phase::Ready(_) => None,
+        }
+    }
+
+    pub(super) fn configured(&mut self, state: ControllerState) {
+        self.phase = Phase::Ready(state);
+    }
+
+    pub(super) fn lose(&mut self) {
+        self.phase = Phase::Absent;
+    }
+
+    pub(super) fn is_ready(&self) -> bool {
+        self.state().is_some()
+    }
+
+    /// The state it answered its configuration with.
+    pub(super) fn state(&self) -> Option<ControllerState> {
+        match self.phase {
+            Phase::Ready(state) => Some(state),
+            Phase::Absent | Phase::Configuring { .. } => None,
+        }
+    }
+
+    pub(super) fn next_command(&mut self) -> CommandId {
+        self.next_number += 1;
+        CommandId { generation: self.generation, number: self.next_number }
+    }
+}
+
+/// Where a simulated controller starts.
+pub(super) fn start_state(robot: &RobotSpec, start: &Situation, id: ControllerId) -> ControllerState {
+    match robot.controllers[id.index()].kind {
+        ControllerKind::Base(_) => ControllerState::Base { pose: start.base, velocity: Vector3::zeros() },
+        ControllerKind::Arm(arm) => {
+            let holds = resources_of(robot, id).find_map(|resource| start.held_by(resource));
+            ControllerState::Arm { gripper: arm.tuck, velocity: Vector3::zeros(), holds }
+        }
+        ControllerKind::Head(_) => ControllerState::Head { angles: [0.0; 2], velocity: [0.0; 2] },
+    }
+}
+
+/// Whether such a state can come from this controller: of its kind, and about objects that there are.
+pub(super) fn is_credible(robot: &RobotSpec, start: &Situation, id: ControllerId, state: &ControllerState) -> bool {
+    match (state, robot.controllers[id.index()].kind) {
+        (ControllerState::Base { .. }, ControllerKind::Base(_))
+        | (ControllerState::Head { .. }, ControllerKind::Head(_)) => true,
+        (ControllerState::Arm { holds, .. }, ControllerKind::Arm(_)) => {
+            holds.is_none_or(|object| object.index() < start.objects.len())
+        }
+        (ControllerState::Base { .. } | ControllerState::Arm { .. } | ControllerState::Head { .. }, _) => false,
+    }
+}
+
+/// The start corrected by what the controllers say; theirs wins.
+pub(super) fn situation(
+    robot: &RobotSpec,
+    start: &Situation,
+    states: impl Iterator<Item = (ControllerId, ControllerState)>,
+) -> Situation {
+    let mut situation = start.clone();
+    for (id, state) in states {
+        match state {
+            ControllerState::Base { pose, .. } => {
+                situation.apply(Change::Base(pose));
+            }
+            ControllerState::Arm { holds, .. } => {
+                for resource in resources_of(robot, id) {
+                    situation.apply(match holds {
+                        Some(object) => Change::Object(object, Whereabouts::In(resource)),
+                        None => Change::Emptied(resource),
+                    });
+                }
+            }
+            ControllerState::Head { .. } => {}
+        }
+    }
+    situation
+}
+
+fn resources_of(robot: &RobotSpec, id: ControllerId) -> impl Iterator<Item = ResourceId> + '_ {
+    let ids = (0..robot.resources.len()).map(ResourceId::from);
+    ids.filter(move |resource| robot.resources[resource.index()].controller == Some(id))
+}

@@ -1,0 +1,253 @@
+//! From a leaf's goal to commands of controllers and back: sharing, identities, deadlines, attachment. Pure.
+
+mod attachment;
+mod goals;
+mod slot;
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use attachment::Attachment;
+use goals::Running;
+use slot::Slot;
+
+use ambidex_model::{
+    Change, CommandId, ControllerId, ControllerMessage, ControllerState, End, FromController, Goal, MissionSpec,
+    NodeId, Outcome, Record, Rejection, RobotSpec, Situation, Time, ToController,
+};
+
+/// What reaches the dispatch.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Input {
+    /// A controller is there.
+    Attached(ControllerId),
+    /// A controller said something.
+    Heard(ControllerId, FromController),
+    /// What a controller said could not be used.
+    Refused(ControllerId, Rejection),
+    /// A controller let go of a command without a result.
+    Closed(ControllerId, CommandId),
+    /// A controller is gone.
+    Lost(ControllerId),
+    /// A leaf was granted.
+    Start(Goal),
+    /// End the goal of this leaf.
+    Stop(NodeId),
+    /// The deadline came.
+    Woke,
+    /// End everything and say when all is safe.
+    Shutdown,
+}
+
+/// What the dispatch wants done.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Effect {
+    /// Tell a controller.
+    Tell(ControllerId, ToController),
+    /// This controller is attached and configured.
+    Configured(ControllerId),
+    /// All of them are: how things really are.
+    Ready(Situation),
+    /// The goal of this leaf ended.
+    Ended(NodeId, Outcome),
+    /// Where the base is while it drives.
+    Observed(Change),
+    /// A controller is gone.
+    Lost(ControllerId),
+    /// After a shutdown: nothing is under way any more.
+    Safe,
+    /// Write it down.
+    Record(Record),
+}
+
+/// Time limits, robot time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Robot seconds per wall second.
+    pub speed: f64,
+    /// Within which a controller takes a goal or ends a canceled one: 1 s and 5 s of a wall clock.
+    pub accept: Duration,
+    /// See `accept`.
+    pub cancel: Duration,
+}
+
+impl Limits {
+    /// The limits at a speed.
+    pub fn at_speed(speed: f64) -> Self {
+        let wall = |seconds: f64| Duration::from_secs_f64(seconds * speed);
+        Self { speed, accept: wall(1.0), cancel: wall(5.0) }
+    }
+}
+
+/// The machine between leaves and controllers.
+#[derive(Debug)]
+pub struct Dispatch {
+    robot: RobotSpec,
+    start: Situation,
+    limits: Limits,
+    attachments: Vec<Attachment>,
+    slots: Vec<Slot>,
+    goals: BTreeMap<NodeId, Running>,
+    is_ready: bool,
+    is_ending: bool,
+    is_safe: bool,
+    effects: Vec<Effect>,
+}
+
+impl Dispatch {
+    /// For a mission whose controllers are not there yet.
+    pub fn new(mission: &MissionSpec, limits: Limits) -> Self {
+        let count = mission.robot.controllers.len();
+        Self {
+            robot: mission.robot.clone(),
+            start: mission.start.clone(),
+            limits,
+            attachments: vec![Attachment::default(); count],
+            slots: (0..count).map(|_| Slot::default()).collect(),
+            goals: BTreeMap::new(),
+            is_ready: false,
+            is_ending: false,
+            is_safe: false,
+            effects: Vec::new(),
+        }
+    }
+
+    /// Takes an input at a moment of robot time.
+    pub fn handle(&mut self, now: Time, input: Input) -> Vec<Effect> {
+        match input {
+            Input::Attached(id) => self.attached(now, id),
+            Input::Heard(id, message) => self.heard(now, id, message),
+            Input::Refused(id, why) => self.record(now, id, ControllerMessage::Refused { why }),
+            Input::Closed(id, command) => self.closed(now, id, command),
+            Input::Lost(id) => self.lost(now, id),
+            Input::Start(goal) => self.start(now, goal),
+            Input::Stop(leaf) => self.stop(now, leaf, End::Canceled),
+            Input::Woke => self.woke(now),
+            Input::Shutdown => {
+                self.is_ending = true;
+                for leaf in self.goals.keys().copied().collect::<Vec<_>>() {
+                    self.stop(now, leaf, End::Canceled);
+                }
+            }
+        }
+        if self.is_ending && !self.is_safe && self.slots.iter().all(Slot::is_idle) {
+            self.is_safe = true;
+            self.effects.push(Effect::Safe);
+        }
+        std::mem::take(&mut self.effects)
+    }
+
+    /// When [`Input::Woke`] is due.
+    pub fn deadline(&self) -> Option<Time> {
+        let slots = self.slots.iter().filter_map(Slot::deadline);
+        let goals = self.goals.values().filter_map(Running::deadline);
+        slots.chain(goals).chain(self.attachments.iter().filter_map(Attachment::deadline)).min()
+    }
+
+    fn attached(&mut self, now: Time, id: ControllerId) {
+        self.record(now, id, ControllerMessage::Attached);
+        self.configure(now, id);
+    }
+
+    fn configure(&mut self, now: Time, id: ControllerId) {
+        let Some(generation) = self.attachments[id.index()].attach(now + self.limits.accept) else {
+            self.lost(now, id);
+            return;
+        };
+        let start = attachment::start_state(&self.robot, &self.start, id);
+        let limits = self.robot.controllers[id.index()].kind;
+        let configure = ToController::Configure { generation, speed: self.limits.speed, limits, start };
+        self.tell(now, id, None, configure);
+    }
+
+    fn heard(&mut self, now: Time, id: ControllerId, message: FromController) {
+        let is_known = match &message {
+            FromController::Configured { generation, .. } => self.attachments[id.index()].expects(*generation),
+            FromController::Accepted { id: command, .. }
+            | FromController::Rejected { id: command, .. }
+            | FromController::Feedback { id: command, .. }
+            | FromController::Result { id: command, .. } => self.slots[id.index()].knows(*command),
+        };
+        if !is_known {
+            self.record(now, id, ControllerMessage::Refused { why: Rejection::Stale });
+            return;
+        }
+        if !self.is_credible(id, &message) {
+            self.incredible(now, id, &message);
+            return;
+        }
+        self.record(now, id, ControllerMessage::Heard { message: message.clone() });
+        match message {
+            FromController::Configured { state, .. } => {
+                self.attachments[id.index()].configured(state);
+                self.effects.push(Effect::Configured(id));
+                self.check_ready();
+            }
+            FromController::Accepted { .. } => self.slots[id.index()].accepted(),
+            FromController::Rejected { why, .. } => self.rejected(now, id, why),
+            FromController::Feedback { state, .. } => self.observe(state),
+            FromController::Result { end, state, .. } => self.part_ended(now, id, end, state),
+        }
+    }
+
+    fn is_credible(&self, id: ControllerId, message: &FromController) -> bool {
+        match message {
+            FromController::Configured { state, .. }
+            | FromController::Feedback { state, .. }
+            | FromController::Result { state, .. } => attachment::is_credible(&self.robot, &self.start, id, state),
+            FromController::Accepted { .. } | FromController::Rejected { .. } => true,
+        }
+    }
+
+    /// What a result says cannot be used, but its command is over: the goal fails at once.
+    fn incredible(&mut self, now: Time, id: ControllerId, message: &FromController) {
+        let why = Rejection::Malformed;
+        self.record(now, id, ControllerMessage::Refused { why });
+        if matches!(message, FromController::Result { .. }) {
+            self.rejected(now, id, why);
+        }
+    }
+
+    fn observe(&mut self, state: ControllerState) {
+        if let ControllerState::Base { pose, .. } = state {
+            self.effects.push(Effect::Observed(Change::Base(pose)));
+        }
+    }
+
+    fn check_ready(&mut self) {
+        if self.is_ready || !self.attachments.iter().all(Attachment::is_ready) {
+            return;
+        }
+        self.is_ready = true;
+        let states = self
+            .attachments
+            .iter()
+            .enumerate()
+            .filter_map(|(index, attachment)| attachment.state().map(|state| (ControllerId::from(index), state)));
+        self.effects.push(Effect::Ready(attachment::situation(&self.robot, &self.start, states)));
+    }
+
+    fn lost(&mut self, now: Time, id: ControllerId) {
+        self.attachments[id.index()].lose();
+        self.record(now, id, ControllerMessage::Lost);
+        self.effects.push(Effect::Lost(id));
+        self.slot_lost(now, id);
+    }
+
+    fn tell(&mut self, now: Time, id: ControllerId, leaf: Option<NodeId>, message: ToController) {
+        self.record(now, id, ControllerMessage::Told { leaf, message: message.clone() });
+        self.effects.push(Effect::Tell(id, message));
+    }
+
+    /// Sends a command with a new identity.
+    fn send(&mut self, now: Time, id: ControllerId, leaf: NodeId, work: &slot::Work) -> CommandId {
+        let command = self.attachments[id.index()].next_command();
+        let message = ToController::Goal { id: command, mode: work.mode, command: work.command.clone() };
+        self.tell(now, id, Some(leaf), message);
+        command
+    }
+
+    fn record(&mut self, at: Time, controller: ControllerId, message: ControllerMessage) {
+        self.effects.push(Effect::Record(Record::Controller { at, controller, message }));
+    }
+}

@@ -1,0 +1,99 @@
+//! When an intention lapses, and when a THEN goes back (`semantics` 2).
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::behavior;
+use crate::world::View;
+use ambidex_model::{Blocked, Grant, Hold, Line, NodeId, Reason, Reopened, ResourceTable, TreeSpec};
+
+/// What root knows at the end of a round.
+pub(super) struct Situated<'a> {
+    pub(super) tree: &'a TreeSpec,
+    pub(super) view: &'a View,
+    /// The table with this round's grants.
+    pub(super) table: &'a ResourceTable,
+    /// What runs, this round's grants included.
+    pub(super) running: &'a BTreeMap<NodeId, Grant>,
+    pub(super) refused: &'a BTreeMap<NodeId, Reason>,
+}
+
+impl Situated<'_> {
+    /// The last intention lease in tree order for which waiting would not help, if there is one.
+    pub(super) fn lapse(&self) -> Option<Reopened> {
+        let intentions = self.table.leases().filter(|(_, lease)| lease.hold == Hold::Intention);
+        let mut lapsing: Vec<_> = intentions
+            .filter_map(|(resource, lease)| {
+                let lacks = self.lacks(lease.holder)?;
+                Some((lease.holder, lease.behavior, resource, lacks))
+            })
+            .collect();
+        lapsing.sort_by_key(|(holder, behavior, resource, _)| (*holder, *behavior, *resource));
+        let (holder, leaf, resource, lacks) = lapsing.pop()?;
+        Some(Reopened { holder, leaf, lapsed: Some(resource), lacks: Some(Box::new(lacks)) })
+    }
+
+    /// The first heir below a holder with what it lacks; none while an heir runs or waits for something that runs.
+    fn lacks(&self, holder: NodeId) -> Option<Blocked> {
+        let below = holder..self.tree.topology.end(holder);
+        if self.running.range(below.clone()).next().is_some() {
+            return None;
+        }
+        let heirs = || self.refused.range(below.clone());
+        if heirs().any(|(_, reason)| self.can_wait(reason)) {
+            return None;
+        }
+        let wanting = heirs().find(|(_, reason)| **reason != Reason::Satisfied).or_else(|| heirs().next());
+        wanting.map(|(&leaf, reason)| Blocked { leaf, reason: reason.clone() })
+    }
+
+    /// Whether it was refused for what a running behavior holds, so that waiting may help.
+    fn can_wait(&self, reason: &Reason) -> bool {
+        let runs_on = |resource| self.table.resource(resource).is_running();
+        match reason {
+            Reason::Held { resource, .. } => runs_on(*resource),
+            // Root may bind the other request to another resource than the AND that compared the two.
+            Reason::Outbid { resource, by, .. } => runs_on(*resource) || self.running.contains_key(by),
+            Reason::NoneFree { of } | Reason::NothingAvailable { of } => {
+                self.view.geometry.robot.of_type(*of).any(runs_on)
+            }
+            Reason::SameObject { with: by, .. }
+            | Reason::Clash { with: by }
+            | Reason::WholeRobot { by }
+            | Reason::Driving { by } => self.running.contains_key(by),
+            Reason::Satisfied
+            | Reason::Unwanted
+            | Reason::Missing { .. }
+            | Reason::OutOfReach { .. }
+            | Reason::NotHeld { .. }
+            | Reason::Taken { .. }
+            | Reason::Elsewhere { .. }
+            | Reason::NotAt { .. }
+            | Reason::NoPath { .. }
+            | Reason::Fact { .. }
+            | Reason::AlreadyDone { .. }
+            | Reason::Alternative { .. }
+            | Reason::NotItsTurn { .. }
+            | Reason::Ending { .. } => false,
+        }
+    }
+
+    /// The first THEN in tree order with an earlier child that kept an intention and no longer meets its goal, and the
+    /// last such behavior.
+    pub(super) fn go_back(&self, keepers: &BTreeSet<(NodeId, NodeId)>) -> Option<Reopened> {
+        let no_longer_met = |leaf: NodeId| {
+            let spec = self.tree.behavior(leaf).expect("behaviors keep leases");
+            let line = Line { topology: &self.tree.topology, node: leaf, skips: &[] };
+            !behavior::is_satisfied(spec, self.view, &line)
+        };
+        let is_earlier = |holder: NodeId, leaf| {
+            let mut activated = self.refused.range(holder..self.tree.topology.end(holder));
+            activated.next().is_some_and(|(&first, _)| leaf < first)
+        };
+        let is_lost = |&(holder, leaf): &(NodeId, NodeId)| is_earlier(holder, leaf) && no_longer_met(leaf);
+        let (first, _) = keepers.iter().copied().find(is_lost)?;
+        // Of several the last: what the earlier ones were done for has been done since.
+        let mut of_first = keepers.range((first, NodeId(0))..=(first, NodeId(u32::MAX)));
+        let (holder, leaf) = of_first.rfind(|&keeper| is_lost(keeper)).copied()?;
+        Some(Reopened { holder, leaf, lapsed: None, lacks: None })
+    }
+}

@@ -1,0 +1,267 @@
+//! A set of requests with a resource for every claim: what can go on at once, and the cheapest way to bind it.
+
+use crate::world::{Use, View};
+use ambidex_model::{Access, Binding, Candidate, Grant, Need, NodeId, ObjectId, Reason, Request, ResourceId};
+
+/// Requests that can be granted together, each claim with a resource that serves it (`semantics` 5).
+#[derive(Debug)]
+pub(super) struct Packing<'a> {
+    view: &'a View,
+    accepted: Vec<Request>,
+    /// The choice per accepted request and claim.
+    chosen: Vec<Vec<Candidate>>,
+}
+
+/// Choices that one search tries at most. The robots of the paper need a few dozen; a robot with many alike arms could
+/// ask for factorially many, and the core must not keep it waiting. What was found by then holds.
+const STEPS: u32 = 20_000;
+
+/// Costs that differ by less count as equal, metres.
+const SAME_COST_M: f64 = 1e-9;
+
+impl<'a> Packing<'a> {
+    pub(super) fn new(view: &'a View) -> Self {
+        Self { view, accepted: Vec::new(), chosen: Vec::new() }
+    }
+
+    pub(super) fn into_accepted(self) -> Vec<Request> {
+        self.accepted
+    }
+
+    /// Adds a request if *some* choice of resources serves it and all accepted ones.
+    ///
+    /// # Errors
+    /// Why it cannot join.
+    pub(super) fn add(&mut self, request: Request) -> Result<(), (Request, Reason)> {
+        if let Some(reason) = self.shares_object(&request) {
+            return Err((request, reason));
+        }
+        let mut search = Search::new(self.view, &self.accepted, &request);
+        if search.extend(&self.chosen) || (self.has_alternatives() && search.any()) {
+            self.chosen = search.chosen;
+            self.accepted.push(request);
+            return Ok(());
+        }
+        let reason = match search.clash.take() {
+            Some(reason) => reason,
+            None => self.outbid(&request),
+        };
+        Err((request, reason))
+    }
+
+    /// Binds the whole set: least sum of reach distances, then the order of resources.
+    pub(super) fn bind(self) -> Vec<Grant> {
+        let Some((last, before)) = self.accepted.split_last() else {
+            return Vec::new();
+        };
+        let mut search = Search::new(self.view, before, last);
+        search.cheapest();
+        let best = search.best.map_or(self.chosen, |(_, chosen)| chosen);
+        let grant = |(request, chosen): (Request, Vec<Candidate>)| Grant {
+            bindings: std::iter::zip(&request.needs, chosen)
+                .map(|(need, choice)| Binding { resource: choice.resource, access: need.access, keep: need.keep })
+                .collect(),
+            leaf: request.leaf,
+            potential: request.potential,
+            changes: request.changes,
+            skips: request.skips,
+        };
+        std::iter::zip(self.accepted, best).map(grant).collect()
+    }
+
+    fn shares_object(&self, request: &Request) -> Option<Reason> {
+        let changed = |object: &ObjectId| {
+            let with = self.accepted.iter().find(|other| other.changes.contains(object))?.leaf;
+            Some(Reason::SameObject { object: *object, with })
+        };
+        request.changes.iter().find_map(changed)
+    }
+
+    fn has_alternatives(&self) -> bool {
+        self.accepted.iter().flat_map(|request| &request.needs).any(|need| need.candidates.len() > 1)
+    }
+
+    /// The first claim that an accepted request stands in the way of.
+    fn outbid(&self, request: &Request) -> Reason {
+        let users = || std::iter::zip(&self.accepted, &self.chosen);
+        let contested = request.needs.iter().find_map(|need| {
+            let users = users().flat_map(|(other, chosen)| {
+                std::iter::zip(&other.needs, chosen).map(move |(used, choice)| (other, used.access, choice.resource))
+            });
+            let mut in_the_way = users.filter(|(_, access, _)| !access.joins(need.access));
+            in_the_way.find(|(_, _, used)| need.candidates.iter().any(|candidate| candidate.resource == *used))
+        });
+        match contested {
+            Some((other, _, resource)) => {
+                Reason::Outbid { by: other.leaf, resource, own: request.potential, theirs: other.potential }
+            }
+            // Only its own claims are in each other's way.
+            None => Reason::NoneFree { of: self.view.geometry.robot.resources[first_wanted(request).index()].ty },
+        }
+    }
+}
+
+fn first_wanted(request: &Request) -> ResourceId {
+    request.needs[0].candidates[0].resource
+}
+
+/// A search over the choices for a list of requests.
+struct Search<'a> {
+    view: &'a View,
+    requests: Vec<&'a Request>,
+    /// The choice so far, per request and claim.
+    chosen: Vec<Vec<Candidate>>,
+    users: Vec<Vec<(NodeId, Access)>>,
+    clash: Option<Reason>,
+    /// Choices that may still be tried.
+    steps: u32,
+    best: Option<(f64, Vec<Vec<Candidate>>)>,
+}
+
+impl<'a> Search<'a> {
+    fn new(view: &'a View, accepted: &'a [Request], new: &'a Request) -> Self {
+        Self {
+            view,
+            requests: accepted.iter().chain([new]).collect(),
+            chosen: Vec::new(),
+            users: vec![Vec::new(); view.geometry.robot.resources.len()],
+            clash: None,
+            steps: STEPS,
+            best: None,
+        }
+    }
+
+    /// Keeps the choices for all but the last request; true if the last one finds its own beside them.
+    fn extend(&mut self, chosen: &[Vec<Candidate>]) -> bool {
+        for (request, choices) in std::iter::zip(&self.requests, chosen) {
+            for (need, choice) in std::iter::zip(&request.needs, choices) {
+                self.users[choice.resource.index()].push((request.leaf, need.access));
+            }
+        }
+        self.chosen = chosen.to_vec();
+        self.chosen.push(Vec::new());
+        let found = self.first_from(chosen.len());
+        if !found {
+            self.users.iter_mut().for_each(Vec::clear);
+            self.chosen.clear();
+        }
+        found
+    }
+
+    /// True if there is a choice for all.
+    fn any(&mut self) -> bool {
+        if !self.exclusives_match() {
+            return false;
+        }
+        self.chosen = vec![Vec::new()];
+        self.first_from(0)
+    }
+
+    /// Finds the cheapest choice for all, the first in resource order among equals.
+    fn cheapest(&mut self) {
+        self.chosen = vec![Vec::new()];
+        self.walk(0, 0.0, &mut |search, cost_m| {
+            if search.best.as_ref().is_none_or(|(best, _)| cost_m < best - SAME_COST_M) {
+                search.best = Some((cost_m, search.chosen.clone()));
+            }
+            false
+        });
+    }
+
+    fn first_from(&mut self, request: usize) -> bool {
+        self.walk(request, 0.0, &mut |_, _| true)
+    }
+
+    /// Tries every choice from the claim after the last chosen one on, until `found` says that it is enough or the
+    /// steps are used up.
+    fn walk(&mut self, request: usize, cost_m: f64, found: &mut impl FnMut(&mut Self, f64) -> bool) -> bool {
+        let claim = self.chosen[request].len();
+        let Some(need) = self.requests[request].needs.get(claim) else {
+            return self.next_request(request, cost_m, found);
+        };
+        let leaf = self.requests[request].leaf;
+        let rest_m = self.least_behind(request, claim);
+        for &candidate in &need.candidates {
+            let cost_m = cost_m + candidate.cost_m;
+            let is_hopeless = self.best.as_ref().is_some_and(|(best, _)| cost_m + rest_m >= best - SAME_COST_M);
+            if self.steps == 0 || is_hopeless || !self.is_free(candidate.resource, leaf, need.access) {
+                continue;
+            }
+            self.steps -= 1;
+            self.users[candidate.resource.index()].push((leaf, need.access));
+            self.chosen[request].push(candidate);
+            if self.walk(request, cost_m, found) {
+                return true;
+            }
+            self.chosen[request].pop();
+            self.users[candidate.resource.index()].pop();
+        }
+        false
+    }
+
+    fn next_request(&mut self, request: usize, cost_m: f64, found: &mut impl FnMut(&mut Self, f64) -> bool) -> bool {
+        if request + 1 == self.requests.len() {
+            return self.is_allowed() && found(self, cost_m);
+        }
+        self.chosen.push(Vec::new());
+        let enough = self.walk(request + 1, cost_m, found);
+        if !enough {
+            self.chosen.pop();
+        }
+        enough
+    }
+
+    /// What the claims behind this one cost at least, metres.
+    fn least_behind(&self, request: usize, claim: usize) -> f64 {
+        let behind = self.requests[request].needs[claim + 1..].iter();
+        let others = self.requests[request + 1..].iter().flat_map(|request| &request.needs);
+        let least = |need: &Need| need.candidates.iter().map(|candidate| candidate.cost_m).min_by(f64::total_cmp);
+        behind.chain(others).filter_map(least).sum()
+    }
+
+    /// Candidates fit the table; here they must fit each other.
+    fn is_free(&self, resource: ResourceId, leaf: NodeId, access: Access) -> bool {
+        let mut users = self.users[resource.index()].iter();
+        users.all(|&(user, used)| user != leaf && used.joins(access))
+    }
+
+    fn is_allowed(&mut self) -> bool {
+        let running = self.view.running.values().flat_map(|grant| {
+            grant.bindings.iter().map(|binding| Use { leaf: grant.leaf, resource: binding.resource })
+        });
+        let asked = std::iter::zip(&self.requests, &self.chosen).flat_map(|(request, chosen)| {
+            chosen.iter().map(|choice| Use { leaf: request.leaf, resource: choice.resource })
+        });
+        let uses: Vec<Use> = running.chain(asked).collect();
+        match self.view.rules.check(&self.view.situation, &uses) {
+            Ok(()) => true,
+            Err(reason) => {
+                self.clash.get_or_insert(reason);
+                false
+            }
+        }
+    }
+
+    /// A quick no: the exclusive claims alone find no resource each (Kuhn's augmenting paths).
+    fn exclusives_match(&self) -> bool {
+        let needs = self.requests.iter().flat_map(|request| &request.needs);
+        let exclusive: Vec<&[Candidate]> =
+            needs.filter(|need| need.access == Access::Exclusive).map(|need| need.candidates.as_slice()).collect();
+        let mut owner: Vec<Option<usize>> = vec![None; self.users.len()];
+        (0..exclusive.len()).all(|claim| augment(claim, &exclusive, &mut owner, &mut vec![false; self.users.len()]))
+    }
+}
+
+fn augment(claim: usize, claims: &[&[Candidate]], owner: &mut [Option<usize>], seen: &mut [bool]) -> bool {
+    claims[claim].iter().any(|candidate| {
+        let resource = candidate.resource.index();
+        if std::mem::replace(&mut seen[resource], true) {
+            return false;
+        }
+        let is_free = owner[resource].is_none_or(|other| augment(other, claims, owner, seen));
+        if is_free {
+            owner[resource] = Some(claim);
+        }
+        is_free
+    })
+}

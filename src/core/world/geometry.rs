@@ -1,0 +1,59 @@
+//! Where things are relative to the robot, and what it reaches.
+
+use nalgebra::Point3;
+
+use super::paths;
+use ambidex_model::{
+    ControllerKind, ObjectId, PlaceId, Pose, ResourceId, RobotSpec, Situation, Whereabouts, WorldSpec,
+};
+
+/// The robot's body in the fixed part of the world.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Geometry {
+    /// The robot.
+    pub robot: RobotSpec,
+    /// Places, surfaces, obstacles.
+    pub world: WorldSpec,
+}
+
+impl Geometry {
+    /// Where an object lies, map frame, metres; none while it is in a gripper or nobody knows where.
+    pub fn object(&self, situation: &Situation, object: ObjectId) -> Option<Point3<f64>> {
+        match situation.objects[object.index()] {
+            Whereabouts::At(place) => Some(self.spot(object, place)),
+            Whereabouts::In(_) | Whereabouts::Unknown => None,
+        }
+    }
+
+    /// Where an object lies, or would lie, at a place, map frame, metres.
+    pub fn spot(&self, object: ObjectId, place: PlaceId) -> Point3<f64> {
+        let place = &self.world.places[place.index()];
+        place.stand.to_map(place.surface + self.world.object_offsets[object.index()])
+    }
+
+    /// The middle of a place's surface, map frame, metres.
+    pub fn surface(&self, place: PlaceId) -> Point3<f64> {
+        let place = &self.world.places[place.index()];
+        place.stand.to_map(place.surface)
+    }
+
+    /// How far the resource reaches out for the object, metres; none where it cannot.
+    ///
+    /// A resource that is no arm reaches at no cost whatever lies somewhere.
+    pub fn reach_m(&self, situation: &Situation, resource: ResourceId, object: ObjectId) -> Option<f64> {
+        let object = situation.base.to_local(self.object(situation, object)?);
+        let controller = self.robot.resources[resource.index()].controller;
+        match controller.map(|id| self.robot.controllers[id.index()].kind) {
+            Some(ControllerKind::Arm(arm)) => {
+                let distance_m = (object - arm.shoulder).norm();
+                (distance_m <= arm.reach_m).then_some(distance_m)
+            }
+            Some(ControllerKind::Base(_) | ControllerKind::Head(_)) | None => Some(0.0),
+        }
+    }
+
+    /// Way points from where the base is to a stand, the stand last; none where no free path leads there.
+    pub fn path(&self, from: Pose, to: Pose) -> Option<Vec<Pose>> {
+        paths::find(&self.world.obstacles, self.robot.radius_m, from, to)
+    }
+}

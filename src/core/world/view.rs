@@ -1,0 +1,75 @@
+//! The immutable snapshot that an activation carries down.
+
+use std::collections::BTreeMap;
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use super::Geometry;
+use ambidex_model::{Grant, Hold, Line, NodeId, Reason, ResourceId, ResourceTable, Situation, Task, Time, TreeSpec};
+
+/// The state of resources, world and time at the opening of a round.
+#[derive(Debug, Clone)]
+pub struct View {
+    /// The round.
+    pub round: u32,
+    /// When it opened.
+    pub now: Time,
+    /// Who holds what.
+    pub table: ResourceTable,
+    /// Robot pose, objects, facts.
+    pub situation: Situation,
+    /// What runs.
+    pub running: BTreeMap<NodeId, Grant>,
+    /// Grows when a behavior completes that had not before, or the world changes from outside.
+    pub progress: u64,
+    /// The tree.
+    pub tree: Arc<TreeSpec>,
+    /// The robot and the fixed part of the world.
+    pub geometry: Arc<Geometry>,
+    /// What may go on at once beyond resources and objects.
+    pub rules: Arc<dyn Compatible>,
+}
+
+impl View {
+    /// The running behavior that moves the base, if any does.
+    pub fn driver(&self) -> Option<NodeId> {
+        self.running.keys().copied().find(|&leaf| {
+            let behavior = self.tree.behavior(leaf).expect("only leaves run");
+            behavior.commands.iter().any(|term| matches!(term.task, Task::DriveTo(_)))
+        })
+    }
+
+    /// Whether an intention lease is kept for a node of this line.
+    pub fn is_heir(&self, line: &Line<'_>) -> bool {
+        let mut leases = self.table.leases();
+        leases.any(|(_, lease)| lease.hold == Hold::Intention && line.contains(lease.holder))
+    }
+}
+
+/// A behavior on a resource.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Use {
+    /// The behavior.
+    pub leaf: NodeId,
+    /// The resource.
+    pub resource: ResourceId,
+}
+
+/// Says whether behaviors can go on at once on the resources they would get.
+pub trait Compatible: Debug + Send + Sync {
+    /// Judges a set of uses, running ones included; the last behavior is the one to be added.
+    ///
+    /// # Errors
+    /// Why the last one cannot join.
+    fn check(&self, situation: &Situation, uses: &[Use]) -> Result<(), Reason>;
+}
+
+/// Everything that resources allow can go on at once.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Unconstrained;
+
+impl Compatible for Unconstrained {
+    fn check(&self, _: &Situation, _: &[Use]) -> Result<(), Reason> {
+        Ok(())
+    }
+}

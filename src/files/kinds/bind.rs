@@ -1,0 +1,288 @@
+//! A declared behavior with its arguments, bound to robot and world: every name an id, every place a stand.
+
+use nalgebra::Vector2;
+
+use super::super::document::Spot;
+use super::super::fault::Faults;
+use super::super::names::Register;
+use super::super::parameter::{Argument, BEFORE, Known, Meaning, Parameter, START, Type};
+use super::super::reader::{Item, Name};
+use super::super::robot::RobotFile;
+use super::super::world::Built;
+use super::{Base, ConditionTerm, Declared, Effect, PotentialTerm, Slot, Stand, Stop, Text};
+use ambidex_model::{
+    BehaviorSpec, ChannelId, Condition, EffectTerm, FactId, ObjectId, PlaceId, Pose, Potential, RobotSpec, TypeId,
+    suggestion,
+};
+
+/// Binds behaviors to a robot in a world.
+pub(in super::super) struct Binder<'a> {
+    pub(super) robot: &'a RobotFile,
+    world: &'a Built,
+    pub(super) known: Known<'a>,
+    /// The stand of each place.
+    pub(in super::super) stands: Vec<Pose>,
+    channels: Register,
+}
+
+/// Where in the task a behavior stands.
+pub(in super::super) struct Site<'a> {
+    pub(in super::super) spot: Spot,
+    pub(in super::super) arguments: &'a [Option<Argument>],
+    /// Where the nearest `move` before it in its THEN goes.
+    pub(in super::super) before: Option<Stop>,
+    /// Whether something after it in its THEN claims a type.
+    pub(in super::super) is_claimed_after: &'a dyn Fn(TypeId) -> bool,
+}
+
+impl<'a> Binder<'a> {
+    /// A binder whose channels are at first those of being at a place, in the order of the places.
+    pub(in super::super) fn new(robot: &'a RobotFile, world: &'a Built, known: Known<'a>) -> Self {
+        let places = known.world.map(|names| names.places.names()).unwrap_or_default();
+        let channels: Vec<String> = places.iter().map(|place| format!("at {place}")).collect();
+        Self {
+            stands: world.spec.places.iter().map(|place| place.stand).collect(),
+            channels: Register::of("channel", channels.iter().map(String::as_str)),
+            robot,
+            world,
+            known,
+        }
+    }
+
+    /// What channels are called, by id.
+    pub(in super::super) fn into_channels(self) -> Vec<String> {
+        self.channels.into_names()
+    }
+
+    /// The behavior of a node; `None` when it has faults.
+    pub(in super::super) fn bind(
+        &mut self,
+        kind: &Declared,
+        site: &Site<'_>,
+        faults: &mut Faults,
+    ) -> Option<BehaviorSpec> {
+        let before = faults.errors();
+        let arguments = self.with_defaults(kind, site, faults)?;
+        let mut bound = Bound { binder: self, kind, site, arguments, claims: Vec::new(), faults };
+        let claims = bound.claims()?;
+        let (effects, changes) = bound.effects();
+        let mut behavior = BehaviorSpec {
+            kind: kind.name.value.clone(),
+            claims,
+            potential: bound.potential(&kind.potential)?,
+            satisfied: kind.goal.as_ref().map_or(Condition::Never, |goal| bound.conditions(goal)),
+            precondition: bound.precondition(),
+            effects,
+            commands: Vec::new(),
+            changes,
+            takes: kind.takes,
+            timeout: kind.timeout,
+            retries: kind.retries,
+        };
+        bound.check_takers(&behavior);
+        bound.commands(&mut behavior);
+        bound.check_claims(&behavior.claims);
+        (faults.errors() == before).then_some(behavior)
+    }
+
+    fn with_defaults(&self, kind: &Declared, site: &Site<'_>, faults: &mut Faults) -> Option<Vec<Option<Argument>>> {
+        let before = faults.errors();
+        let mut arguments = site.arguments.to_vec();
+        let start = || {
+            let object = site.arguments.iter().flatten().find_map(|argument| argument.value.object())?;
+            self.world.starts.get(object.index()).copied()
+        };
+        for (parameter, argument) in kind.parameters.iter().zip(&mut arguments) {
+            let Some(defaults) = parameter.defaults.as_ref().filter(|_| argument.is_none()) else { continue };
+            *argument = defaults.iter().find_map(|default| {
+                let item = Item::of(&parameter.name.value, default);
+                match item.text() {
+                    Some(BEFORE) => self.place(site.before?.place),
+                    Some(START) => self.place(start()?),
+                    Some(word) if parameter.ty == Type::Kind && !self.has_type(word) => None,
+                    Some(_) | None => self.known.argument(item, parameter.ty, faults),
+                }
+            });
+            if argument.is_none() && parameter.ty != Type::Kind {
+                self.not_told(kind, parameter, site, faults);
+            }
+        }
+        (faults.errors() == before).then_some(arguments)
+    }
+
+    fn has_type(&self, word: &str) -> bool {
+        self.known.robot.is_some_and(|names| names.types.id(word).is_some())
+    }
+
+    fn place(&self, place: PlaceId) -> Option<Argument> {
+        let text = self.known.world?.places.name(place.index()).to_owned();
+        Some(Argument { text, value: Meaning::Place(place) })
+    }
+
+    fn not_told(&self, kind: &Declared, parameter: &Parameter, site: &Site<'_>, faults: &mut Faults) {
+        let name = &parameter.name.value;
+        let message = format!("not told {}: `{name}`", parameter.ty.what());
+        let help = format!("write `{name}`, or let it follow a `move` in a `then`");
+        faults.push(site.spot, &kind.name.value, message, Some(help));
+    }
+}
+
+/// One behavior on its way to a node.
+pub(super) struct Bound<'a, 'b> {
+    pub(super) binder: &'b mut Binder<'a>,
+    pub(super) kind: &'b Declared,
+    pub(super) site: &'b Site<'b>,
+    pub(super) arguments: Vec<Option<Argument>>,
+    /// Where each declared claim stands among those of the robot; none for one that it leaves out.
+    pub(super) claims: Vec<Option<usize>>,
+    pub(super) faults: &'b mut Faults,
+}
+
+impl Bound<'_, '_> {
+    pub(super) fn robot(&self) -> &RobotSpec {
+        &self.binder.robot.robot
+    }
+
+    pub(super) fn meaning(&mut self, slot: &Slot, ty: Type) -> Option<Meaning> {
+        match slot.parameter {
+            Some(index) => self.arguments[index].as_ref().map(|argument| argument.value),
+            None => self.binder.known.named(&slot.written, ty, self.faults),
+        }
+    }
+
+    pub(super) fn object(&mut self, slot: &Slot) -> Option<ObjectId> {
+        self.meaning(slot, Type::Object)?.object()
+    }
+
+    pub(super) fn place(&mut self, slot: &Slot) -> Option<PlaceId> {
+        self.meaning(slot, Type::Place)?.place()
+    }
+
+    /// A place with the stand that is meant: where the move before went, if it went there and nothing else is told.
+    pub(super) fn stop(&mut self, stand: &Stand) -> Option<Stop> {
+        let place = self.place(&stand.place)?;
+        let own = self.binder.stands[place.index()];
+        Some(match (stand.offset.of(&self.arguments), self.site.before) {
+            (Some(offset), _) => Stop { place, stand: Pose { at: own.at + Vector2::from(offset), ..own } },
+            (None, Some(before)) if before.place == place => before,
+            (None, _) => Stop { place, stand: own },
+        })
+    }
+
+    pub(super) fn fact(&mut self, text: &Text) -> Option<FactId> {
+        let value = text.filled(&self.arguments);
+        // A fact made of arguments is lacking where the arguments stand.
+        let is_made = value != text.written.value;
+        let spot = if is_made { self.site.spot } else { text.written.spot };
+        let name = Name { value, key: text.written.key.clone(), spot };
+        self.binder.known.world?.facts.find(&name, self.faults).map(FactId::from)
+    }
+
+    pub(super) fn channel(&mut self, text: &Text) -> ChannelId {
+        self.binder.channels.intern(&text.filled(&self.arguments)).into()
+    }
+
+    /// The type of a name; a robot may well have none, but then the name may be misspelt.
+    fn scale(&mut self, written: &Name) -> Option<TypeId> {
+        let types = &self.binder.known.robot?.types;
+        let found = types.id(&written.value);
+        if found.is_none() {
+            let message = format!("the robot has no resource of type `{}`, so nothing is scaled", written.value);
+            let help = suggestion(&written.value, "type", types.names().iter().map(String::as_str));
+            self.faults.warn(written.spot, &written.key, message, Some(help));
+        }
+        found.map(TypeId::from)
+    }
+
+    pub(super) fn potential(&mut self, term: &PotentialTerm) -> Option<Potential> {
+        let scale_by = match &term.scale_by {
+            None => None,
+            Some(Slot { parameter: Some(index), .. }) => {
+                self.arguments[*index].as_ref().and_then(|argument| argument.value.ty())
+            }
+            Some(slot) => self.scale(&slot.written),
+        };
+        let value = match &term.base {
+            Base::Nearness(stand) => {
+                let to = self.stop(stand)?.stand;
+                let scale_by = scale_by.filter(|of| (self.site.is_claimed_after)(*of));
+                return Some(Potential::Nearness { to, floor_m: self.binder.world.tolerance_m, scale_by });
+            }
+            Base::Constant(value) => *value,
+            Base::Parameter(index) => self.arguments[*index].as_ref()?.value.number()?,
+            Base::High => self.high(),
+            Base::Table { by, values, otherwise } => {
+                let argument = self.arguments[*by].as_ref();
+                argument.and_then(|argument| values.get(&argument.text)).copied().unwrap_or(*otherwise)
+            }
+        };
+        Some(match scale_by {
+            Some(by) => Potential::Scaled { value, by },
+            None => Potential::Constant(value),
+        })
+    }
+
+    /// A potential that nearness does not reach, whatever type it is scaled by.
+    pub(super) fn high(&self) -> f64 {
+        let robot = self.robot();
+        let types = robot.resources.iter().map(|resource| resource.ty);
+        let most = types.map(|ty| robot.of_type(ty).count()).max().unwrap_or(1);
+        1.0 + most as f64 / self.binder.world.tolerance_m
+    }
+
+    pub(super) fn conditions(&mut self, terms: &[ConditionTerm]) -> Condition {
+        let parts: Vec<_> = terms.iter().filter_map(|term| self.condition(term)).collect();
+        match <[Condition; 1]>::try_from(parts) {
+            Ok([only]) => only,
+            Err(parts) => Condition::All(parts),
+        }
+    }
+
+    pub(super) fn precondition(&mut self) -> Condition {
+        let kind = self.kind;
+        self.conditions(&kind.precondition)
+    }
+
+    pub(super) fn condition(&mut self, term: &ConditionTerm) -> Option<Condition> {
+        Some(match term {
+            ConditionTerm::At(stand) => {
+                let Stop { place, stand } = self.stop(stand)?;
+                Condition::At { place, stand, tolerance_m: self.binder.world.tolerance_m }
+            }
+            ConditionTerm::Path(stand) => {
+                let Stop { place, stand } = self.stop(stand)?;
+                Condition::Path { place, stand }
+            }
+            ConditionTerm::Held(object) => Condition::Held(self.object(object)?),
+            ConditionTerm::Free(object) => Condition::Free(self.object(object)?),
+            ConditionTerm::Lies(object, place) => Condition::Lies(self.object(object)?, self.place(place)?),
+            ConditionTerm::Fact(fact, holds) => Condition::Fact(self.fact(fact)?, *holds),
+        })
+    }
+
+    /// The effects, and the objects that they change.
+    pub(super) fn effects(&mut self) -> (Vec<EffectTerm>, Vec<ObjectId>) {
+        let kind = self.kind;
+        let mut changes = Vec::new();
+        let mut effects = Vec::new();
+        for term in &kind.effects {
+            effects.extend(self.effect(term));
+        }
+        for effect in &effects {
+            if let EffectTerm::Taken(object, _) | EffectTerm::Lies(object, _) = effect
+                && !changes.contains(object)
+            {
+                changes.push(*object);
+            }
+        }
+        (effects, changes)
+    }
+
+    pub(super) fn effect(&mut self, term: &Effect) -> Option<EffectTerm> {
+        Some(match term {
+            Effect::Taken(object, claim) => EffectTerm::Taken(self.object(object)?, self.claims[*claim]?),
+            Effect::Lies(object, place) => EffectTerm::Lies(self.object(object)?, self.place(place)?),
+            Effect::Fact(fact, holds) => EffectTerm::Fact(self.fact(fact)?, *holds),
+        })
+    }
+}

@@ -1,0 +1,177 @@
+//! The claims of a behavior on the resources of a robot, and whether the robot can ever serve them together.
+
+use super::super::parameter::Type;
+use super::bind::Bound;
+use super::{ClaimTerm, Claims, Filter, KeepTerm, Slot, Whom};
+use ambidex_model::{Access, Claim, Keep, ResourceId, RobotSpec, TypeId, Wanted, suggestion};
+
+impl Bound<'_, '_> {
+    pub(super) fn claims(&mut self) -> Option<Vec<Claim>> {
+        let kind = self.kind;
+        let terms = match &kind.claims {
+            Claims::All => {
+                let whole = |resource| Claim {
+                    wanted: Wanted::Named(resource),
+                    access: Access::Exclusive,
+                    keep: Keep::Release,
+                };
+                return Some((0..self.robot().resources.len()).map(|index| whole(index.into())).collect());
+            }
+            Claims::Some(terms) => terms,
+        };
+        let mut claims = Vec::new();
+        for term in terms {
+            let claim = self.claim(term);
+            self.claims.push(claim.is_some().then_some(claims.len()));
+            claims.extend(claim);
+        }
+        Some(claims)
+    }
+
+    /// A claim on the robot; none where the robot has no such resource, which is a fault unless it is optional.
+    pub(super) fn claim(&mut self, term: &ClaimTerm) -> Option<Claim> {
+        let wanted = self.wanted(term)?;
+        let access = match &term.shared {
+            Some(text) => Access::Shared(self.channel(text)),
+            None => Access::Exclusive,
+        };
+        let keep = match &term.keep {
+            KeepTerm::Release => Keep::Release,
+            KeepTerm::Physical => Keep::Physical(access),
+            KeepTerm::For(text) => Keep::Intention(Access::Shared(self.channel(text))),
+        };
+        Some(Claim { wanted, access, keep })
+    }
+
+    pub(super) fn wanted(&mut self, term: &ClaimTerm) -> Option<Wanted> {
+        let (of, named) = match &term.whom {
+            Whom::Type(slot) => {
+                let of = self.ty(slot, term.is_optional)?;
+                let mut all = self.robot().of_type(of);
+                (of, all.next().filter(|_| all.next().is_none()))
+            }
+            Whom::Resource(slot) => {
+                let resource = self.resource(slot, term.is_optional)?;
+                (self.robot().resources[resource.index()].ty, Some(resource))
+            }
+        };
+        let is_named = matches!(term.whom, Whom::Resource(_));
+        let reaches = match &term.filter {
+            Filter::Holds(slot) => return self.object(slot).map(Wanted::Holding),
+            // The only one of a type is as good as its name, and tells who holds it.
+            Filter::Any => return Some(named.map_or(Wanted::Any(of), Wanted::Named)),
+            Filter::Empty => None,
+            Filter::Reaches(slot) => Some(self.object(slot)?),
+        };
+        Some(match named.filter(|_| is_named) {
+            Some(resource) => Wanted::Empty { resource, reaches },
+            None => Wanted::AnyEmpty { of, reaches },
+        })
+    }
+
+    pub(super) fn ty(&mut self, slot: &Slot, is_optional: bool) -> Option<TypeId> {
+        let names = &self.binder.known.robot?.types;
+        let found = self.found_type(slot);
+        if found.is_none() && !is_optional {
+            let message = format!("the robot has no resource of type `{}`", slot.written.value);
+            let help = suggestion(&slot.written.value, "type", names.names().iter().map(String::as_str));
+            self.faults.push(self.site.spot, &self.kind.name.value, message, Some(help));
+        }
+        found
+    }
+
+    /// The type that a slot names, if the robot has it.
+    fn found_type(&self, slot: &Slot) -> Option<TypeId> {
+        match slot.parameter {
+            None => self.binder.known.robot?.types.id(&slot.written.value).map(TypeId::from),
+            Some(index) => self.arguments[index].as_ref()?.value.ty(),
+        }
+    }
+
+    /// The resource that a slot names, if the robot has it.
+    fn found_resource(&self, slot: &Slot) -> Option<ResourceId> {
+        match slot.parameter {
+            None => self.binder.known.robot?.resources.id(&slot.written.value).map(ResourceId::from),
+            Some(index) => self.arguments[index].as_ref()?.value.resource(),
+        }
+    }
+
+    pub(super) fn resource(&mut self, slot: &Slot, is_optional: bool) -> Option<ResourceId> {
+        let names = &self.binder.known.robot?.resources;
+        let is_lacking = slot.parameter.is_none() && names.id(&slot.written.value).is_none();
+        if is_lacking && is_optional {
+            return None;
+        }
+        self.meaning(slot, Type::Resource)?.resource()
+    }
+
+    /// The type of the claim that is for what holds an object.
+    pub(super) fn holder_type(&self) -> Option<TypeId> {
+        let Claims::Some(terms) = &self.kind.claims else {
+            return None;
+        };
+        let holder = terms.iter().find(|term| matches!(term.filter, Filter::Holds(_)))?;
+        match &holder.whom {
+            Whom::Type(slot) => self.found_type(slot),
+            Whom::Resource(slot) => {
+                let resource = self.found_resource(slot)?;
+                Some(self.robot().resources[resource.index()].ty)
+            }
+        }
+    }
+
+    pub(super) fn claim_name(&self, claim: usize) -> &str {
+        let Claims::Some(terms) = &self.kind.claims else {
+            return "all";
+        };
+        let declared = self.claims.iter().position(|at| *at == Some(claim));
+        declared.map_or("?", |declared| terms[declared].name.value.as_str())
+    }
+
+    /// Claims that this robot can never serve together.
+    pub(super) fn check_claims(&mut self, claims: &[Claim]) {
+        let holder = self.holder_type();
+        let robot = self.robot();
+        let possible: Vec<Vec<ResourceId>> = claims.iter().map(|claim| candidates(claim, robot, holder)).collect();
+        let count = robot.resources.len();
+        let mut owner = vec![None; count];
+        let lacking = (0..possible.len()).find(|&claim| !finds(claim, &possible, &mut owner, &mut vec![false; count]));
+        let Some(lacking) = lacking else { return };
+        let types = &self.binder.known.robot.map(|names| names.types.names()).unwrap_or_default();
+        let mut counts = vec![0_usize; types.len()];
+        for first in possible.iter().filter_map(|possible| possible.first()) {
+            counts[robot.resources[first.index()].ty.index()] += 1;
+        }
+        let has = |ty: usize| robot.of_type(ty.into()).count();
+        let short = (0..types.len()).find(|&ty| counts[ty] > has(ty));
+        let message = match short {
+            Some(ty) => format!("it claims {} of type `{}`; the robot has {}", counts[ty], types[ty], has(ty)),
+            None => format!("its claim `{}` can only get what another one claims too", self.claim_name(lacking)),
+        };
+        self.faults.push(self.kind.name.spot, &self.kind.name.value, message, None);
+    }
+}
+
+/// The resources that a claim could ever get.
+pub(super) fn candidates(claim: &Claim, robot: &RobotSpec, holder: Option<TypeId>) -> Vec<ResourceId> {
+    match claim.wanted {
+        Wanted::Named(resource) | Wanted::Empty { resource, .. } => vec![resource],
+        Wanted::Any(of) | Wanted::AnyEmpty { of, .. } => robot.of_type(of).collect(),
+        Wanted::Holding(_) => holder.map(|of| robot.of_type(of).collect()).unwrap_or_default(),
+    }
+}
+
+/// Whether a claim finds a resource of its own beside those before it.
+fn finds(claim: usize, possible: &[Vec<ResourceId>], owner: &mut [Option<usize>], seen: &mut [bool]) -> bool {
+    possible[claim].iter().any(|resource| {
+        let resource = resource.index();
+        if std::mem::replace(&mut seen[resource], true) {
+            return false;
+        }
+        let is_free = owner[resource].is_none_or(|other| finds(other, possible, owner, seen));
+        if is_free {
+            owner[resource] = Some(claim);
+        }
+        is_free
+    })
+}

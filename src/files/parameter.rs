@@ -1,0 +1,274 @@
+//! Parameters of declared behaviors and subtrees, and the arguments they get.
+
+use super::document::{Node, Spot, Value};
+use super::fault::Faults;
+use super::names::Register;
+use super::quantity::{NEAR, POTENTIAL};
+use super::raw::each;
+use super::reader::{Item, Name};
+use super::shape::{Form, Shape, optional, required};
+use super::world::WorldNames;
+use ambidex_model::{ObjectId, PlaceId, ResourceId, TypeId, suggestion};
+
+/// `parameters`: a type, or a type with a default, by name.
+pub(super) const PARAMETERS: Form = Form::Each(&Form::Either(&[Form::Words(&Type::WORDS), Form::Map(&PARAMETER)]));
+
+static PARAMETER: Shape = Shape::new(
+    "a parameter",
+    "What an argument is, and what it is when none is given.",
+    &[
+        required("type", "What it stands for.", Form::Words(&Type::WORDS)),
+        optional(
+            "default",
+            "Its value when none is given, or several, of which the first that is there counts: `$before` is where the \
+             `move` before it in its THEN goes, `$start` is where its object is at the start.",
+            Form::Arguments,
+        ),
+    ],
+);
+
+/// The default that is where the `move` before goes.
+pub(super) const BEFORE: &str = "$before";
+/// The default that is where the object is at the start.
+pub(super) const START: &str = "$start";
+
+/// What an argument stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Type {
+    Object,
+    Place,
+    Resource,
+    /// A type of resources.
+    Kind,
+    Number,
+    Offset,
+    Text,
+}
+
+/// A parameter of a behavior or a subtree.
+#[derive(Debug, Clone)]
+pub(super) struct Parameter {
+    pub(super) name: Name,
+    pub(super) ty: Type,
+    /// What is tried in turn when no argument is given; none where one must be.
+    pub(super) defaults: Option<Vec<Node>>,
+}
+
+/// An argument looked up.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Argument {
+    /// As written, for names made of it.
+    pub(super) text: String,
+    pub(super) value: Meaning,
+}
+
+/// What an argument means.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Meaning {
+    Object(ObjectId),
+    Place(PlaceId),
+    Resource(ResourceId),
+    Kind(TypeId),
+    Number(f64),
+    /// Metres, in the axes of the map.
+    Offset([f64; 2]),
+    Text,
+}
+
+/// Everything that arguments can name; a part that could not be read has no names, and nothing is said of it again.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Known<'a> {
+    pub(super) world: Option<&'a WorldNames>,
+    pub(super) robot: Option<&'a RobotNames>,
+}
+
+/// The names of a robot's parts.
+#[derive(Debug, Clone)]
+pub(super) struct RobotNames {
+    pub(super) resources: Register,
+    pub(super) types: Register,
+}
+
+impl Type {
+    const ALL: [Self; 7] =
+        [Self::Object, Self::Place, Self::Resource, Self::Kind, Self::Number, Self::Offset, Self::Text];
+    const WORDS: [&'static str; 7] = ["object", "place", "resource", "type", "number", "offset", "text"];
+
+    fn read(item: Item<'_>, faults: &mut Faults) -> Option<Self> {
+        let word = item.word(&Self::WORDS, "a type of parameter", faults)?;
+        Self::ALL.into_iter().find(|ty| ty.word() == word)
+    }
+
+    /// Whether a value looks like one of this type; whether a name exists is seen where it is used.
+    fn check_form(self, item: Item<'_>, faults: &mut Faults) {
+        match self {
+            Self::Number => drop(item.quantity(&POTENTIAL, faults)),
+            Self::Offset => drop(item.vector(2..=2, &NEAR, faults)),
+            Self::Object | Self::Place | Self::Resource | Self::Kind | Self::Text => {
+                drop(item.name(self.what(), faults))
+            }
+        }
+    }
+
+    /// What starts with a dollar is no argument yet, and is found out for places alone.
+    fn check_default(self, item: Item<'_>, faults: &mut Faults) {
+        match item.text().filter(|text| text.starts_with('$')) {
+            Some(BEFORE | START) if self == Self::Place => {}
+            Some(text) => {
+                let message = format!("`{text}` cannot be the default of {}", self.what());
+                let help = "write a value; that of a place may be `$before` or `$start`".to_owned();
+                faults.push(item.spot, item.key, message, Some(help));
+            }
+            None => self.check_form(item, faults),
+        }
+    }
+
+    /// How it is written.
+    pub(super) fn word(self) -> &'static str {
+        Self::WORDS[self as usize]
+    }
+
+    /// With its article, as faults call it.
+    pub(super) fn what(self) -> &'static str {
+        match self {
+            Self::Object => "an object",
+            Self::Place => "a place",
+            Self::Resource => "a resource",
+            Self::Kind => "a type of resource",
+            Self::Number => "a number",
+            Self::Offset => "two lengths: [x, y]",
+            Self::Text => "a text",
+        }
+    }
+}
+
+macro_rules! meanings {
+    ($($name:ident, $variant:ident, $of:ty;)+) => {
+        impl Meaning {$(
+            #[doc = concat!("What it means, if it is a ", stringify!($name), ".")]
+            pub(super) fn $name(self) -> Option<$of> {
+                if let Self::$variant(value) = self { Some(value) } else { None }
+            }
+        )+}
+    };
+}
+
+meanings! {
+    object, Object, ObjectId;
+    place, Place, PlaceId;
+    resource, Resource, ResourceId;
+    ty, Kind, TypeId;
+    number, Number, f64;
+    offset, Offset, [f64; 2];
+}
+
+impl Known<'_> {
+    /// What an argument of a type means; a fault if it means nothing.
+    pub(super) fn argument(&self, item: Item<'_>, ty: Type, faults: &mut Faults) -> Option<Argument> {
+        let value = match ty {
+            Type::Number => Meaning::Number(item.quantity(&POTENTIAL, faults)?),
+            Type::Offset => {
+                let offset = item.vector(2..=2, &NEAR, faults)?;
+                Meaning::Offset([offset[0], offset[1]])
+            }
+            Type::Object | Type::Place | Type::Resource | Type::Kind | Type::Text => {
+                self.named(&item.name(ty.what(), faults)?, ty, faults)?
+            }
+        };
+        Some(Argument { text: item.text().unwrap_or_default().to_owned(), value })
+    }
+
+    /// What a name of a type stands for; a fault if nothing has it.
+    pub(super) fn named(&self, name: &Name, ty: Type, faults: &mut Faults) -> Option<Meaning> {
+        let found = match ty {
+            Type::Text | Type::Number | Type::Offset => return Some(Meaning::Text),
+            Type::Object => self.world?.objects.find(name, faults)?,
+            Type::Place => self.world?.places.find(name, faults)?,
+            Type::Resource => self.robot?.resources.find(name, faults)?,
+            Type::Kind => self.robot?.types.find(name, faults)?,
+        };
+        Some(match ty {
+            Type::Object => Meaning::Object(found.into()),
+            Type::Place => Meaning::Place(found.into()),
+            Type::Resource => Meaning::Resource(found.into()),
+            Type::Kind => Meaning::Kind(found.into()),
+            Type::Text | Type::Number | Type::Offset => Meaning::Text,
+        })
+    }
+}
+
+impl Parameter {
+    /// Its default, where that is a word and nothing that is found out later.
+    pub(super) fn plain_default(&self) -> Option<&str> {
+        let first = Item::of(&self.name.value, self.defaults.as_ref()?.first()?).text();
+        first.filter(|text| !text.starts_with('$'))
+    }
+
+    /// Reads `parameters`.
+    pub(super) fn read_all(item: Option<Item<'_>>, faults: &mut Faults) -> Vec<Self> {
+        let read = |item: Item<'_>, faults: &mut Faults| {
+            if !item.is_map() {
+                return Some((Type::read(item, faults)?, None));
+            }
+            let fields = item.fields(&PARAMETER, faults)?;
+            let ty = Type::read(fields.get("type")?, faults)?;
+            let defaults: Option<Vec<Node>> = fields.get("default").map(|item| match item.node() {
+                // A list is several values, except where the value itself is a list.
+                Node { value: Value::List(list), .. } if ty != Type::Offset => list,
+                node => vec![node],
+            });
+            for default in defaults.iter().flatten() {
+                ty.check_default(Item::of("default", default), faults);
+            }
+            Some((ty, defaults))
+        };
+        let read = each(item, "a map of parameters", faults, read);
+        let known = read.into_iter().filter_map(|(name, found)| {
+            let (ty, defaults) = found?;
+            Some(Self { name, ty, defaults })
+        });
+        known.collect()
+    }
+}
+
+/// The value of each parameter as written; none where it is left to its default.
+///
+/// A value that is no map is that of the first parameter. `None` when one is unknown or lacking, which is a fault.
+pub(super) fn assign<'a>(
+    what: &Name,
+    parameters: &[Parameter],
+    item: Item<'a>,
+    spot: Spot,
+    faults: &mut Faults,
+) -> Option<Vec<Option<Item<'a>>>> {
+    let before = faults.errors();
+    let mut values = vec![None; parameters.len()];
+    if item.is_map() {
+        for (name, value) in item.named("a map of arguments", faults)? {
+            match parameters.iter().position(|parameter| parameter.name.value == name.value) {
+                Some(index) => values[index] = Some(value),
+                None => unknown(what, parameters, &name, faults),
+            }
+        }
+    } else if !item.is_nothing() {
+        match values.first_mut() {
+            Some(first) => *first = Some(item),
+            None => item.wrong(&format!("nothing: `{}` has no parameters", what.value), faults),
+        }
+    }
+    for (parameter, value) in parameters.iter().zip(&values) {
+        if value.is_none() && parameter.defaults.is_none() {
+            let (name, ty) = (&parameter.name.value, parameter.ty.what());
+            let message = format!("`{}` lacks its parameter `{name}`, {ty}", what.value);
+            faults.push(spot, &what.value, message, None);
+        }
+    }
+    (faults.errors() == before).then_some(values)
+}
+
+fn unknown(what: &Name, parameters: &[Parameter], name: &Name, faults: &mut Faults) {
+    let message = format!("`{}` has no parameter `{}`", what.value, name.value);
+    let allowed = parameters.iter().map(|parameter| parameter.name.value.as_str());
+    let help = suggestion(&name.value, "parameter", allowed);
+    faults.push(name.spot, &name.key, message, Some(help));
+}

@@ -1,0 +1,363 @@
+//! Typed reading of a YAML tree: every mistake goes to the faults and reading goes on beside it.
+
+mod fields;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::RangeInclusive;
+
+pub(super) use fields::Fields;
+
+use super::document::{Located, Node, Spot, Value};
+use super::fault::Faults;
+use super::quantity::Quantity;
+use super::shape::Shape;
+use ambidex_model::suggestion;
+
+/// Longest name, bytes.
+pub(super) const MAX_NAME_BYTES: usize = 64;
+
+/// A value with the key that it stands under.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Item<'a> {
+    /// The key; the file's or the list's for what has none of its own.
+    pub(super) key: &'a str,
+    /// Where to point: the value, or the key when the value is a list, a map or nothing.
+    pub(super) spot: Spot,
+    value: &'a Value,
+}
+
+/// A name as written, and the key that it stands under; a key that is a name stands under itself.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Name {
+    pub(super) value: String,
+    pub(super) key: String,
+    pub(super) spot: Spot,
+}
+
+impl<'a> Item<'a> {
+    /// The whole file.
+    pub(super) fn root(node: &'a Node) -> Self {
+        Self { key: "", spot: node.spot, value: &node.value }
+    }
+
+    fn under(key: &'a Located<String>, node: &'a Node) -> Self {
+        let spot = match node.value {
+            Value::Scalar { .. } => node.spot,
+            Value::Null | Value::List(_) | Value::Map(_) => key.spot,
+        };
+        Self { key: &key.value, spot, value: &node.value }
+    }
+
+    /// Says that something else belongs here.
+    pub(super) fn wrong(&self, wanted: &str, faults: &mut Faults) {
+        let found = match self.value {
+            Value::Null => "nothing".to_owned(),
+            Value::Scalar { text, .. } => format!("`{}`", shortened(text)),
+            Value::List(_) => "a list".to_owned(),
+            Value::Map(_) => "a map".to_owned(),
+        };
+        let message = format!("found {found} instead of {wanted}");
+        faults.push(self.spot, self.key, message, None);
+    }
+
+    /// The value of a key that the writer chose.
+    pub(super) fn of(key: &'a str, node: &'a Node) -> Self {
+        Self { key, spot: node.spot, value: &node.value }
+    }
+
+    /// No value.
+    pub(super) fn nothing(key: &'a str, spot: Spot) -> Self {
+        Self { key, spot, value: &Value::Null }
+    }
+
+    /// Whether it is a single word, number or text.
+    pub(super) fn is_scalar(&self) -> bool {
+        matches!(self.value, Value::Scalar { .. })
+    }
+
+    /// Whether it is a map.
+    pub(super) fn is_map(&self) -> bool {
+        matches!(self.value, Value::Map(_))
+    }
+
+    /// Whether it is a list.
+    pub(super) fn is_list(&self) -> bool {
+        matches!(self.value, Value::List(_))
+    }
+
+    /// The keys of a map; none of anything else.
+    pub(super) fn keys(&self) -> impl Iterator<Item = &'a str> {
+        let entries: &[_] = match self.value {
+            Value::Map(entries) => entries,
+            Value::Null | Value::Scalar { .. } | Value::List(_) => &[],
+        };
+        entries.iter().map(|(key, _)| key.value.as_str())
+    }
+
+    /// The items of a list; none of anything else.
+    pub(super) fn each(&self) -> Vec<Self> {
+        match self.value {
+            Value::List(list) => self.items(list).collect(),
+            Value::Null | Value::Scalar { .. } | Value::Map(_) => Vec::new(),
+        }
+    }
+
+    /// The value of a key of a map whose shape is not known yet.
+    pub(super) fn value_of(&self, wanted: &str) -> Option<Self> {
+        let Value::Map(entries) = self.value else {
+            return None;
+        };
+        entries.iter().find(|(key, _)| key.value == wanted).map(|(key, node)| Self::under(key, node))
+    }
+
+    /// Whether there is no value.
+    pub(super) fn is_nothing(&self) -> bool {
+        matches!(self.value, Value::Null)
+    }
+
+    /// The value itself.
+    pub(super) fn node(&self) -> Node {
+        Located { value: self.value.clone(), spot: self.spot }
+    }
+
+    /// A path: any text of one line.
+    pub(super) fn path(&self, what: &str, faults: &mut Faults) -> Option<Name> {
+        match self.text() {
+            Some(text) if !text.is_empty() && !text.contains('\0') => {
+                Some(Name { value: text.to_owned(), key: self.key.to_owned(), spot: self.spot })
+            }
+            Some(_) | None => {
+                self.wrong(what, faults);
+                None
+            }
+        }
+    }
+
+    /// A name: a word, a number or quoted text.
+    pub(super) fn name(&self, what: &str, faults: &mut Faults) -> Option<Name> {
+        let text = match self.value {
+            // Not what anybody calls a thing: a number that went wrong.
+            Value::Scalar { number: Some(number), .. } if !number.is_finite() => None,
+            Value::Scalar { text, .. } => Some(text),
+            Value::Null | Value::List(_) | Value::Map(_) => None,
+        };
+        let Some(text) = text else {
+            self.wrong(what, faults);
+            return None;
+        };
+        let name = Name { value: text.clone(), key: self.key.to_owned(), spot: self.spot };
+        is_name(&name, faults).then_some(name)
+    }
+
+    /// One of some words.
+    pub(super) fn word(&self, allowed: &[&str], what: &str, faults: &mut Faults) -> Option<&'a str> {
+        let Value::Scalar { text, .. } = self.value else {
+            self.wrong(what, faults);
+            return None;
+        };
+        if allowed.contains(&text.as_str()) {
+            return Some(text);
+        }
+        let message = format!("found `{}` instead of {what}", shortened(text));
+        faults.push(self.spot, self.key, message, Some(suggestion(text, what, allowed.iter().copied())));
+        None
+    }
+
+    /// Its text as written, where it is a word, number or text.
+    pub(super) fn text(&self) -> Option<&'a str> {
+        match self.value {
+            Value::Scalar { text, .. } => Some(text),
+            Value::Null | Value::List(_) | Value::Map(_) => None,
+        }
+    }
+
+    /// A number in SI units.
+    pub(super) fn quantity(&self, quantity: &Quantity, faults: &mut Faults) -> Option<f64> {
+        let dimension = quantity.dimension;
+        let Value::Scalar { text, number } = self.value else {
+            self.wrong(dimension.example(), faults);
+            return None;
+        };
+        let (from, to) = (quantity.range.start(), quantity.range.end());
+        match dimension.si(text, *number) {
+            Ok(value) if quantity.range.contains(&value) => Some(value),
+            Ok(_) => {
+                let unit = dimension.units()[0].0;
+                let message = format!("`{}` is out of bounds", shortened(text));
+                let round = |bound: &f64| (bound * 1e5).round() / 1e5;
+                let help = format!("allowed: {} to {} {unit}", round(from), round(to)).trim_end().to_owned();
+                faults.push(self.spot, self.key, message, Some(help));
+                None
+            }
+            Err(_) => {
+                let units: Vec<_> = dimension.units().iter().map(|unit| unit.0).collect();
+                let message = format!("found `{}` instead of {}", shortened(text), dimension.example());
+                let help = (units != [""]).then(|| format!("units: {}", units.join(", ")));
+                faults.push(self.spot, self.key, message, help);
+                None
+            }
+        }
+    }
+
+    /// A list of numbers in SI units, of an allowed length.
+    pub(super) fn vector(
+        &self,
+        lengths: RangeInclusive<usize>,
+        quantity: &Quantity,
+        faults: &mut Faults,
+    ) -> Option<Vec<f64>> {
+        let wanted = match (lengths.start(), lengths.end()) {
+            (2, 2) => "two numbers: [x, y]",
+            (3, 3) => "three numbers: [x, y, z]",
+            _ => "two or three numbers: [x, y] or [x, y, z]",
+        };
+        let Value::List(list) = self.value else {
+            self.wrong(wanted, faults);
+            return None;
+        };
+        if !lengths.contains(&list.len()) {
+            let found = if list.len() == 1 { "1 number".to_owned() } else { format!("{} numbers", list.len()) };
+            let message = format!("found {found} instead of {wanted}");
+            faults.push(self.spot, self.key, message, None);
+            return None;
+        }
+        let numbers: Vec<Option<f64>> = self.items(list).map(|item| item.quantity(quantity, faults)).collect();
+        numbers.into_iter().collect()
+    }
+
+    fn items(self, list: &'a [Node]) -> impl Iterator<Item = Item<'a>> {
+        list.iter().map(move |node| Item {
+            key: self.key,
+            spot: if node.spot.line > 0 { node.spot } else { self.spot },
+            value: &node.value,
+        })
+    }
+
+    /// The items of a list that is not empty.
+    pub(super) fn list(&self, what: &str, faults: &mut Faults) -> Option<Vec<Item<'a>>> {
+        match self.value {
+            Value::List(list) if !list.is_empty() => Some(self.items(list).collect()),
+            Value::List(_) => {
+                let message = format!("an empty list instead of {what}");
+                faults.push(self.spot, self.key, message, None);
+                None
+            }
+            Value::Null | Value::Scalar { .. } | Value::Map(_) => {
+                self.wrong(what, faults);
+                None
+            }
+        }
+    }
+
+    /// Yes or no.
+    pub(super) fn flag(&self, faults: &mut Faults) -> Option<bool> {
+        match self.value {
+            Value::Scalar { text, .. } if text == "true" || text == "yes" => Some(true),
+            Value::Scalar { text, .. } if text == "false" || text == "no" => Some(false),
+            Value::Null | Value::Scalar { .. } | Value::List(_) | Value::Map(_) => {
+                self.wrong("`true` or `false`", faults);
+                None
+            }
+        }
+    }
+
+    /// A whole number up to `max`.
+    pub(super) fn count(&self, max: u32, faults: &mut Faults) -> Option<u32> {
+        let count = match self.value {
+            Value::Scalar { text, .. } => text.parse().ok().filter(|count| *count <= max),
+            Value::Null | Value::List(_) | Value::Map(_) => None,
+        };
+        if count.is_none() {
+            self.wrong(&format!("a whole number from 0 to {max}"), faults);
+        }
+        count
+    }
+
+    /// A map from names that the writer chooses.
+    pub(super) fn named(&self, what: &str, faults: &mut Faults) -> Option<Vec<(Name, Item<'a>)>> {
+        let Value::Map(entries) = self.value else {
+            self.wrong(what, faults);
+            return None;
+        };
+        refuse_repeated(entries, faults);
+        let mut seen = BTreeSet::new();
+        let mut named = Vec::new();
+        for (key, node) in entries {
+            let name = Name { value: key.value.clone(), key: key.value.clone(), spot: key.spot };
+            if is_name(&name, faults) && seen.insert(&key.value) {
+                named.push((name, Self::under(key, node)));
+            }
+        }
+        Some(named)
+    }
+
+    /// A map of that shape: unknown keys, missing ones and two where one belongs are faults.
+    pub(super) fn fields(&self, shape: &'static Shape, faults: &mut Faults) -> Option<Fields<'a>> {
+        let Value::Map(entries) = self.value else {
+            self.wrong(shape.what, faults);
+            return None;
+        };
+        refuse_repeated(entries, faults);
+        let fields = Fields { shape, at: *self, entries };
+        let is_unknown = |key: &str| shape.others.is_none() && shape.field(key).is_none();
+        let unknown = entries.iter().filter(|(key, _)| is_unknown(&key.value));
+        let mut is_complete = true;
+        for (key, _) in unknown {
+            is_complete = false;
+            fields.unknown(key, shape.keys(), faults);
+        }
+        for field in shape.fields.iter().filter(|field| field.is_required) {
+            if fields.get(field.key).is_none() {
+                let message = format!("{} lacks the key `{}`", shape.what, field.key);
+                faults.push(fields.spot(), self.key, message, Some(field.doc.to_owned()));
+            }
+        }
+        // A choice that is only misspelt has its fault.
+        let chosen = fields.among(shape.one_of).len();
+        if !shape.one_of.is_empty() && chosen != 1 && (chosen > 1 || is_complete) {
+            fields.not_one_of(chosen, shape.one_of.iter().copied(), faults);
+        }
+        Some(fields)
+    }
+}
+
+/// A key stands in a map once, however it is quoted.
+fn refuse_repeated(entries: &[(Located<String>, Node)], faults: &mut Faults) {
+    let mut seen = BTreeMap::new();
+    for (key, _) in entries {
+        if let Some(line) = seen.insert(&key.value, key.spot.line) {
+            let message = format!("duplicate key: it stands on line {line} already");
+            faults.push(key.spot, &key.value, message, None);
+        }
+    }
+}
+
+fn is_name(name: &Name, faults: &mut Faults) -> bool {
+    let text = &name.value;
+    let message = if text.trim().is_empty() {
+        "a name cannot be empty".to_owned()
+    } else if text.len() > MAX_NAME_BYTES {
+        format!("a name has at most {MAX_NAME_BYTES} bytes")
+    } else if text.chars().any(is_unprintable) {
+        "a name is one line of printable letters".to_owned()
+    } else {
+        return true;
+    };
+    faults.push(name.spot, &name.key, message, None);
+    false
+}
+
+/// Whether a letter would not be seen, or would turn what is seen around.
+fn is_unprintable(letter: char) -> bool {
+    letter.is_control() || matches!(letter, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// The beginning of what was found, for a message.
+pub(super) fn shortened(text: &str) -> String {
+    const MAX_SHOWN: usize = 40;
+    let text: String = text.chars().take(MAX_SHOWN + 1).map(|at| if is_unprintable(at) { '�' } else { at }).collect();
+    match text.char_indices().nth(MAX_SHOWN) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text,
+    }
+}

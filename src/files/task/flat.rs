@@ -1,0 +1,286 @@
+//! The task as written, to nodes in preorder: kinds and subtrees looked up, arguments filled in.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::super::document::Spot;
+use super::super::fault::Faults;
+use super::super::kinds::{Declared, Kinds};
+use super::super::parameter::{Argument, Known, Parameter, Type, assign};
+use super::super::quantity::TIMEOUT;
+use super::super::reader::{Fields, Item, Name};
+use super::subtrees::{Filled, Scope, Subtree, Subtrees};
+use super::{Call, Draft, DraftKind, MAX_NODES, MAX_RETRIES, NODE, RESERVED, Surroundings};
+use ambidex_model::{NodeId, Pose, suggestion};
+
+/// Deepest tree: what files can nest.
+const MAX_LEVELS: usize = 64;
+const COMPOSITES: [&str; 3] = ["and", "or", "then"];
+const OF_BEHAVIORS: [&str; 2] = ["retries", "timeout"];
+
+/// The nodes read so far, in preorder.
+pub(super) struct Flat<'a> {
+    pub(super) kinds: &'a Kinds,
+    pub(super) subtrees: &'a Subtrees<'a>,
+    pub(super) known: Known<'a>,
+    pub(super) stands: &'a [Pose],
+    pub(super) drafts: Vec<Draft<'a>>,
+    pub(super) parents: Vec<NodeId>,
+    /// Parameters of the subtree at hand that something uses.
+    pub(super) used: BTreeSet<usize>,
+    /// Subtrees that the one at hand uses; while it is only checked they are not read.
+    pub(super) uses: Option<Vec<(String, Spot)>>,
+}
+
+/// Where a node goes.
+#[derive(Clone, Copy)]
+pub(super) struct Under<'s> {
+    parent: NodeId,
+    level: usize,
+    scope: &'s Scope<'s>,
+    /// What the node is to be called: the name of the `use` that it comes from.
+    wish: Option<&'s Name>,
+}
+
+/// What a node turned out to be.
+enum Is<'a, 'i> {
+    Composite(DraftKind<'a>, Item<'i>),
+    Use(Item<'i>),
+    Behavior(&'a Declared, Item<'i>),
+}
+
+impl<'s> Under<'s> {
+    /// Right below the root.
+    pub(super) fn root(scope: &'s Scope<'s>) -> Self {
+        Self { parent: NodeId(0), level: 1, scope, wish: None }
+    }
+}
+
+impl<'a> Flat<'a> {
+    pub(super) fn new(subtrees: &'a Subtrees<'a>, around: &'a Surroundings<'a>, stands: &'a [Pose]) -> Self {
+        Self {
+            kinds: around.kinds,
+            subtrees,
+            known: around.known,
+            stands,
+            drafts: Vec::new(),
+            parents: Vec::new(),
+            used: BTreeSet::new(),
+            uses: None,
+        }
+    }
+
+    /// Reads a node and what is below it.
+    pub(super) fn add(&mut self, item: Item<'_>, under: Under<'_>, faults: &mut Faults) {
+        if self.drafts.len() > MAX_NODES {
+            return;
+        }
+        if under.level > MAX_LEVELS {
+            let message = format!("more than {MAX_LEVELS} nodes one in another");
+            faults.push(item.spot, item.key, message, None);
+            return;
+        }
+        let Some(fields) = item.fields(&NODE, faults) else { return };
+        let is = self.is(&fields, faults);
+        let name = fields.get("name").and_then(|item| self.name(item, under.scope, faults));
+        if !matches!(is, None | Some(Is::Behavior(..))) {
+            for item in fields.among(&OF_BEHAVIORS) {
+                let message = format!("`{}` belongs to behaviors such as move, pick and place", item.key);
+                faults.push(item.spot, item.key, message, None);
+            }
+        }
+        if let Some(Is::Use(item)) = is {
+            self.insert(item, fields.spot(), name.as_ref().or(under.wish), under, faults);
+            return;
+        }
+        let node = NodeId::from(self.drafts.len());
+        let retries = fields.get("retries").map(|item| item.count(MAX_RETRIES, faults));
+        let timeout = fields.get("timeout").map(|item| item.quantity(&TIMEOUT, faults));
+        self.drafts.push(Draft {
+            spot: fields.spot(),
+            name: name.or_else(|| under.wish.cloned()),
+            is_used: under.scope.is_subtree,
+            kind: None,
+            retries: retries.flatten(),
+            timeout_s: timeout.flatten(),
+        });
+        self.parents.push(under.parent);
+        match is {
+            Some(Is::Composite(kind, item)) => {
+                self.drafts[node.index()].kind = Some(kind);
+                let below = Under { parent: node, level: under.level + 1, wish: None, ..under };
+                for child in item.list("a list of nodes, each with a dash", faults).into_iter().flatten() {
+                    self.add(child, below, faults);
+                }
+            }
+            Some(Is::Behavior(kind, item)) => {
+                let call = self.call(kind, item, fields.spot(), under.scope, faults);
+                self.drafts[node.index()].kind = call.map(|call| DraftKind::Behavior(Box::new(call)));
+            }
+            Some(Is::Use(_)) | None => {}
+        }
+    }
+
+    /// What a node is: exactly one of AND, OR, THEN, a use, or a kind of behavior.
+    fn is<'i>(&self, fields: &Fields<'i>, faults: &mut Faults) -> Option<Is<'a, 'i>> {
+        let kinds = self.kinds;
+        let mut found = Vec::new();
+        for item in fields.among(&["and", "or", "then", "use"]) {
+            found.push(match item.key {
+                "and" => Is::Composite(DraftKind::And, item),
+                "or" => Is::Composite(DraftKind::Or, item),
+                "then" => Is::Composite(DraftKind::Then, item),
+                _ => Is::Use(item),
+            });
+        }
+        if fields.others(&RESERVED).any(|(key, _)| kinds.is_broken(&key.value)) {
+            return None;
+        }
+        let (known, unknown): (Vec<_>, Vec<_>) =
+            fields.others(&RESERVED).partition(|(key, _)| kinds.get(&key.value).is_some());
+        found.extend(known.into_iter().filter_map(|(key, item)| Some(Is::Behavior(kinds.get(&key.value)?, item))));
+        let words = || COMPOSITES.into_iter().chain(["use"]).chain(kinds.names());
+        for (key, _) in &unknown {
+            if found.is_empty() {
+                let message = format!("there is no kind of node `{}`", key.value);
+                faults.push(key.spot, &key.value, message, Some(suggestion(&key.value, "kind of node", words())));
+            } else {
+                fields.unknown(key, RESERVED, faults);
+            }
+        }
+        if found.len() > 1 || (found.is_empty() && unknown.is_empty()) {
+            fields.not_one_of(found.len(), words(), faults);
+            return None;
+        }
+        found.pop()
+    }
+
+    fn name(&mut self, item: Item<'_>, scope: &Scope<'_>, faults: &mut Faults) -> Option<Name> {
+        let name = item.name("a name", faults)?;
+        match scope.fill(item, Type::Text, &mut self.used, faults)? {
+            Filled::Value(node) => Some(Name { value: Item::of(item.key, &node).text()?.to_owned(), ..name }),
+            Filled::Open => Some(name),
+        }
+    }
+
+    /// The arguments of a node, each looked up; none for what is left to its default or is not known yet.
+    fn arguments(
+        &mut self,
+        parameters: &[Parameter],
+        values: &[Option<Item<'_>>],
+        scope: &Scope<'_>,
+        faults: &mut Faults,
+    ) -> Option<Vec<Option<(Argument, Filled)>>> {
+        let before = faults.errors();
+        let mut arguments = Vec::with_capacity(parameters.len());
+        for (parameter, value) in parameters.iter().zip(values) {
+            let filled = value.and_then(|item| Some((item, scope.fill(item, parameter.ty, &mut self.used, faults)?)));
+            let argument = filled.and_then(|(item, filled)| match filled {
+                Filled::Open => None,
+                Filled::Value(node) => {
+                    let argument = self.known.argument(Item::of(item.key, &node), parameter.ty, faults)?;
+                    Some((argument, Filled::Value(node)))
+                }
+            });
+            arguments.push(argument);
+        }
+        (faults.errors() == before).then_some(arguments)
+    }
+
+    fn call(
+        &mut self,
+        kind: &'a Declared,
+        item: Item<'_>,
+        spot: Spot,
+        scope: &Scope<'_>,
+        faults: &mut Faults,
+    ) -> Option<Call<'a>> {
+        let values = assign(&kind.name, &kind.parameters, item, spot, faults)?;
+        let arguments = self.arguments(&kind.parameters, &values, scope, faults)?;
+        let arguments: Vec<_> = arguments.into_iter().map(|given| given.map(|(argument, _)| argument)).collect();
+        let types = self.known.robot.map(|names| &names.types);
+        let find = |word: &str| types.and_then(|types| types.id(word)).map(Into::into);
+        Some(Call { stop: kind.stop(&arguments, self.stands), types: kind.types(&arguments, find), kind, arguments })
+    }
+
+    /// Reads a subtree where it is used.
+    fn insert(&mut self, item: Item<'_>, spot: Spot, wish: Option<&Name>, under: Under<'_>, faults: &mut Faults) {
+        let Some((subtree, values)) = self.used_subtree(item, spot, faults) else { return };
+        let given = self.arguments(&subtree.parameters, &values, under.scope, faults);
+        if let Some(uses) = &mut self.uses {
+            uses.push((subtree.name.value.clone(), item.spot));
+            return;
+        }
+        let Some(given) = given.filter(|_| !self.subtrees.is_endless(&subtree.name.value)) else { return };
+        let mut nodes = Vec::with_capacity(given.len());
+        let mut first = None;
+        for (parameter, given) in subtree.parameters.iter().zip(given) {
+            let default = || parameter.defaults.as_ref().and_then(|defaults| defaults.first()).cloned();
+            nodes.push(match given {
+                Some((argument, Filled::Value(node))) => {
+                    first.get_or_insert(argument.text);
+                    Some(node)
+                }
+                Some((_, Filled::Open)) | None => default(),
+            });
+        }
+        let value = [Some(subtree.name.value.clone()), first].into_iter().flatten().collect::<Vec<_>>().join(" ");
+        let label = Name { value, ..subtree.name.clone() };
+        let scope = Scope::of(&subtree.parameters, nodes);
+        let saved = std::mem::take(&mut self.used);
+        let inner = Under { scope: &scope, level: under.level + 1, wish: Some(wish.unwrap_or(&label)), ..under };
+        self.add(subtree.task, inner, faults);
+        self.used = saved;
+    }
+
+    /// The subtree that a `use` names, and its arguments as written: `use: tidy` or `use: {deliver: {object: cup}}`.
+    fn used_subtree<'i>(
+        &self,
+        item: Item<'i>,
+        spot: Spot,
+        faults: &mut Faults,
+    ) -> Option<(&'a Subtree<'a>, Vec<Option<Item<'i>>>)> {
+        let (name, arguments) = if item.is_map() {
+            let mut entries = item.named("a subtree and its arguments", faults)?;
+            if entries.len() != 1 {
+                item.wrong("one subtree with its arguments", faults);
+                return None;
+            }
+            entries.pop()?
+        } else {
+            (item.name("a subtree", faults)?, Item::nothing(item.key, spot))
+        };
+        if self.subtrees.is_broken(&name.value) {
+            return None;
+        }
+        let Some(subtree) = self.subtrees.get(&name.value) else {
+            let message = format!("there is no subtree `{}`", name.value);
+            let help = suggestion(&name.value, "subtree", self.subtrees.names());
+            faults.push(name.spot, "use", message, Some(help));
+            return None;
+        };
+        let values = assign(&subtree.name, &subtree.parameters, arguments, name.spot, faults)?;
+        Some((subtree, values))
+    }
+}
+
+/// Checks every subtree by itself, used or not; who uses whom comes back.
+pub(super) fn check_subtrees(flat: &mut Flat<'_>, faults: &mut Faults) -> BTreeMap<String, Vec<(String, Spot)>> {
+    let mut uses = BTreeMap::new();
+    let subtrees = flat.subtrees;
+    for subtree in subtrees.iter() {
+        flat.uses = Some(Vec::new());
+        flat.used.clear();
+        let before = faults.errors();
+        let scope = Scope::open(&subtree.parameters);
+        flat.add(subtree.task, Under::root(&scope), faults);
+        let unused = subtree.parameters.iter().enumerate().filter(|(index, _)| !flat.used.contains(index));
+        // What is wrong in it may be the use that is missed.
+        let unused: Vec<_> = unused.filter(|_| faults.errors() == before).collect();
+        for (_, parameter) in unused {
+            let message = format!("parameter `{}` is not used", parameter.name.value);
+            faults.warn(parameter.name.spot, &parameter.name.key, message, None);
+        }
+        uses.insert(subtree.name.value.clone(), flat.uses.take().unwrap_or_default());
+    }
+    uses
+}

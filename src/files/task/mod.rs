@@ -1,0 +1,206 @@
+//! The task as read, to a tree in preorder: names looked up, nodes named, every behavior bound to robot and world.
+
+mod flat;
+mod labels;
+mod siblings;
+mod subtrees;
+
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+pub(super) use subtrees::{SUBTREE, Subtrees};
+
+use super::document::Spot;
+use super::fault::Faults;
+use super::kinds::{Binder, Declared, Kinds, MAX_RETRIES, Site, Stop};
+use super::parameter::{Argument, Known};
+use super::quantity::TIMEOUT;
+use super::reader::{Item, Name};
+use super::robot::RobotFile;
+use super::shape::{Form, Shape, optional};
+use super::world::Built;
+use ambidex_model::{NodeId, NodeKind, Topology, TreeSpec, TypeId};
+use flat::{Flat, Under, check_subtrees};
+use labels::label;
+use siblings::{Afters, moves_before};
+use subtrees::Scope;
+
+/// Most nodes of a task.
+pub(super) const MAX_NODES: usize = 100_000;
+
+/// Keys of a node that are no kinds of behavior.
+pub(super) const RESERVED: [&str; 7] = ["and", "or", "then", "use", "name", "retries", "timeout"];
+
+const NODES: Form = Form::List(&Form::Nested(|| &NODE));
+
+/// A node of a task.
+pub(super) static NODE: Shape = Shape {
+    others: Some(Form::Arguments),
+    ..Shape::new(
+        "a node of the task",
+        "Exactly one of `and`, `or`, `then`, `use`, or a kind of behavior with its arguments: `move: shelf`.",
+        &[
+            optional("and", "All of them, in any order.", NODES),
+            optional("or", "One of them.", NODES),
+            optional("then", "All of them, in this order.", NODES),
+            optional("use", "A subtree with its arguments: `use: {deliver: {object: cup}}`.", Form::Arguments),
+            optional("name", "What it is called; without one after what it is.", Form::Word),
+            optional("retries", "How often a behavior tries again after it failed.", Form::Count(MAX_RETRIES)),
+            optional("timeout", "How long a behavior may run.", Form::Quantity(&TIMEOUT)),
+            optional("move", "Drive to a place: `to`, `offset`, `scale_by`.", Form::Arguments),
+            optional("pick", "Take an object: `object`, `at`.", Form::Arguments),
+            optional("place", "Set an object down: `object`, `at`.", Form::Arguments),
+        ],
+    )
+};
+
+/// What a task is bound to; what could not be read is none.
+pub(super) struct Surroundings<'a> {
+    pub(super) kinds: &'a Kinds,
+    pub(super) known: Known<'a>,
+    pub(super) robot: Option<&'a RobotFile>,
+    pub(super) world: Option<&'a Built>,
+}
+
+/// A task that can be run, with the spot of each node.
+pub(super) struct BuiltTask {
+    pub(super) tree: TreeSpec,
+    pub(super) names: Vec<String>,
+    pub(super) channels: Vec<String>,
+    pub(super) spots: Vec<Spot>,
+}
+
+/// A node with its names looked up.
+#[derive(Debug)]
+struct Draft<'a> {
+    spot: Spot,
+    name: Option<Name>,
+    /// Whether it stands in a subtree.
+    is_used: bool,
+    /// None when something in it is wrong; that has its fault.
+    kind: Option<DraftKind<'a>>,
+    retries: Option<u32>,
+    timeout_s: Option<f64>,
+}
+
+/// What a node is.
+#[derive(Debug)]
+enum DraftKind<'a> {
+    Root,
+    And,
+    Or,
+    Then,
+    Behavior(Box<Call<'a>>),
+}
+
+/// A behavior with its arguments.
+#[derive(Debug)]
+struct Call<'a> {
+    kind: &'a Declared,
+    arguments: Vec<Option<Argument>>,
+    /// Where it drives to.
+    stop: Option<Stop>,
+    /// Types of resources that it claims.
+    types: Vec<TypeId>,
+}
+
+impl Draft<'_> {
+    fn root(spot: Spot) -> Self {
+        Self { spot, name: None, is_used: false, kind: Some(DraftKind::Root), retries: None, timeout_s: None }
+    }
+
+    /// The behavior, if it is one.
+    fn call(&self) -> Option<&Call<'_>> {
+        match &self.kind {
+            Some(DraftKind::Behavior(call)) => Some(call),
+            Some(DraftKind::Root | DraftKind::And | DraftKind::Or | DraftKind::Then) | None => None,
+        }
+    }
+
+    /// A node may shorten the time of its kind, but not below what it takes.
+    fn check_timeout(&self, takes: Duration, faults: &mut Faults) {
+        if let Some(timeout_s) = self.timeout_s.filter(|timeout_s| *timeout_s <= takes.as_secs_f64()) {
+            let message = format!("it takes {} s, and its timeout is {timeout_s} s", takes.as_secs_f64());
+            faults.push(self.spot, "timeout", message, Some("give it a greater `timeout`".to_owned()));
+        }
+    }
+
+    /// What a behavior is called after what it is.
+    fn label(&self) -> String {
+        match &self.kind {
+            Some(DraftKind::Behavior(call)) => call.kind.label(&call.arguments),
+            Some(DraftKind::Root | DraftKind::And | DraftKind::Or | DraftKind::Then) | None => "node".to_owned(),
+        }
+    }
+}
+
+/// Checks every subtree by itself, and that none uses itself.
+pub(super) fn check_all(subtrees: &mut Subtrees<'_>, around: &Surroundings<'_>, faults: &mut Faults) {
+    let mut flat = Flat::new(subtrees, around, &[]);
+    let uses = check_subtrees(&mut flat, faults);
+    subtrees.refuse_cycles(&uses, faults);
+}
+
+/// The tree and the names of its nodes; `None` when it has faults.
+pub(super) fn build(
+    task: Item<'_>,
+    subtrees: &Subtrees<'_>,
+    around: &Surroundings<'_>,
+    faults: &mut Faults,
+) -> Option<BuiltTask> {
+    let stands: Vec<_> = around.world.iter().flat_map(|world| &world.spec.places).map(|place| place.stand).collect();
+    let mut flat = Flat::new(subtrees, around, &stands);
+    flat.drafts.push(Draft::root(task.spot));
+    flat.parents.push(NodeId(0));
+    flat.add(task, Under::root(&Scope::default()), faults);
+    let Flat { drafts, parents, .. } = flat;
+    if drafts.len() > MAX_NODES {
+        let message = format!("more than {MAX_NODES} nodes");
+        faults.push(drafts[0].spot, "task", message, None);
+        return None;
+    }
+    let topology = Topology::new(parents);
+    let names = label(&drafts, faults);
+    let mut binder = Binder::new(around.robot?, around.world?, around.known);
+    let nodes = bind_all(&drafts, &topology, &mut binder, faults)?;
+    let spots = drafts.iter().map(|draft| draft.spot).collect();
+    Some(BuiltTask { tree: TreeSpec { nodes, topology }, names, channels: binder.into_channels(), spots })
+}
+
+fn bind_all(
+    drafts: &[Draft<'_>],
+    topology: &Topology,
+    binder: &mut Binder<'_>,
+    faults: &mut Faults,
+) -> Option<Vec<NodeKind>> {
+    let befores = moves_before(drafts, topology);
+    let calls = drafts.iter().filter_map(Draft::call);
+    let types: BTreeSet<TypeId> = calls.flat_map(|call| call.types.iter().copied()).collect();
+    let afters = Afters::of(drafts, topology, types);
+    let mut nodes = Vec::with_capacity(drafts.len());
+    for (index, draft) in drafts.iter().enumerate() {
+        let call = match &draft.kind {
+            None => None,
+            Some(DraftKind::Root) => Some(NodeKind::Root),
+            Some(DraftKind::And) => Some(NodeKind::And),
+            Some(DraftKind::Or) => Some(NodeKind::Or),
+            Some(DraftKind::Then) => Some(NodeKind::Then),
+            Some(DraftKind::Behavior(call)) => {
+                let site = Site {
+                    spot: draft.spot,
+                    arguments: &call.arguments,
+                    before: befores[index],
+                    is_claimed_after: &|ty| afters.claims(index, ty),
+                };
+                binder.bind(call.kind, &site, faults).map(|mut behavior| {
+                    draft.check_timeout(behavior.takes, faults);
+                    behavior.timeout = draft.timeout_s.map_or(behavior.timeout, Duration::from_secs_f64);
+                    behavior.retries = draft.retries.unwrap_or(behavior.retries);
+                    NodeKind::Behavior(Box::new(behavior))
+                })
+            }
+        };
+        nodes.push(call);
+    }
+    nodes.into_iter().collect()
+}

@@ -1,0 +1,279 @@
+//! Subtrees that are written once and used with arguments.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+
+use super::super::document::{Located, Node, Spot, Value};
+use super::super::fault::Faults;
+use super::super::parameter::{PARAMETERS, Parameter, Type};
+use super::super::reader::{Item, Name};
+use super::super::shape::{Form, Shape, optional, required};
+use super::super::template::{Piece, parameter, pieces};
+use super::NODE;
+use ambidex_model::suggestion;
+
+/// An entry of `subtrees`.
+pub(in super::super) static SUBTREE: Shape = Shape::new(
+    "a subtree",
+    "A part of a task to be used with arguments. `$name` stands for an argument.",
+    &[
+        optional("parameters", "What a `use` of it tells; the first one can be written without its name.", PARAMETERS),
+        required("task", "What it does.", Form::Map(&NODE)),
+    ],
+);
+
+/// Every subtree of the files, by name.
+#[derive(Debug, Default)]
+pub(in super::super) struct Subtrees<'a> {
+    by_name: BTreeMap<String, Subtree<'a>>,
+    /// Subtrees whose faults are told.
+    broken: BTreeSet<String>,
+    /// Those that use themselves, whatever lies between.
+    endless: BTreeSet<String>,
+}
+
+/// A subtree.
+#[derive(Debug)]
+pub(super) struct Subtree<'a> {
+    pub(super) name: Name,
+    pub(super) parameters: Vec<Parameter>,
+    pub(super) task: Item<'a>,
+}
+
+/// Which subtrees each one uses, and where.
+pub(super) type Uses = BTreeMap<String, Vec<(String, Spot)>>;
+
+/// What parameters stand for while a subtree is read.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Scope<'a> {
+    parameters: &'a [Parameter],
+    /// By parameter; all none while the subtree is only checked.
+    values: Vec<Option<Node>>,
+    /// Whether this is a subtree at all.
+    pub(super) is_subtree: bool,
+}
+
+/// A value in which parameters were filled in.
+#[derive(Debug)]
+pub(super) enum Filled {
+    /// A value.
+    Value(Node),
+    /// What stands there is known only where the subtree is used.
+    Open,
+}
+
+impl<'a> Subtrees<'a> {
+    /// Adds what stands under `subtrees`.
+    pub(in super::super) fn declare(&mut self, subtrees: Option<Item<'a>>, faults: &mut Faults) {
+        let Some(entries) = subtrees.and_then(|item| item.named("a map of subtrees", faults)) else {
+            return;
+        };
+        for (name, item) in entries {
+            if self.by_name.contains_key(&name.value) {
+                let message = format!("there is a subtree `{}` already", name.value);
+                faults.push(name.spot, &name.key, message, None);
+                continue;
+            }
+            let before = faults.errors();
+            let read = item.fields(&SUBTREE, faults).and_then(|fields| {
+                let parameters = Parameter::read_all(fields.get("parameters"), faults);
+                refuse_open_defaults(&parameters, faults);
+                Some((parameters, fields.get("task")?))
+            });
+            match read.filter(|_| faults.errors() == before) {
+                Some((parameters, task)) => {
+                    self.by_name.insert(name.value.clone(), Subtree { name, parameters, task });
+                }
+                None => drop(self.broken.insert(name.value)),
+            }
+        }
+    }
+
+    /// The subtree of a name.
+    pub(super) fn get(&self, name: &str) -> Option<&Subtree<'a>> {
+        self.by_name.get(name)
+    }
+
+    /// Whether a subtree of that name has faults of its own.
+    pub(super) fn is_broken(&self, name: &str) -> bool {
+        self.broken.contains(name)
+    }
+
+    /// All of them in the order of their names.
+    pub(super) fn iter(&self) -> impl Iterator<Item = &Subtree<'a>> {
+        self.by_name.values()
+    }
+
+    /// All names in order.
+    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+        self.by_name.keys().map(String::as_str)
+    }
+
+    /// Whether using it would never end.
+    pub(super) fn is_endless(&self, name: &str) -> bool {
+        self.endless.contains(name)
+    }
+
+    /// Finds subtrees that use themselves. `uses` says who uses whom where.
+    pub(super) fn refuse_cycles(&mut self, uses: &Uses, faults: &mut Faults) {
+        let edges = || uses.iter().flat_map(|(user, used)| used.iter().map(|(used, _)| (user.as_str(), used.as_str())));
+        let leading = never_ending(edges());
+        let within = |(user, used): &(&str, &str)| leading.contains(user) && leading.contains(used);
+        // What also never ends read backwards is on a cycle, or between two.
+        let on_cycles = never_ending(edges().filter(within).map(|(user, used)| (used, user)));
+        let mut told = BTreeSet::new();
+        for name in on_cycles {
+            if told.contains(name) {
+                continue;
+            }
+            let Some(way) = way_back(name, uses) else { continue };
+            // Told once for all on the way, at the first name of it.
+            if way.iter().all(|(on, _)| *on >= name) {
+                told.extend(way.iter().map(|(on, _)| *on));
+                let message = format!("`{name}` uses itself: {}", shown(name, &way));
+                faults.push(way[0].1, "use", message, None);
+            }
+        }
+        self.endless = leading.into_iter().map(str::to_owned).collect();
+    }
+}
+
+/// Names on a way, as many as can be read.
+fn shown(name: &str, way: &[(&str, Spot)]) -> String {
+    const MAX_SHOWN: usize = 12;
+    let mut names: Vec<&str> = [name].into_iter().chain(way.iter().map(|(on, _)| *on)).collect();
+    if names.len() > MAX_SHOWN {
+        names.splice(MAX_SHOWN - 2..names.len() - 1, ["…"]);
+    }
+    names.join(" → ")
+}
+
+/// Users that lead to a cycle: those left when all that use nothing (more) are taken away.
+fn never_ending<'a>(edges: impl Iterator<Item = (&'a str, &'a str)>) -> BTreeSet<&'a str> {
+    let mut users: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    let mut open: BTreeMap<&str, usize> = BTreeMap::new();
+    for (user, used) in edges {
+        users.entry(used).or_default().push(user);
+        open.entry(used).or_default();
+        *open.entry(user).or_default() += 1;
+    }
+    let mut ended: Vec<&str> = open.iter().filter(|(_, uses)| **uses == 0).map(|(name, _)| *name).collect();
+    while let Some(used) = ended.pop() {
+        open.remove(used);
+        for user in users.get(used).into_iter().flatten() {
+            if let Some(uses) = open.get_mut(user) {
+                *uses -= 1;
+                ended.extend((*uses == 0).then_some(*user));
+            }
+        }
+    }
+    open.into_keys().collect()
+}
+
+/// Where a subtree is used nothing is known of a THEN around it: its defaults are values, and one each.
+fn refuse_open_defaults(parameters: &[Parameter], faults: &mut Faults) {
+    for parameter in parameters {
+        let defaults = parameter.defaults.as_deref().unwrap_or_default();
+        let open = defaults.iter().enumerate().find(|(index, default)| {
+            let text = Item::of(&parameter.name.value, default).text();
+            *index > 0 || text.is_some_and(|text| text.starts_with('$'))
+        });
+        if let Some((_, default)) = open {
+            let message = "a subtree has one plain value as a default".to_owned();
+            let help = "several, `$before` and `$start` are for behaviors".to_owned();
+            faults.push(default.spot, "default", message, Some(help));
+        }
+    }
+}
+
+/// A shortest way of uses from a subtree back to itself.
+fn way_back<'a>(name: &str, uses: &'a Uses) -> Option<Vec<(&'a str, Spot)>> {
+    // By subtree: who uses it first, and where.
+    let mut before: BTreeMap<&str, (&str, Spot)> = BTreeMap::new();
+    let mut open = VecDeque::from([name]);
+    while let Some(user) = open.pop_front() {
+        for (used, spot) in uses.get(user).into_iter().flatten() {
+            if !before.contains_key(used.as_str()) {
+                before.insert(used, (user, *spot));
+                open.push_back(used);
+            }
+        }
+    }
+    let mut way = Vec::new();
+    let mut at = name;
+    while let Some((&used, &(user, spot))) = before.get_key_value(at) {
+        way.push((used, spot));
+        if user == name {
+            way.reverse();
+            return Some(way);
+        }
+        at = user;
+    }
+    None
+}
+
+impl<'a> Scope<'a> {
+    /// A subtree with its arguments, by parameter.
+    pub(super) fn of(parameters: &'a [Parameter], values: Vec<Option<Node>>) -> Self {
+        Self { parameters, values, is_subtree: true }
+    }
+
+    /// A subtree that is only checked.
+    pub(super) fn open(parameters: &'a [Parameter]) -> Self {
+        Self::of(parameters, vec![None; parameters.len()])
+    }
+
+    /// A value with arguments filled in; `None` where one is unknown or of another type, which is a fault.
+    pub(super) fn fill(
+        &self,
+        item: Item<'_>,
+        ty: Type,
+        used: &mut BTreeSet<usize>,
+        faults: &mut Faults,
+    ) -> Option<Filled> {
+        let Some(text) = item.text() else {
+            return Some(Filled::Value(item.node()));
+        };
+        if let Some(name) = parameter(text) {
+            let index = self.find(name, &item, used, faults)?;
+            let found = self.parameters[index].ty;
+            if found != ty && ty != Type::Text {
+                let message = format!("`${name}` is {}, not {}", found.what(), ty.what());
+                faults.push(item.spot, item.key, message, None);
+                return None;
+            }
+            return Some(self.values[index].clone().map_or(Filled::Open, Filled::Value));
+        }
+        let mut value = String::new();
+        let mut is_open = false;
+        for piece in pieces(text) {
+            match piece {
+                Piece::Plain(text) => value += text,
+                Piece::Parameter(name) => match &self.values[self.find(name, &item, used, faults)?] {
+                    Some(Node { value: Value::Scalar { text, .. }, .. }) => value += text,
+                    Some(_) => {}
+                    None => is_open = true,
+                },
+            }
+        }
+        let is_same = value == text;
+        Some(match (is_open, is_same) {
+            (true, _) => Filled::Open,
+            (false, true) => Filled::Value(item.node()),
+            (false, false) => {
+                Filled::Value(Located { value: Value::Scalar { text: value, number: None }, spot: item.spot })
+            }
+        })
+    }
+
+    fn find(&self, name: &str, item: &Item<'_>, used: &mut BTreeSet<usize>, faults: &mut Faults) -> Option<usize> {
+        let found = self.parameters.iter().position(|parameter| parameter.name.value == name);
+        used.extend(found);
+        if found.is_none() {
+            let allowed = self.parameters.iter().map(|parameter| parameter.name.value.as_str());
+            let help = suggestion(name, "parameter", allowed);
+            let message = format!("there is no parameter `{name}` here");
+            faults.push(item.spot, item.key, message, Some(help));
+        }
+        found
+    }
+}

@@ -1,0 +1,240 @@
+//! A daemon's port against a controller's loop in another thread, over real shared memory.
+
+use std::thread::JoinHandle;
+
+use super::super::stop::Stopper;
+use super::*;
+use crate::{ClockOrigin, DaemonPort, Heard, Link};
+use ambidex_model::motion::Progress;
+use ambidex_model::{
+    BaseSpec, Command, CommandId, ControllerKind, ControllerState, FromController, Mode, PartEnd, Pose, Rejection,
+    ToController,
+};
+use nalgebra::Vector3;
+
+const PATIENCE: Duration = Duration::from_secs(10);
+const SPEED: f64 = 10.0;
+
+/// Drives along x at 1 m/s for two seconds, and brakes for five steps when cancelled.
+pub(super) struct Cart {
+    x: f64,
+    steps_left: u32,
+    brakes: bool,
+    lasts: bool,
+}
+
+impl Cart {
+    pub(super) fn new() -> Self {
+        Self { x: 0.0, steps_left: 0, brakes: false, lasts: false }
+    }
+}
+
+impl Controller for Cart {
+    fn configure(&mut self, _limits: &ControllerKind, start: ControllerState) -> ControllerState {
+        let ControllerState::Base { pose, .. } = start else {
+            unreachable!("a cart is a base");
+        };
+        self.x = pose.at.x;
+        self.state()
+    }
+
+    fn start(&mut self, command: &Command, mode: Mode) -> Result<(), Rejection> {
+        if !matches!(command, Command::Drive { .. } | Command::Stand) {
+            return Err(Rejection::Unsupported);
+        }
+        (self.steps_left, self.brakes) = (200, false);
+        self.lasts = mode == Mode::Maintain;
+        Ok(())
+    }
+
+    fn cancel(&mut self) {
+        (self.steps_left, self.brakes) = (5, true);
+    }
+
+    fn step(&mut self) -> Progress {
+        if self.lasts && !self.brakes {
+            return Progress::Running(1.0);
+        }
+        self.steps_left -= 1;
+        self.x += 0.01;
+        match (self.steps_left, self.brakes) {
+            (0, true) => Progress::Ended(PartEnd::Canceled),
+            (0, false) => Progress::Ended(PartEnd::Succeeded),
+            (left, _) => Progress::Running(1.0 - f64::from(left) / 200.0),
+        }
+    }
+
+    fn state(&self) -> ControllerState {
+        let vx = if self.steps_left > 0 { 1.0 } else { 0.0 };
+        ControllerState::Base { pose: Pose::new(self.x, 0.0, 0.0), velocity: Vector3::new(vx, 0.0, 0.0) }
+    }
+}
+
+pub(super) struct Daemon {
+    pub(super) port: DaemonPort,
+    generation: u32,
+}
+
+impl Daemon {
+    pub(super) fn new(instance: &Instance, epoch: u64) -> Self {
+        let station = Station::open(instance.lock_daemon().unwrap()).unwrap();
+        let port = DaemonPort::open(&station, "cart", epoch, ClockOrigin::now()).unwrap();
+        Self { port, generation: 0 }
+    }
+
+    /// Hears until `wanted` has come; panics when it does not.
+    pub(super) fn until(&mut self, what: &str, wanted: impl Fn(&Heard) -> bool) -> Vec<Heard> {
+        let begun = Instant::now();
+        let mut heard = Vec::new();
+        while begun.elapsed() < PATIENCE {
+            self.port.beat();
+            heard.extend(self.port.drain());
+            if heard.iter().any(&wanted) {
+                return heard;
+            }
+            let mut fds = [PollFd::new(&self.port, PollFlags::IN)];
+            let wait = Timespec::try_from(Duration::from_millis(50)).unwrap();
+            poll(&mut fds, Some(&wait)).unwrap();
+        }
+        panic!("never heard {what}, but {heard:?}");
+    }
+
+    pub(super) fn attach(&mut self) {
+        self.until("a pulse", |heard| matches!(heard, Heard::State { .. }));
+        self.generation += 1;
+        let generation = self.generation;
+        let start = ControllerState::Base { pose: Pose::new(4.0, 0.0, 0.0), velocity: Vector3::zeros() };
+        let limits =
+            ControllerKind::Base(BaseSpec { speed: 1.0, acceleration: 0.5, turn_speed: 1.0, turn_acceleration: 1.0 });
+        self.send(&ToController::Configure { generation, speed: SPEED, limits, start });
+        self.until("the configuration", |heard| {
+            matches!(heard, Heard::Message(FromController::Configured { generation: g, .. }) if *g == generation)
+        });
+    }
+
+    pub(super) fn goal(&mut self, number: u32, mode: Mode, command: Command) -> CommandId {
+        let id = CommandId { generation: self.generation, number };
+        self.send(&ToController::Goal { id, mode, command });
+        id
+    }
+
+    fn send(&mut self, message: &ToController) {
+        self.port.send(message).unwrap();
+    }
+
+    pub(super) fn result(&mut self, id: CommandId) -> (PartEnd, Duration, Vec<Heard>) {
+        let is_result =
+            |heard: &Heard| matches!(heard, Heard::Message(FromController::Result { id: its, .. }) if *its == id);
+        let heard = self.until("the result", is_result);
+        let Some(Heard::Message(FromController::Result { end, began, ended, .. })) =
+            heard.iter().find(|heard| is_result(heard))
+        else {
+            unreachable!("it was just found");
+        };
+        (*end, *ended - *began, heard)
+    }
+}
+
+pub(super) fn drive() -> Command {
+    Command::Drive { path: vec![Pose::new(6.0, 0.0, 0.0)] }
+}
+
+fn cart(instance: &Instance, once: bool) -> (JoinHandle<Result<Exit, ServeError>>, Stopper) {
+    let (stop, stopper) = Stop::by_hand().unwrap();
+    let instance = instance.clone();
+    let options = ServeOptions { once, parent: None, stop: Some(stop) };
+    let handle = thread::spawn(move || serve(&instance, "cart", Cart::new(), options));
+    (handle, stopper)
+}
+
+pub(super) fn leaves_nothing(instance: &Instance) {
+    let again = instance.lock_daemon().unwrap();
+    drop(again);
+    assert!(!instance.has_left_anything());
+}
+
+#[test]
+fn a_goal_is_accepted_followed_and_ends() {
+    let instance = Instance::fresh();
+    let (controller, stopper) = cart(&instance, false);
+    let mut daemon = Daemon::new(&instance, 1);
+    daemon.attach();
+    assert_eq!(daemon.port.is_attached(), Some(std::process::id()));
+
+    let id = daemon.goal(1, Mode::Achieve, drive());
+    let (end, lasted, heard) = daemon.result(id);
+    // Two seconds of robot time to the step, however the wall clock went.
+    assert_eq!((end, lasted), (PartEnd::Succeeded, Duration::from_secs(2)));
+    let messages: Vec<_> = heard
+        .iter()
+        .filter_map(|heard| match heard {
+            Heard::Message(message) => Some(message),
+            Heard::State { .. } | Heard::Refused(_) | Heard::Closed(_) => None,
+        })
+        .collect();
+    assert!(matches!(messages[0], FromController::Accepted { .. }));
+    assert!(
+        matches!(messages[messages.len() - 1], FromController::Result { state: ControllerState::Base { pose, .. }, .. } if (pose.at.x - 6.0).abs() < 1e-9)
+    );
+
+    let refused = daemon.goal(2, Mode::Achieve, Command::Look { at: nalgebra::Point3::origin() });
+    daemon.until("a rejection", |heard| {
+        *heard == Heard::Message(FromController::Rejected { id: refused, why: Rejection::Unsupported })
+    });
+    stopper.stop();
+    assert_eq!(controller.join().unwrap().unwrap(), Exit::Stopped);
+    drop(daemon);
+    leaves_nothing(&instance);
+}
+
+#[test]
+fn a_cancel_brakes_and_the_result_follows() {
+    let instance = Instance::fresh();
+    let mut daemon = Daemon::new(&instance, 1);
+    let (controller, _stopper) = cart(&instance, true);
+    daemon.attach();
+    let id = daemon.goal(1, Mode::Maintain, Command::Stand);
+    let busy = daemon.goal(2, Mode::Achieve, drive());
+    daemon.until("busy", |heard| *heard == Heard::Message(FromController::Rejected { id: busy, why: Rejection::Busy }));
+    daemon.send(&ToController::Cancel { id });
+    let (end, ..) = daemon.result(id);
+    assert_eq!(end, PartEnd::Canceled);
+    // The stale generation is not even sent.
+    let stale = CommandId { generation: 0, number: 3 };
+    assert!(daemon.port.send(&ToController::Cancel { id: stale }).is_err());
+    drop(daemon);
+    assert_eq!(controller.join().unwrap().unwrap(), Exit::DaemonLeft);
+    leaves_nothing(&instance);
+}
+
+#[test]
+fn a_second_controller_of_a_name_is_refused_and_the_first_serves_the_next_daemon() {
+    let instance = Instance::fresh();
+    let (controller, stopper) = cart(&instance, false);
+    let mut daemon = Daemon::new(&instance, 1);
+    daemon.attach();
+    let (second, _other) = cart(&instance, false);
+    assert!(matches!(second.join().unwrap(), Err(ServeError::Place(_))));
+
+    let id = daemon.goal(1, Mode::Maintain, Command::Stand);
+    daemon.until(
+        "accepted",
+        |heard| matches!(heard, Heard::Message(FromController::Accepted { id: its, .. }) if *its == id),
+    );
+    drop(daemon);
+    let mut next = Daemon::new(&instance, 2);
+    next.attach();
+    let id = next.goal(1, Mode::Achieve, drive());
+    assert_eq!(next.result(id).0, PartEnd::Succeeded);
+    drop(next);
+    stopper.stop();
+    assert_eq!(controller.join().unwrap().unwrap(), Exit::Stopped);
+    leaves_nothing(&instance);
+}
+
+#[test]
+fn ports_can_move_between_threads() {
+    fn check<T: Send>() {}
+    check::<DaemonPort>();
+    check::<ControllerPort>();
+}

@@ -1,0 +1,305 @@
+//! What a controller does with messages and time: attachments, one command at a time, steps, the dead-man.
+//!
+//! No port and no clock in here: both are handed in, and replies are handed out.
+
+use std::time::Duration;
+
+use crate::{Beat, ClockOrigin, DEAD_MAN, PULSE_EVERY, Pulse, Received};
+use ambidex_model::motion::{Controller, Executor, STEP};
+use ambidex_model::{CommandId, ControllerKind, ControllerState, FromController, Mode, Rejection, Time, ToController};
+
+/// The shortest wait between two wakes in motion, wall time.
+const WAKE_MIN: Duration = Duration::from_millis(1);
+/// How often a command tells how far it is, wall time.
+const FEEDBACK_EVERY: Duration = Duration::from_millis(100);
+
+/// A controller and whatever daemon it serves.
+#[derive(Debug)]
+pub(super) struct Session<C> {
+    executor: Executor<C>,
+    daemon: Option<Daemon>,
+    attached: Option<Attachment>,
+    /// A configuration that waits for the motion of the attachment before it to end.
+    next: Option<Attachment>,
+    is_stopping: bool,
+    /// When the last feedback was given.
+    told_ns: u64,
+    replies: Vec<Reply>,
+}
+
+/// A message for the daemon of that epoch.
+#[derive(Debug, PartialEq)]
+pub(super) struct Reply {
+    pub(super) epoch: u64,
+    pub(super) message: FromController,
+}
+
+#[derive(Debug)]
+struct Daemon {
+    epoch: u64,
+    heard_ns: u64,
+    is_gone: bool,
+}
+
+#[derive(Debug)]
+struct Attachment {
+    epoch: u64,
+    generation: u32,
+    origin: ClockOrigin,
+    speed: f64,
+    limits: ControllerKind,
+    start: ControllerState,
+    /// Steps of robot time since its zero: one grid for all controllers.
+    step: u64,
+    last_number: Option<u32>,
+}
+
+impl<C: Controller> Session<C> {
+    pub(super) fn new(body: C) -> Self {
+        Self {
+            executor: Executor::new(body),
+            daemon: None,
+            attached: None,
+            told_ns: 0,
+            next: None,
+            is_stopping: false,
+            replies: Vec::new(),
+        }
+    }
+
+    /// A daemon lives.
+    pub(super) fn hear_beat(&mut self, beat: Beat) {
+        let is_known = self.daemon.as_ref().is_some_and(|daemon| daemon.epoch == beat.epoch && daemon.is_gone);
+        self.daemon = Some(Daemon { epoch: beat.epoch, heard_ns: beat.sent_ns, is_gone: is_known });
+    }
+
+    /// The process of the daemon that was heard last has ended.
+    pub(super) fn hear_end(&mut self) {
+        if let Some(daemon) = &mut self.daemon {
+            daemon.is_gone = true;
+        }
+    }
+
+    /// The controller is to end: it brakes, and is [`at_rest`](Self::is_at_rest) by and by.
+    pub(super) fn stop(&mut self) {
+        self.is_stopping = true;
+        self.executor.cancel();
+    }
+
+    pub(super) fn take(&mut self, received: Received, now_ns: u64) {
+        let Received { message, epoch, origin } = received;
+        match message {
+            ToController::Configure { generation, speed, limits, start } => self.take_configuration(Attachment {
+                epoch,
+                generation,
+                origin,
+                speed,
+                limits,
+                start,
+                step: step_at(origin, speed, now_ns),
+                last_number: None,
+            }),
+            ToController::Goal { id, mode, command } => match self.start(epoch, id, mode, &command, now_ns) {
+                Ok(at) => self.reply(epoch, FromController::Accepted { id, at }),
+                Err(why) => {
+                    tracing::warn!(?id, %why, "a command was rejected");
+                    self.reply(epoch, FromController::Rejected { id, why });
+                }
+            },
+            ToController::Cancel { id } => self.take_cancel(epoch, id),
+        }
+    }
+
+    /// Moves on to the moment; returns whether the state changed.
+    pub(super) fn tick(&mut self, now_ns: u64) -> bool {
+        let is_orphan = self.attached.is_some() && self.is_deserted(now_ns);
+        if is_orphan || self.next.is_some() {
+            self.executor.cancel();
+        }
+        let has_moved = self.run_steps(now_ns);
+        self.feed_back(now_ns);
+        if !self.executor.is_busy() {
+            if is_orphan {
+                tracing::info!("the daemon is gone");
+                self.attached = None;
+            }
+            if let Some(next) = self.next.take() {
+                self.attach(next, now_ns);
+            }
+        }
+        has_moved
+    }
+
+    pub(super) fn replies(&mut self) -> Vec<Reply> {
+        std::mem::take(&mut self.replies)
+    }
+
+    pub(super) fn is_attached(&self) -> bool {
+        self.attached.is_some()
+    }
+
+    /// Whether nothing moves.
+    pub(super) fn is_at_rest(&self) -> bool {
+        !self.executor.is_busy()
+    }
+
+    /// State and its moment, as they are published.
+    pub(super) fn pulse(&self) -> Pulse {
+        let attached = self.attached.as_ref();
+        Pulse {
+            epoch: attached.map_or(0, |attachment| attachment.epoch),
+            generation: attached.map_or(0, |attachment| attachment.generation),
+            at: attached.map_or(Time::ZERO, Attachment::time),
+            state: self.executor.state(),
+        }
+    }
+
+    /// How long nothing need be done if nothing comes, wall time.
+    pub(super) fn rest(&self) -> Duration {
+        match &self.attached {
+            Some(attachment) if self.executor.is_busy() => STEP.div_f64(attachment.speed).clamp(WAKE_MIN, PULSE_EVERY),
+            Some(_) | None => PULSE_EVERY,
+        }
+    }
+
+    fn take_configuration(&mut self, next: Attachment) {
+        let is_of_the_living = self.daemon.as_ref().is_some_and(|daemon| daemon.epoch == next.epoch && !daemon.is_gone);
+        let is_newer = |old: &Option<Attachment>| {
+            old.as_ref().is_none_or(|old| old.epoch != next.epoch || old.generation < next.generation)
+        };
+        let is_new = is_newer(&self.attached) && is_newer(&self.next);
+        if is_of_the_living && is_new && !self.is_stopping {
+            self.next = Some(next);
+            return;
+        }
+        tracing::warn!(epoch = next.epoch, generation = next.generation, "a stale configuration was rejected");
+        let id = CommandId { generation: next.generation, number: 0 };
+        let why = Rejection::Stale;
+        self.reply(next.epoch, FromController::Rejected { id, why });
+    }
+
+    fn attach(&mut self, mut next: Attachment, now_ns: u64) {
+        let state = self.executor.configure(&next.limits, next.start);
+        next.step = step_at(next.origin, next.speed, now_ns);
+        let (epoch, generation) = (next.epoch, next.generation);
+        tracing::info!(epoch, generation, speed = next.speed, "attached");
+        self.attached = Some(next);
+        self.reply(epoch, FromController::Configured { generation, state });
+    }
+
+    fn start(
+        &mut self,
+        epoch: u64,
+        id: CommandId,
+        mode: Mode,
+        command: &ambidex_model::Command,
+        now_ns: u64,
+    ) -> Result<Time, Rejection> {
+        let attachment = self.attached.as_mut().ok_or(Rejection::NotConfigured)?;
+        let is_ours = (attachment.epoch, attachment.generation) == (epoch, id.generation);
+        let is_new = attachment.last_number.is_none_or(|last| last < id.number);
+        if !is_ours || !is_new {
+            return Err(Rejection::Stale);
+        }
+        attachment.last_number = Some(id.number);
+        if self.next.is_some() || self.is_stopping {
+            return Err(Rejection::Busy);
+        }
+        if !self.executor.is_busy() {
+            attachment.step = attachment.step_at(now_ns);
+        }
+        let began = attachment.time();
+        self.executor.begin(id, mode, command, began)?;
+        self.told_ns = now_ns;
+        Ok(began)
+    }
+
+    fn take_cancel(&mut self, epoch: u64, id: CommandId) {
+        let is_epoch = |attachment: &Attachment| attachment.epoch == epoch;
+        let is_ours = self.attached.as_ref().is_some_and(is_epoch);
+        if is_ours && self.executor.is_doing(id) {
+            self.executor.cancel();
+        } else {
+            // It may have crossed the result on its way.
+            tracing::debug!(epoch, ?id, "a cancel for what is not under way");
+        }
+    }
+
+    /// Whether the daemon of the attachment shows no life any more.
+    fn is_deserted(&self, now_ns: u64) -> bool {
+        let (Some(attachment), Some(daemon)) = (&self.attached, &self.daemon) else {
+            return true;
+        };
+        let silent_ns = now_ns.saturating_sub(daemon.heard_ns);
+        daemon.is_gone || daemon.epoch != attachment.epoch || u128::from(silent_ns) > DEAD_MAN.as_nanos()
+    }
+
+    /// Runs the steps that robot time demands; true if there were any.
+    fn run_steps(&mut self, now_ns: u64) -> bool {
+        let Some(attachment) = self.attached.as_mut().filter(|_| self.executor.is_busy()) else {
+            return false;
+        };
+        let target = attachment.step_at(now_ns);
+        if attachment.is_late(target) {
+            tracing::warn!("slept for longer than the dead-man allows; the command is canceled");
+            attachment.step = target;
+            self.executor.cancel();
+            return false;
+        }
+        let before = attachment.step;
+        while attachment.step < target {
+            attachment.step += 1;
+            if let Some(result) = self.executor.step(attachment.time()) {
+                let epoch = attachment.epoch;
+                self.reply(epoch, result);
+                return true;
+            }
+        }
+        attachment.step > before
+    }
+
+    fn feed_back(&mut self, now_ns: u64) {
+        let silent_ns = now_ns.saturating_sub(self.told_ns);
+        if u128::from(silent_ns) < FEEDBACK_EVERY.as_nanos() {
+            return;
+        }
+        if let (Some(attachment), Some(feedback)) = (&self.attached, self.executor.feedback()) {
+            self.told_ns = now_ns;
+            let epoch = attachment.epoch;
+            self.reply(epoch, feedback);
+        }
+    }
+
+    fn reply(&mut self, epoch: u64, message: FromController) {
+        self.replies.push(Reply { epoch, message });
+    }
+}
+
+impl Attachment {
+    fn step_at(&self, now_ns: u64) -> u64 {
+        step_at(self.origin, self.speed, now_ns)
+    }
+
+    /// Robot time of the last step.
+    fn time(&self) -> Time {
+        Time(self.step.saturating_mul(step_us()))
+    }
+
+    /// Whether more robot time has passed than the dead-man allows.
+    fn is_late(&self, target: u64) -> bool {
+        let behind = target.saturating_sub(self.step) as f64 * STEP.as_secs_f64();
+        behind / self.speed > DEAD_MAN.as_secs_f64()
+    }
+}
+
+fn step_at(origin: ClockOrigin, speed: f64, now_ns: u64) -> u64 {
+    origin.time_at(now_ns, speed).0 / step_us()
+}
+
+fn step_us() -> u64 {
+    STEP.as_micros() as u64
+}
+
+#[cfg(test)]
+#[path = "session_tests.rs"]
+mod tests;

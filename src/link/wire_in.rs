@@ -1,0 +1,231 @@
+//! From the wire to the model: every number is doubted, and what is wrong has a [`Rejection`].
+
+use nalgebra::{Point3, Vector3};
+
+use super::clock::ClockOrigin;
+use super::wire::{
+    LIMITS_MAX, NO_OBJECT, PATH_MAX, SPEED_MAX, WIRE_VERSION, WireBeat, WireId, WirePose, WirePulse, WireRequest,
+    WireResponse, WireState, command, end, mode, rejection, request_kind, response_kind, state_kind,
+};
+use ambidex_model::{
+    ArmSpec, BaseSpec, Command, CommandId, ControllerKind, ControllerState, FromController, HeadSpec, Mode, ObjectId,
+    PartEnd, Pose, Rejection, Time, ToController,
+};
+
+/// A request as a controller may believe it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Received {
+    /// The message.
+    pub message: ToController,
+    /// The life of the daemon that sent it.
+    pub epoch: u64,
+    /// Zero of robot time; sent with `Configure` only.
+    pub origin: ClockOrigin,
+}
+
+pub(super) fn request(wire: &WireRequest) -> Result<Received, Rejection> {
+    check_version(wire.version)?;
+    if wire.id.epoch == 0 || wire.id.generation == 0 {
+        return Err(Rejection::Malformed);
+    }
+    let message = match wire.kind {
+        request_kind::CONFIGURE => ToController::Configure {
+            generation: wire.id.generation,
+            speed: speed(wire.speed)?,
+            limits: limits(wire.start.kind, wire.limits)?,
+            start: state(&wire.start)?,
+        },
+        request_kind::GOAL => {
+            ToController::Goal { id: command_id(wire.id), mode: mode_of(wire.mode)?, command: command_of(wire)? }
+        }
+        request_kind::CANCEL => ToController::Cancel { id: command_id(wire.id) },
+        _ => return Err(Rejection::Malformed),
+    };
+    Ok(Received { message, epoch: wire.id.epoch, origin: ClockOrigin(wire.origin_ns) })
+}
+
+pub(super) fn response(wire: &WireResponse) -> Result<FromController, Rejection> {
+    check_version(wire.version)?;
+    let id = command_id(wire.id);
+    Ok(match wire.kind {
+        response_kind::CONFIGURED => {
+            FromController::Configured { generation: id.generation, state: state(&wire.state)? }
+        }
+        response_kind::ACCEPTED => FromController::Accepted { id, at: Time(wire.began_us) },
+        response_kind::REJECTED => FromController::Rejected { id, why: rejection(wire.why)? },
+        response_kind::FEEDBACK => {
+            FromController::Feedback { id, progress: progress(wire.progress)?, state: state(&wire.state)? }
+        }
+        response_kind::RESULT => {
+            if wire.ended_us < wire.began_us {
+                return Err(Rejection::Malformed);
+            }
+            FromController::Result {
+                id,
+                end: end_of(wire.end)?,
+                began: Time(wire.began_us),
+                ended: Time(wire.ended_us),
+                state: state(&wire.state)?,
+            }
+        }
+        _ => return Err(Rejection::Malformed),
+    })
+}
+
+pub(super) fn pulse(wire: &WirePulse) -> Result<ControllerState, Rejection> {
+    check_version(wire.version)?;
+    if wire.pid == 0 {
+        return Err(Rejection::Malformed);
+    }
+    state(&wire.state)
+}
+
+pub(super) fn beat(wire: &WireBeat) -> Result<(), Rejection> {
+    check_version(wire.version)?;
+    if wire.pid == 0 || wire.epoch == 0 {
+        return Err(Rejection::Malformed);
+    }
+    Ok(())
+}
+
+pub(super) fn command_id(id: WireId) -> CommandId {
+    CommandId { generation: id.generation, number: id.number }
+}
+
+fn check_version(version: u32) -> Result<(), Rejection> {
+    if version == WIRE_VERSION { Ok(()) } else { Err(Rejection::Version) }
+}
+
+fn speed(speed: f64) -> Result<f64, Rejection> {
+    let speed = finite(speed)?;
+    if speed > 0.0 && speed <= SPEED_MAX { Ok(speed) } else { Err(Rejection::Malformed) }
+}
+
+fn progress(progress: f64) -> Result<f64, Rejection> {
+    let progress = finite(progress)?;
+    if (0.0..=1.0).contains(&progress) { Ok(progress) } else { Err(Rejection::Malformed) }
+}
+
+fn state(wire: &WireState) -> Result<ControllerState, Rejection> {
+    let (position, velocity) = (all_finite(wire.position)?, all_finite(wire.velocity)?);
+    match wire.kind {
+        state_kind::BASE => Ok(ControllerState::Base {
+            pose: Pose::new(position[0], position[1], position[2]),
+            velocity: Vector3::from(velocity),
+        }),
+        state_kind::ARM => Ok(ControllerState::Arm {
+            gripper: Point3::from(position),
+            velocity: Vector3::from(velocity),
+            holds: (wire.holds != NO_OBJECT).then_some(ObjectId(wire.holds)),
+        }),
+        state_kind::HEAD => {
+            Ok(ControllerState::Head { angles: [position[0], position[1]], velocity: [velocity[0], velocity[1]] })
+        }
+        _ => Err(Rejection::Malformed),
+    }
+}
+
+fn limits(kind: u32, numbers: [f64; LIMITS_MAX]) -> Result<ControllerKind, Rejection> {
+    let numbers = all_finite(numbers)?;
+    let point = |from: usize| Point3::new(numbers[from], numbers[from + 1], numbers[from + 2]);
+    let (kind, bounds) = match kind {
+        state_kind::BASE => {
+            let [speed, acceleration, turn_speed, turn_acceleration, ..] = numbers;
+            (ControllerKind::Base(BaseSpec { speed, acceleration, turn_speed, turn_acceleration }), &numbers[..4])
+        }
+        state_kind::ARM => {
+            let [.., reach_m, speed, acceleration, grip_s, lift_m] = numbers;
+            let (shoulder, tuck) = (point(0), point(3));
+            let arm = ArmSpec { shoulder, tuck, reach_m, speed, acceleration, grip_s, lift_m };
+            (ControllerKind::Arm(arm), &numbers[6..9])
+        }
+        state_kind::HEAD => {
+            let (speed, acceleration) = (numbers[3], numbers[4]);
+            (ControllerKind::Head(HeadSpec { neck: point(0), speed, acceleration }), &numbers[3..5])
+        }
+        _ => return Err(Rejection::Malformed),
+    };
+    if bounds.iter().all(|bound| *bound > 0.0) { Ok(kind) } else { Err(Rejection::Malformed) }
+}
+
+fn command_of(wire: &WireRequest) -> Result<Command, Rejection> {
+    match wire.command {
+        command::DRIVE => Ok(Command::Drive { path: path(wire)? }),
+        command::STAND => Ok(Command::Stand),
+        command::GRASP => Ok(Command::Grasp { object: object(wire.object)?, at: point(wire.at)? }),
+        command::PUT => Ok(Command::Put { object: object(wire.object)?, at: point(wire.at)? }),
+        command::LOOK => Ok(Command::Look { at: point(wire.at)? }),
+        _ => Err(Rejection::Malformed),
+    }
+}
+
+fn path(wire: &WireRequest) -> Result<Vec<Pose>, Rejection> {
+    let length = wire.path_len as usize;
+    if !(1..=PATH_MAX).contains(&length) {
+        return Err(Rejection::Malformed);
+    }
+    wire.path[..length].iter().map(pose).collect()
+}
+
+fn pose(wire: &WirePose) -> Result<Pose, Rejection> {
+    let [x, y, heading] = all_finite([wire.x, wire.y, wire.heading])?;
+    Ok(Pose::new(x, y, heading))
+}
+
+fn point(at: [f64; 3]) -> Result<Point3<f64>, Rejection> {
+    all_finite(at).map(Point3::from)
+}
+
+fn object(code: u32) -> Result<ObjectId, Rejection> {
+    if code == NO_OBJECT {
+        return Err(Rejection::Malformed);
+    }
+    Ok(ObjectId(code))
+}
+
+fn mode_of(code: u32) -> Result<Mode, Rejection> {
+    match code {
+        mode::ACHIEVE => Ok(Mode::Achieve),
+        mode::MAINTAIN => Ok(Mode::Maintain),
+        _ => Err(Rejection::Malformed),
+    }
+}
+
+fn end_of(code: u32) -> Result<PartEnd, Rejection> {
+    match code {
+        end::SUCCEEDED => Ok(PartEnd::Succeeded),
+        end::ABORTED => Ok(PartEnd::Aborted),
+        end::CANCELED => Ok(PartEnd::Canceled),
+        _ => Err(Rejection::Malformed),
+    }
+}
+
+fn rejection(code: u32) -> Result<Rejection, Rejection> {
+    match code {
+        rejection::VERSION => Ok(Rejection::Version),
+        rejection::STALE => Ok(Rejection::Stale),
+        rejection::UNKNOWN => Ok(Rejection::Unknown),
+        rejection::MALFORMED => Ok(Rejection::Malformed),
+        rejection::NOT_FINITE => Ok(Rejection::NotFinite),
+        rejection::NOT_CONFIGURED => Ok(Rejection::NotConfigured),
+        rejection::UNSUPPORTED => Ok(Rejection::Unsupported),
+        rejection::OUT_OF_REACH => Ok(Rejection::OutOfReach),
+        rejection::BUSY => Ok(Rejection::Busy),
+        _ => Err(Rejection::Malformed),
+    }
+}
+
+fn all_finite<const N: usize>(numbers: [f64; N]) -> Result<[f64; N], Rejection> {
+    for number in numbers {
+        finite(number)?;
+    }
+    Ok(numbers)
+}
+
+fn finite(number: f64) -> Result<f64, Rejection> {
+    if number.is_finite() { Ok(number) } else { Err(Rejection::NotFinite) }
+}
+
+#[cfg(test)]
+#[path = "wire_tests.rs"]
+mod tests;

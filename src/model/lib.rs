@@ -1,0 +1,7 @@
+//! What travels between the parts of Ambidex and what every controller needs: the words, the motion of simulated
+//! controllers, the sessions of real ones. No IO, no clock.
+
+pub mod motion;
+mod words;
+
+pub use words::*;

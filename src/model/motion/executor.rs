@@ -1,0 +1,115 @@
+//! A controller with the command that it works on: the same in a process and in a simulation.
+
+use super::{Controller, Progress};
+use crate::{Command, CommandId, ControllerKind, ControllerState, FromController, Mode, PartEnd, Rejection, Time};
+
+/// Carries out one command at a time and tells of it.
+#[derive(Debug)]
+pub struct Executor<C> {
+    controller: C,
+    active: Option<Active>,
+}
+
+#[derive(Debug)]
+struct Active {
+    id: CommandId,
+    began: Time,
+    progress: f64,
+    is_canceled: bool,
+}
+
+impl<C: Controller> Executor<C> {
+    /// A controller with nothing to do.
+    pub fn new(controller: C) -> Self {
+        Self { controller, active: None }
+    }
+
+    /// Takes limits and start state of a new attachment and gives the true state.
+    pub fn configure(&mut self, limits: &ControllerKind, start: ControllerState) -> ControllerState {
+        self.active = None;
+        self.controller.configure(limits, start)
+    }
+
+    /// State at the end of the last step.
+    pub fn state(&self) -> ControllerState {
+        self.controller.state()
+    }
+
+    /// Whether a command is under way.
+    pub fn is_busy(&self) -> bool {
+        self.active.is_some()
+    }
+
+    /// Whether this command is under way.
+    pub fn is_doing(&self, id: CommandId) -> bool {
+        self.active.as_ref().is_some_and(|active| active.id == id)
+    }
+
+    /// Begins a command.
+    ///
+    /// # Errors
+    /// [`Rejection::Busy`] while another is under way, or why the controller cannot.
+    pub fn begin(&mut self, id: CommandId, mode: Mode, command: &Command, now: Time) -> Result<(), Rejection> {
+        if self.is_busy() {
+            return Err(Rejection::Busy);
+        }
+        self.controller.start(command, mode)?;
+        self.active = Some(Active { id, began: now, progress: 0.0, is_canceled: false });
+        Ok(())
+    }
+
+    /// Brakes what is under way; its result comes from the steps that follow.
+    pub fn cancel(&mut self) {
+        if let Some(active) = &mut self.active
+            && !active.is_canceled
+        {
+            active.is_canceled = true;
+            self.controller.cancel();
+        }
+    }
+
+    /// Moves on by one step that ends at `now`; the result of the command if it ended in it.
+    pub fn step(&mut self, now: Time) -> Option<FromController> {
+        let active = self.active.as_mut()?;
+        let end = match self.controller.step() {
+            Progress::Running(progress) => {
+                active.progress = progress.clamp(0.0, 1.0);
+                return None;
+            }
+            Progress::Ended(end) => end,
+            // It forgot its command.
+            Progress::Idle => PartEnd::Aborted,
+        };
+        let Active { id, began, .. } = self.active.take()?;
+        Some(FromController::Result { id, end, began, ended: now, state: self.state() })
+    }
+
+    /// How far the command is.
+    pub fn feedback(&self) -> Option<FromController> {
+        let active = self.active.as_ref()?;
+        let state = self.state();
+        Some(FromController::Feedback { id: active.id, progress: active.progress, state })
+    }
+}
+
+impl<C: Controller + ?Sized> Controller for Box<C> {
+    fn configure(&mut self, limits: &ControllerKind, start: ControllerState) -> ControllerState {
+        (**self).configure(limits, start)
+    }
+
+    fn start(&mut self, command: &Command, mode: Mode) -> Result<(), Rejection> {
+        (**self).start(command, mode)
+    }
+
+    fn cancel(&mut self) {
+        (**self).cancel();
+    }
+
+    fn step(&mut self) -> Progress {
+        (**self).step()
+    }
+
+    fn state(&self) -> ControllerState {
+        (**self).state()
+    }
+}

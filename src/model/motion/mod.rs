@@ -1,0 +1,68 @@
+//! Motion of arm, base and head as step functions of robot time: the same in a controller process and in a simulation.
+
+mod arm;
+mod base;
+mod course;
+mod executor;
+mod head;
+mod profile;
+#[cfg(test)]
+mod tests;
+
+use std::time::Duration;
+
+pub use arm::Arm;
+pub use base::Base;
+pub use executor::Executor;
+pub use head::Head;
+
+use crate::{Command, ControllerKind, ControllerState, Mode, PartEnd, Rejection};
+
+/// One step of robot time. Motion is computed in such steps at any speed, so that the path is always the same.
+pub const STEP: Duration = Duration::from_millis(10);
+
+/// A controller, as the runtime sees it: one command at a time, stepped in robot time.
+///
+/// Implement it to attach a robot of your own and hand it to `controller::serve`.
+pub trait Controller {
+    /// Takes the daemon's limits and its idea of the start state, and answers with the true state.
+    ///
+    /// A simulated controller goes where it is told; a real one ignores `start` and reports itself. Limits of another
+    /// kind than its own are not for it.
+    fn configure(&mut self, limits: &ControllerKind, start: ControllerState) -> ControllerState;
+
+    /// Begins a command.
+    ///
+    /// # Errors
+    /// Why it cannot: the runtime fails the behavior with it.
+    fn start(&mut self, command: &Command, mode: Mode) -> Result<(), Rejection>;
+
+    /// Told to end the command: brakes within its limits, and ends with [`PartEnd::Canceled`].
+    fn cancel(&mut self);
+
+    /// Moves on by [`STEP`].
+    fn step(&mut self) -> Progress;
+
+    /// State at the end of the last step.
+    fn state(&self) -> ControllerState;
+}
+
+/// What became of a command in one step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Progress {
+    /// Nothing is under way.
+    Idle,
+    /// Under way, from 0 to 1; a command that is maintained stays at 1.
+    Running(f64),
+    /// It ended in this step.
+    Ended(PartEnd),
+}
+
+/// A simulated controller of that kind: pure, and the same at any speed.
+pub fn simulated(kind: &ControllerKind) -> Box<dyn Controller + Send> {
+    match *kind {
+        ControllerKind::Arm(spec) => Box::new(Arm::new(spec)),
+        ControllerKind::Base(spec) => Box::new(Base::new(spec)),
+        ControllerKind::Head(spec) => Box::new(Head::new(spec)),
+    }
+}

@@ -1,0 +1,95 @@
+//! What can go wrong with a journal.
+
+use std::io;
+use std::path::PathBuf;
+
+use crate::MAX_LINE_BYTES;
+
+/// What can go wrong with a journal's file.
+#[derive(Debug, thiserror::Error)]
+pub enum JournalError {
+    /// The folder of a new journal cannot be made.
+    #[error("cannot create the folder {}", path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A new journal cannot be made.
+    #[error("cannot create the journal {}", path.display())]
+    Create {
+        /// The journal.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A record cannot be written.
+    #[error("cannot write to the journal {}", path.display())]
+    Write {
+        /// The journal.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A journal cannot be opened.
+    #[error("cannot open the journal {}", path.display())]
+    Open {
+        /// The journal.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A journal cannot be read on.
+    #[error("cannot read the journal {} at line {line}", path.display())]
+    Read {
+        /// The journal.
+        path: PathBuf,
+        /// The line, from 1.
+        line: u64,
+        /// Why.
+        source: io::Error,
+    },
+    /// The first line is no header.
+    #[error("{} is no journal: its first line is not a header", path.display())]
+    NoHeader {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The journal has another form.
+    #[error("the journal {} has version {found}; this program reads version {known}", path.display())]
+    Version {
+        /// The journal.
+        path: PathBuf,
+        /// The journal's version.
+        found: u64,
+        /// The version that can be read.
+        known: u32,
+    },
+    /// A line is no record.
+    #[error("line {line} of the journal {} is not a record", path.display())]
+    Line {
+        /// The journal.
+        path: PathBuf,
+        /// The line, from 1.
+        line: u64,
+        /// Why.
+        source: serde_json::Error,
+    },
+    /// A header stands where none may.
+    #[error("line {line} of the journal {} is a second header", path.display())]
+    SecondHeader {
+        /// The journal.
+        path: PathBuf,
+        /// The line, from 1.
+        line: u64,
+    },
+    /// A line is longer than any record.
+    #[error("line {line} of the journal {} is longer than {MAX_LINE_BYTES} bytes", path.display())]
+    TooLong {
+        /// The journal.
+        path: PathBuf,
+        /// The line, from 1.
+        line: u64,
+    },
+}

@@ -1,0 +1,308 @@
+//! One record of every kind and every variant inside it, for the tests of this room.
+
+use nalgebra::{Point3, Vector3};
+
+use ambidex_model::*;
+
+/// The smallest message there is.
+pub fn activation() -> Record {
+    sent(Message::Activation)
+}
+
+/// A name behind every id that the samples use.
+pub fn names() -> Names {
+    let list = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
+    Names {
+        nodes: list(&["root", "both", "pick 1", "pick 2"]),
+        resources: list(&["base", "left_gripper", "right_gripper"]),
+        types: list(&["base", "gripper"]),
+        channels: list(&["at shelf"]),
+        objects: list(&["cup"]),
+        places: list(&["shelf"]),
+        facts: list(&["lit"]),
+        controllers: list(&["base", "left_arm"]),
+    }
+}
+
+/// A header first, an end last.
+pub fn records() -> Vec<Record> {
+    let mut records = vec![header()];
+    records.extend(messages().into_iter().map(sent));
+    records.extend(decisions());
+    records.extend(releases());
+    let changes = [
+        Change::Base(Pose::new(0.5, -1.25, 0.0)),
+        Change::Object(ObjectId(0), Whereabouts::At(PlaceId(0))),
+        Change::Object(ObjectId(0), Whereabouts::In(ResourceId(1))),
+        Change::Object(ObjectId(0), Whereabouts::Unknown),
+        Change::Fact(FactId(0), true),
+    ];
+    let at = Time(2_000_000);
+    records.extend(changes.map(|change| Record::World { at, change }));
+    records.extend(resources());
+    records.extend(controller_messages().into_iter().map(told));
+    let ends = [
+        MissionEnd::Done,
+        MissionEnd::Failed(NodeId(2)),
+        MissionEnd::Stalled,
+        MissionEnd::Canceled,
+        MissionEnd::ControllerLost(ControllerId(1)),
+        MissionEnd::NodeLost(NodeId(3)),
+    ];
+    records.extend(ends.map(|end| Record::Ended { at, end }));
+    records
+}
+
+/// A message between two nodes.
+pub fn sent(message: Message) -> Record {
+    Record::Sent { at: Time(1_500_000), round: 3, from: NodeId(0), to: NodeId(1), message }
+}
+
+/// A message to or from a controller.
+pub fn told(message: ControllerMessage) -> Record {
+    Record::Controller { at: Time(1_750_000), controller: ControllerId(1), message }
+}
+
+fn header() -> Record {
+    let entry = |parent, kind: &str| NodeEntry { parent: NodeId(parent), kind: EntryKind::from(kind.to_owned()) };
+    Record::Header(Box::new(Header {
+        version: JOURNAL_VERSION,
+        mission: "tidy up".into(),
+        robot: "pr2".into(),
+        allocator: "greedy".into(),
+        nodes: vec![entry(0, "root"), entry(0, "and"), entry(1, "pick"), entry(1, "pick")],
+        resource_types: vec![TypeId(0), TypeId(1), TypeId(1)],
+        movers: vec![Some(ControllerId(0)), Some(ControllerId(1)), None],
+        start: Some(Situation {
+            base: Pose::new(0.0, 0.0, 0.0),
+            objects: vec![Whereabouts::At(PlaceId(0))],
+            facts: vec![false],
+        }),
+        names: names(),
+    }))
+}
+
+/// A request with every kind of need.
+pub fn request() -> Request {
+    let need = |access, candidates: &[u32]| Need {
+        access,
+        keep: Keep::Physical(Access::Exclusive),
+        candidates: candidates
+            .iter()
+            .map(|&resource| Candidate { resource: ResourceId(resource), cost_m: 0.25 })
+            .collect(),
+    };
+    Request {
+        leaf: NodeId(2),
+        potential: 8.5,
+        heir: true,
+        needs: vec![need(Access::Shared(ChannelId(0)), &[0]), need(Access::Exclusive, &[1, 2])],
+        changes: vec![ObjectId(0)],
+        skips: vec![Span { from: NodeId(2), to: NodeId(3) }],
+    }
+}
+
+/// The answer of a leaf.
+pub fn answer(request: Option<Request>, blocked: Vec<Blocked>) -> Message {
+    Message::Answer {
+        running: false,
+        satisfied: false,
+        potential: request.as_ref().map(|request| request.potential),
+        asking: request.iter().map(|request| request.leaf).collect(),
+        request: request.map(Box::new),
+        blocked,
+    }
+}
+
+fn messages() -> Vec<Message> {
+    let leaf = NodeId(2);
+    let end = End::Failed(Fault::TimedOut);
+    let completion = Completion { node: leaf, heir: Some(NodeId(1)) };
+    vec![
+        Message::Activation,
+        answer(Some(request()), Vec::new()),
+        answer(None, blocked()),
+        Message::Verdict { granted: vec![leaf], refused: None },
+        Message::Verdict { granted: Vec::new(), refused: Some(Reason::Satisfied) },
+        Message::Reopen { leaf },
+        Message::Cancel,
+        Message::Release { leaf, end: End::Succeeded, going: Going { completed: Some(completion), failed: None } },
+        Message::Release { leaf, end, going: Going::default() },
+    ]
+}
+
+/// The end of a round.
+pub fn decided(granted: Vec<Grant>, reopened: Option<Reopened>) -> Record {
+    Record::Decided { at: Time(1_500_000), round: 3, granted, refused: blocked(), reopened }
+}
+
+/// A grant behind a skip.
+pub fn grant() -> Grant {
+    let binding = |resource, access, keep| Binding { resource: ResourceId(resource), access, keep };
+    let shared = Access::Shared(ChannelId(0));
+    Grant {
+        leaf: NodeId(2),
+        potential: 8.5,
+        bindings: vec![
+            binding(0, shared, Keep::Release),
+            binding(0, shared, Keep::Intention(shared)),
+            binding(1, Access::Exclusive, Keep::Physical(Access::Exclusive)),
+        ],
+        changes: vec![ObjectId(0)],
+        skips: request().skips,
+    }
+}
+
+/// A resource that is held, and one that is free again.
+pub fn resources() -> [Record; 2] {
+    let mut table = ResourceTable::new(3);
+    table.take(&Topology::new([0, 0, 1, 1].map(NodeId).to_vec()), &grant());
+    let states = [table.resource(ResourceId(0)).clone(), Resource::default()];
+    states.map(|state| Record::Resource { at: Time(1_500_000), resource: ResourceId(0), state })
+}
+
+fn decisions() -> Vec<Record> {
+    let reopened = |lapsed, lacks| Reopened { holder: NodeId(1), leaf: NodeId(2), lapsed, lacks };
+    let lacks = Box::new(Blocked { leaf: NodeId(3), reason: Reason::NotAt { place: PlaceId(0) } });
+    vec![
+        decided(vec![grant()], None),
+        decided(Vec::new(), Some(reopened(Some(ResourceId(0)), Some(lacks.clone())))),
+        decided(Vec::new(), Some(reopened(None, None))),
+    ]
+}
+
+fn releases() -> Vec<Record> {
+    let controller = ControllerId(1);
+    let ends = [
+        End::Succeeded,
+        End::Canceled,
+        End::Failed(Fault::Rejected(controller, Rejection::Busy)),
+        End::Failed(Fault::Unanswered(controller)),
+        End::Failed(Fault::Aborted(controller)),
+        End::Failed(Fault::NotMaintained(controller)),
+        End::Failed(Fault::TimedOut),
+        End::Failed(Fault::Lost(controller)),
+    ];
+    let released = |end| Record::Released {
+        at: Time(1_900_000),
+        leaf: NodeId(2),
+        end,
+        going: Going { completed: None, failed: Some(NodeId(1)) },
+        changes: vec![Change::Fact(FactId(0), false)],
+    };
+    ends.map(released).into()
+}
+
+fn blocked() -> Vec<Blocked> {
+    let (node, resource, object) = (NodeId(3), ResourceId(1), ObjectId(0));
+    let (place, fact, of) = (PlaceId(0), FactId(0), TypeId(1));
+    let reasons = [
+        Reason::Satisfied,
+        Reason::Held { resource, by: node, channel: None },
+        Reason::Held { resource, by: node, channel: Some(ChannelId(0)) },
+        Reason::NoneFree { of },
+        Reason::Missing { of },
+        Reason::OutOfReach { object },
+        Reason::NotHeld { object },
+        Reason::Taken { object, by: resource },
+        Reason::Elsewhere { object, place },
+        Reason::NotAt { place },
+        Reason::Driving { by: node },
+        Reason::NoPath { place },
+        Reason::Fact { fact, holds: true },
+        Reason::NothingAvailable { of },
+        Reason::AlreadyDone { heir: node, lacks: Box::new(Reason::NotAt { place }) },
+        Reason::Outbid { by: node, resource, own: 0.375, theirs: 1.5 },
+        Reason::SameObject { object, with: node },
+        Reason::Clash { with: node },
+        Reason::Alternative { chosen: node },
+        Reason::WholeRobot { by: node },
+        Reason::NotItsTurn { after: node },
+        Reason::Ending { failed: node },
+    ];
+    let leaf = NodeId(2);
+    reasons.map(|reason| Blocked { leaf, reason }).into()
+}
+
+fn states() -> [ControllerState; 3] {
+    let (at, velocity) = (Point3::new(0.5, 0.25, 1.0), Vector3::zeros());
+    [
+        ControllerState::Base { pose: Pose::new(7.0, 3.5, 0.0), velocity },
+        ControllerState::Arm { gripper: at, velocity, holds: Some(ObjectId(0)) },
+        ControllerState::Head { angles: [0.5, -0.25], velocity: [0.0, 0.0] },
+    ]
+}
+
+/// A command to a controller.
+pub fn goal(command: Command) -> ControllerMessage {
+    ControllerMessage::Told {
+        leaf: Some(NodeId(2)),
+        message: ToController::Goal { id: id(), mode: Mode::Achieve, command },
+    }
+}
+
+/// The command of all samples.
+pub fn id() -> CommandId {
+    CommandId { generation: 1, number: 7 }
+}
+
+fn controller_messages() -> Vec<ControllerMessage> {
+    let at = Point3::new(0.5, 0.25, 1.0);
+    let object = ObjectId(0);
+    let path = vec![Pose::new(1.0, 2.0, 0.5)];
+    let commands = [
+        Command::Drive { path },
+        Command::Stand,
+        Command::Grasp { object, at },
+        Command::Put { object, at },
+        Command::Look { at },
+    ];
+    let leaf = NodeId(2);
+    let mut messages =
+        vec![ControllerMessage::Attached, ControllerMessage::Joined { leaf, id: id() }, ControllerMessage::Lost];
+    messages.extend(states().map(|start| ControllerMessage::Told {
+        leaf: None,
+        message: ToController::Configure {
+            generation: 1,
+            speed: 20.0,
+            limits: ControllerKind::Base(BaseSpec {
+                speed: 1.0,
+                acceleration: 0.5,
+                turn_speed: 1.0,
+                turn_acceleration: 1.0,
+            }),
+            start,
+        },
+    }));
+    messages.extend(commands.map(goal));
+    messages.push(ControllerMessage::Told { leaf: Some(leaf), message: ToController::Cancel { id: id() } });
+    messages.extend(heard().into_iter().map(|message| ControllerMessage::Heard { message }));
+    messages.extend(REJECTIONS.map(|why| ControllerMessage::Refused { why }));
+    messages
+}
+
+const REJECTIONS: [Rejection; 9] = [
+    Rejection::Version,
+    Rejection::Stale,
+    Rejection::Unknown,
+    Rejection::Malformed,
+    Rejection::NotFinite,
+    Rejection::NotConfigured,
+    Rejection::Unsupported,
+    Rejection::OutOfReach,
+    Rejection::Busy,
+];
+
+fn heard() -> Vec<FromController> {
+    let id = id();
+    let [state, ..] = states();
+    let mut heard = vec![
+        FromController::Configured { generation: 1, state },
+        FromController::Accepted { id, at: Time(17) },
+        FromController::Rejected { id, why: Rejection::OutOfReach },
+        FromController::Feedback { id, progress: 0.5, state },
+    ];
+    let ends = [PartEnd::Succeeded, PartEnd::Aborted, PartEnd::Canceled];
+    heard.extend(ends.map(|end| FromController::Result { id, end, began: Time(20), ended: Time(40), state }));
+    heard
+}

@@ -1,0 +1,16 @@
+//! The actors: one task per node, one per controller link, one for the dispatch, one for the journal.
+//!
+//! They carry messages and time; every decision is made by the machines inside.
+
+mod clock;
+mod dispatch_task;
+mod journal_task;
+mod link_task;
+pub mod log;
+mod node_task;
+mod supervisor;
+
+pub use clock::Clock;
+pub use journal_task::Sink;
+pub use link_task::Port;
+pub use supervisor::{Control, Ended, Options, run};

@@ -1,0 +1,11 @@
+//! The journal as a file: where it lies, writing it, following it while it is written; tracing events made from records.
+
+mod file;
+mod follower;
+mod path;
+mod trace;
+
+pub use file::JournalFile;
+pub use follower::{Follower, News};
+pub use path::{default_folder, default_path, instances};
+pub use trace::emit;

@@ -1,0 +1,130 @@
+//! Events of what becomes of a mission: rounds, ends of goals, changes of the world, its beginning and end.
+
+use tracing::{debug, error, info, warn};
+
+use ambidex_model::{Change, End, Going, Grant, Header, MissionEnd, Names, NodeId, Reopened, Resource, ResourceId};
+
+use super::MISSION;
+use ambidex_record::words;
+
+pub(super) fn started(header: &Header) {
+    info!(
+        target: MISSION,
+        mission = header.mission,
+        robot = header.robot,
+        allocator = header.allocator,
+        nodes = header.nodes.len(),
+        "mission started"
+    );
+}
+
+pub(super) fn decided(at_s: f64, round: u32, granted: &[Grant], refused: usize, names: &Names) {
+    if granted.is_empty() {
+        debug!(target: MISSION, round, refused, at_s, "nothing granted");
+        return;
+    }
+    let leaves = granted.iter().map(|grant| grant.leaf);
+    info!(
+        target: MISSION,
+        round,
+        granted = %words::nodes(leaves, names),
+        refused,
+        at_s,
+        "round granted"
+    );
+    for grant in granted {
+        debug!(
+            target: MISSION,
+            round,
+            leaf = names.node(grant.leaf),
+            potential = grant.potential,
+            claims = %words::bindings(&grant.bindings, names),
+            at_s,
+            "grant"
+        );
+    }
+}
+
+pub(super) fn reopened(at_s: f64, round: u32, reopened: &Reopened, names: &Names) {
+    let lacks = reopened.lacks.as_deref();
+    debug!(
+        target: MISSION,
+        round,
+        leaf = names.node(reopened.leaf),
+        holder = names.node(reopened.holder),
+        lapsed = reopened.lapsed.map(|resource| names.resource(resource)),
+        heir = lacks.map(|lacks| names.node(lacks.leaf)),
+        reason = lacks.map(|lacks| display(words::reason(&lacks.reason, names))),
+        at_s,
+        "reopened"
+    );
+}
+
+pub(super) fn released(at_s: f64, leaf: NodeId, end: End, going: Going, changes: &[Change], names: &Names) {
+    let (completes, fails) = (going.completed.map(|completion| completion.node), going.failed);
+    macro_rules! released {
+        ($level:ident) => {
+            $level!(
+                target: MISSION,
+                leaf = names.node(leaf),
+                end = words::end(end),
+                controller = words::at_fault(end, names),
+                completes = completes.map(|node| names.node(node)),
+                fails = fails.map(|node| names.node(node)),
+                changes = (!changes.is_empty()).then(|| display(words::changes(changes, names))),
+                at_s,
+                "goal ended"
+            )
+        };
+    }
+    match end {
+        End::Succeeded | End::Canceled => released!(info),
+        End::Failed(_) => released!(warn),
+    }
+}
+
+pub(super) fn changed(at_s: f64, change: &Change, names: &Names) {
+    debug!(
+        target: MISSION,
+        changes = %words::changes(std::slice::from_ref(change), names),
+        at_s,
+        "world changed"
+    );
+}
+
+/// The five properties of a resource (III-B); its type stands in the header.
+pub(super) fn used(at_s: f64, id: ResourceId, resource: &Resource, names: &Names) {
+    debug!(
+        target: MISSION,
+        resource = names.resource(id),
+        owners = resource.owners(),
+        channel = resource.channel().map(|channel| names.channel(channel)),
+        locked = resource.is_locked(),
+        holders = %words::nodes(resource.leases().iter().map(|lease| lease.holder), names),
+        at_s,
+        "resource"
+    );
+}
+
+pub(super) fn ended(at_s: f64, end: MissionEnd, names: &Names) {
+    const SAYS: &str = "mission ended";
+    match end {
+        MissionEnd::Done => info!(target: MISSION, outcome = "done", at_s, "{SAYS}"),
+        MissionEnd::Canceled => info!(target: MISSION, outcome = "cancelled", at_s, "{SAYS}"),
+        MissionEnd::Stalled => warn!(target: MISSION, outcome = "stalled", at_s, "{SAYS}"),
+        MissionEnd::Failed(leaf) => {
+            let leaf = names.node(leaf);
+            warn!(target: MISSION, outcome = "failed", leaf, at_s, "{SAYS}");
+        }
+        MissionEnd::ControllerLost(controller) => {
+            let controller = names.controller(controller);
+            error!(target: MISSION, outcome = "failed", controller, at_s, "{SAYS}: controller lost");
+        }
+        MissionEnd::NotAttached => error!(target: MISSION, outcome = "failed", at_s, "{SAYS}: not attached"),
+        MissionEnd::TaskLost => error!(target: MISSION, outcome = "failed", at_s, "{SAYS}: task lost"),
+        MissionEnd::NodeLost(node) => {
+            let node = names.node(node);
+            error!(target: MISSION, outcome = "failed", node, at_s, "{SAYS}: node lost");
+        }
+    }
+}

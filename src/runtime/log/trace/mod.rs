@@ -1,0 +1,46 @@
+//! Tracing events, all made here and all from records. Fields are evaluated only where a subscriber wants the event.
+
+mod controller;
+mod mission;
+mod tree;
+
+#[cfg(test)]
+mod tests;
+
+use ambidex_model::{Names, Record};
+
+/// Target of messages between nodes.
+const TREE: &str = "ambidex::tree";
+/// Target of messages between the runtime and controllers.
+const CONTROLLER: &str = "ambidex::controller";
+/// Target of what becomes of a mission: rounds, ends of goals, changes of the world.
+const MISSION: &str = "ambidex::mission";
+
+/// Makes the tracing event of a record; times are robot seconds in the field `at_s`.
+///
+/// ERROR: broken. WARN: refused, rejected, lost, failed. INFO: granted rounds, ends of goals and of the mission,
+/// attachments. DEBUG: a leaf's own answer, other decisions. TRACE: every other message.
+pub fn emit(record: &Record, names: &Names) {
+    match record {
+        Record::Header(header) => mission::started(header),
+        Record::Sent { at, round, from, to, message } => {
+            let edge = tree::Edge { at_s: at.seconds(), round: *round, from: *from, to: *to };
+            tree::sent(&edge, message, names);
+        }
+        Record::Decided { at, round, granted, refused, reopened } => {
+            mission::decided(at.seconds(), *round, granted, refused.len(), names);
+            if let Some(reopened) = reopened {
+                mission::reopened(at.seconds(), *round, reopened, names);
+            }
+        }
+        Record::Released { at, leaf, end, going, changes } => {
+            mission::released(at.seconds(), *leaf, *end, *going, changes, names)
+        }
+        Record::World { at, change } => mission::changed(at.seconds(), change, names),
+        Record::Resource { at, resource, state } => mission::used(at.seconds(), *resource, state, names),
+        Record::Controller { at, controller, message } => {
+            controller::said(at.seconds(), names.controller(*controller), message, names)
+        }
+        Record::Ended { at, end } => mission::ended(at.seconds(), *end, names),
+    }
+}

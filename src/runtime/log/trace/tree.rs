@@ -1,0 +1,99 @@
+//! Events of messages between nodes.
+
+use tracing::{debug, trace};
+
+use ambidex_model::{End, Going, Message, Names, NodeId};
+
+use super::TREE;
+use ambidex_record::words;
+
+/// Who tells whom, when.
+pub(super) struct Edge {
+    pub(super) at_s: f64,
+    pub(super) round: u32,
+    pub(super) from: NodeId,
+    pub(super) to: NodeId,
+}
+
+/// An event whose first fields are those of the edge.
+macro_rules! tell {
+    ($level:ident, $edge:expr, $names:expr, $($rest:tt)+) => {
+        $level!(
+            target: TREE,
+            round = $edge.round,
+            from = $names.node($edge.from),
+            to = $names.node($edge.to),
+            at_s = $edge.at_s,
+            $($rest)+
+        )
+    };
+}
+
+pub(super) fn sent(edge: &Edge, message: &Message, names: &Names) {
+    match message {
+        Message::Activation => tell!(trace, edge, names, "activation"),
+        Message::Answer { .. } => answer(edge, message, names),
+        Message::Verdict { granted, refused } => tell!(
+            trace,
+            edge,
+            names,
+            granted = %words::nodes(granted.iter().copied(), names),
+            reason = refused.as_ref().map(|reason| display(words::reason(reason, names))),
+            "verdict"
+        ),
+        Message::Reopen { leaf } => tell!(trace, edge, names, leaf = names.node(*leaf), "reopen"),
+        Message::Cancel => tell!(trace, edge, names, "cancel"),
+        Message::Release { leaf, end, going } => release(edge, *leaf, *end, *going, names),
+    }
+}
+
+fn answer(edge: &Edge, message: &Message, names: &Names) {
+    let Message::Answer { running, satisfied, potential, asking, request, blocked } = message else {
+        return;
+    };
+    let says_no_itself = blocked.first().is_some_and(|one| one.leaf == edge.from);
+    macro_rules! answer {
+        ($level:ident) => {
+            tell!(
+                $level,
+                edge,
+                names,
+                feasible = !asking.is_empty(),
+                potential = *potential,
+                running = *running,
+                satisfied = *satisfied,
+                asking = %words::nodes(asking.iter().copied(), names),
+                claims = request.as_deref().map(|request| display(words::claims(request, names))),
+                skips = request
+                    .as_deref()
+                    .filter(|request| !request.skips.is_empty())
+                    .map(|request| display(words::skips(request, names))),
+                reason = (!blocked.is_empty()).then(|| display(words::reasons(blocked, names))),
+                "answer"
+            )
+        };
+    }
+    if request.is_some() || says_no_itself {
+        answer!(debug);
+    } else {
+        answer!(trace);
+    }
+}
+
+fn release(edge: &Edge, leaf: NodeId, end: End, going: Going, names: &Names) {
+    let completes = going.completed.map(|completion| completion.node);
+    let heir = going.completed.and_then(|completion| completion.heir);
+    let fails = going.failed;
+    tell!(
+        trace,
+        edge,
+        names,
+        leaf = names.node(leaf),
+        end = words::end(end),
+        controller = words::at_fault(end, names),
+        completes = completes.map(|node| names.node(node)),
+        heir = heir.map(|node| names.node(node)),
+        fails = fails.map(|node| names.node(node)),
+        "release"
+    );
+}

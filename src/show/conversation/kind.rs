@@ -1,0 +1,158 @@
+//! The kinds of records as a person names them.
+
+use ambidex_model::{ControllerMessage, FromController, Message, Record, ToController};
+
+/// What kind of record it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// What the ids stand for.
+    Header,
+    /// Down the tree: the state of resources and world.
+    Activation,
+    /// Up the tree: what is asked for.
+    Answer,
+    /// Down the tree: what came of it.
+    Verdict,
+    /// Down the tree: done no more.
+    Reopen,
+    /// Down the tree: end what runs.
+    Cancel,
+    /// Up the tree: a behavior ended.
+    Release,
+    /// What root decided.
+    Decided,
+    /// Root applied the end of a behavior.
+    Released,
+    /// The world changed from outside.
+    World,
+    /// A resource is held otherwise.
+    Resource,
+    /// A controller is there.
+    Attached,
+    /// To a controller: its limits.
+    Configure,
+    /// To a controller: do this.
+    Goal,
+    /// A behavior shares a goal that lasts.
+    Joined,
+    /// To a controller: stop doing it.
+    Stop,
+    /// From a controller: ready.
+    Configured,
+    /// From a controller: taken.
+    Accepted,
+    /// From a controller: not taken.
+    Rejected,
+    /// From a controller: under way.
+    Feedback,
+    /// From a controller: ended.
+    Result,
+    /// What came from a controller was not used.
+    Refused,
+    /// A controller is gone.
+    Lost,
+    /// The mission is over.
+    Ended,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 24] = [
+        Self::Header,
+        Self::Activation,
+        Self::Answer,
+        Self::Verdict,
+        Self::Reopen,
+        Self::Cancel,
+        Self::Release,
+        Self::Decided,
+        Self::Released,
+        Self::World,
+        Self::Resource,
+        Self::Attached,
+        Self::Configure,
+        Self::Goal,
+        Self::Joined,
+        Self::Stop,
+        Self::Configured,
+        Self::Accepted,
+        Self::Rejected,
+        Self::Feedback,
+        Self::Result,
+        Self::Refused,
+        Self::Lost,
+        Self::Ended,
+    ];
+
+    /// The word for it on a command line.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Header => "header",
+            Self::Activation => "activation",
+            Self::Answer => "answer",
+            Self::Verdict => "verdict",
+            Self::Reopen => "reopen",
+            Self::Cancel => "cancel",
+            Self::Release => "release",
+            Self::Decided => "decided",
+            Self::Released => "released",
+            Self::World => "world",
+            Self::Resource => "resource",
+            Self::Attached => "attached",
+            Self::Configure => "configure",
+            Self::Goal => "goal",
+            Self::Joined => "joined",
+            Self::Stop => "stop",
+            Self::Configured => "configured",
+            Self::Accepted => "accepted",
+            Self::Rejected => "rejected",
+            Self::Feedback => "feedback",
+            Self::Result => "result",
+            Self::Refused => "refused",
+            Self::Lost => "lost",
+            Self::Ended => "ended",
+        }
+    }
+
+    /// The kind of a record.
+    pub fn of(record: &Record) -> Self {
+        match record {
+            Record::Header(_) => Self::Header,
+            Record::Sent { message, .. } => match message {
+                Message::Activation => Self::Activation,
+                Message::Answer { .. } => Self::Answer,
+                Message::Verdict { .. } => Self::Verdict,
+                Message::Reopen { .. } => Self::Reopen,
+                Message::Cancel => Self::Cancel,
+                Message::Release { .. } => Self::Release,
+            },
+            Record::Decided { .. } => Self::Decided,
+            Record::Released { .. } => Self::Released,
+            Record::World { .. } => Self::World,
+            Record::Resource { .. } => Self::Resource,
+            Record::Controller { message, .. } => Self::of_controller(message),
+            Record::Ended { .. } => Self::Ended,
+        }
+    }
+
+    fn of_controller(message: &ControllerMessage) -> Self {
+        match message {
+            ControllerMessage::Attached => Self::Attached,
+            ControllerMessage::Told { message, .. } => match message {
+                ToController::Configure { .. } => Self::Configure,
+                ToController::Goal { .. } => Self::Goal,
+                ToController::Cancel { .. } => Self::Stop,
+            },
+            ControllerMessage::Joined { .. } => Self::Joined,
+            ControllerMessage::Heard { message } => match message {
+                FromController::Configured { .. } => Self::Configured,
+                FromController::Accepted { .. } => Self::Accepted,
+                FromController::Rejected { .. } => Self::Rejected,
+                FromController::Feedback { .. } => Self::Feedback,
+                FromController::Result { .. } => Self::Result,
+            },
+            ControllerMessage::Refused { .. } => Self::Refused,
+            ControllerMessage::Lost => Self::Lost,
+        }
+    }
+}

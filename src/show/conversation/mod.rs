@@ -1,0 +1,199 @@
+//! A journal as a conversation: who says what to whom, one line per record, for people or as JSON with names.
+
+mod commands;
+mod controller;
+mod kind;
+mod named;
+mod selection;
+mod spoken;
+mod tree;
+
+#[cfg(test)]
+mod tests;
+
+use std::borrow::Cow;
+
+use anstyle::Style;
+
+use ambidex_model::{ControllerMessage, End, FromController, Header, Names, NodeId, PartEnd, Record, Time};
+
+use super::Palette;
+use super::phrase;
+use super::text::{columns, count};
+
+use commands::Commands;
+pub use kind::Kind;
+pub use selection::{Filters, Selection, Unknown};
+
+/// Widest column of names; longer names stand out of line.
+const MAX_NAME: usize = 24;
+
+/// What the runtime is called where it talks to a controller for no behavior.
+const DISPATCH: &str = "dispatch";
+
+/// The records of a journal in order, and what is needed of the earlier ones to tell the later.
+#[derive(Debug, Clone)]
+pub struct Conversation {
+    names: Names,
+    selection: Selection,
+    commands: Commands,
+    decided: u32,
+    name_columns: usize,
+}
+
+/// One line.
+struct Line<'a> {
+    round: Option<u32>,
+    from: Cow<'a, str>,
+    to: Option<Cow<'a, str>>,
+    said: String,
+}
+
+impl Conversation {
+    /// Nothing was said yet.
+    pub fn new(header: &Header, selection: Selection) -> Self {
+        let Names { nodes, resources, controllers, .. } = &header.names;
+        let all = nodes.iter().chain(resources).chain(controllers);
+        let longest = all.map(|name| columns(name)).chain([DISPATCH.len()]).max().unwrap_or_default();
+        Self {
+            names: header.names.clone(),
+            selection,
+            commands: Commands::default(),
+            decided: 0,
+            name_columns: longest.min(MAX_NAME),
+        }
+    }
+
+    /// Takes the next record; true if it is wanted.
+    pub fn take(&mut self, record: &Record) -> bool {
+        self.commands.add(record);
+        let round = match record {
+            Record::Sent { round, .. } => *round,
+            Record::Decided { round, .. } => {
+                self.decided = *round;
+                *round
+            }
+            Record::Header(_)
+            | Record::Released { .. }
+            | Record::World { .. }
+            | Record::Resource { .. }
+            | Record::Controller { .. }
+            | Record::Ended { .. } => self.decided,
+        };
+        self.selection.has(record, round, &self.commands)
+    }
+
+    /// The record that was just taken as one line, without its end.
+    pub fn line(&self, record: &Record, palette: &Palette) -> String {
+        if let Record::Header(header) = record {
+            return Palette::paint(palette.strong, begins(header));
+        }
+        let Line { round, from, to, said } = self.told(record);
+        let width = self.name_columns;
+        let round = round.map_or(String::new(), |round| format!("r{round}"));
+        let arrow = if to.is_some() { '→' } else { ' ' };
+        let head = format!("{} {round:>5}", time(record.at()));
+        let pair = format!("{from:>width$} {arrow} {:<width$}", to.unwrap_or_default());
+        let said = Palette::paint(style(record, palette), said);
+        format!("{}  {pair}  {said}", Palette::paint(palette.faint, head))
+    }
+
+    /// The record as one line of JSON with names where the journal has ids, without its end.
+    ///
+    /// # Errors
+    /// Never with a record that came out of a journal.
+    pub fn json(&self, record: &Record) -> serde_json::Result<String> {
+        named::to_string(record, &self.names)
+    }
+
+    fn told(&self, record: &Record) -> Line<'_> {
+        let names = &self.names;
+        let root = Cow::from(names.node(NodeId(0)));
+        let line = |from, said| Line { round: None, from, to: None, said };
+        match record {
+            Record::Header(header) => line(root, begins(header)),
+            Record::Sent { round, from, to, message, .. } => Line {
+                round: Some(*round),
+                from: names.node(*from).into(),
+                to: Some(names.node(*to).into()),
+                said: tree::said(*from, *to, message, names),
+            },
+            Record::Decided { round, granted, refused, reopened, .. } => {
+                let said = tree::decided(granted, refused, reopened.as_ref(), names);
+                Line { round: Some(*round), ..line(root, said) }
+            }
+            Record::Released { leaf, end, going, changes, .. } => {
+                line(root, tree::released(*leaf, *end, *going, changes, names))
+            }
+            Record::World { change, .. } => line("world".into(), phrase::changed(change, names)),
+            Record::Resource { resource, state, .. } => {
+                line(names.resource(*resource).into(), tree::used(state, names))
+            }
+            Record::Controller { controller, message, .. } => {
+                let (said, is_heard) = controller::said(message, names);
+                let (one, other) = (self.spoken_for(record), names.controller(*controller).into());
+                let (from, to) = if is_heard { (other, one) } else { (one, other) };
+                Line { round: None, from, to: Some(to), said }
+            }
+            Record::Ended { end, .. } => {
+                line(root, format!("the mission is over: {}", phrase::mission_ended(*end, names)))
+            }
+        }
+    }
+
+    /// Who of the runtime talks with a controller: behaviors, or dispatch itself.
+    fn spoken_for(&self, record: &Record) -> Cow<'_, str> {
+        let Record::Controller { controller, message, .. } = record else {
+            return DISPATCH.into();
+        };
+        if let Some(leaf) = message.leaf() {
+            return self.names.node(leaf).into();
+        }
+        match spoken::command(message).map(|id| self.commands.holders(*controller, id)) {
+            None | Some([]) => DISPATCH.into(),
+            Some([only]) => self.names.node(*only).into(),
+            Some(many) => many.iter().map(|leaf| self.names.node(*leaf)).collect::<Vec<_>>().join(" + ").into(),
+        }
+    }
+}
+
+/// A moment in a column of its own.
+fn time(at: Time) -> String {
+    format!("{:>9.3} s", at.seconds())
+}
+
+fn begins(header: &Header) -> String {
+    let Header { mission, robot, allocator, nodes, .. } = header;
+    let behaviors = nodes.iter().filter(|node| node.kind.is_behavior()).count();
+    format!("{mission} on {robot}, {allocator}: {} with {}", count(nodes.len(), "node"), count(behaviors, "behavior"))
+}
+
+/// Colors for what a person looks for; what only repeats is faint.
+fn style(record: &Record, palette: &Palette) -> Style {
+    let of_end = |end: &End| match end {
+        End::Succeeded => palette.done,
+        End::Failed(_) => palette.failed,
+        End::Canceled => palette.cancelled,
+    };
+    match record {
+        Record::Sent { message, .. } => tree::style(message, palette, of_end),
+        Record::Decided { granted, .. } if granted.is_empty() => palette.waiting,
+        Record::Decided { .. } => palette.active,
+        Record::Released { end, .. } => of_end(end),
+        Record::Controller { message, .. } => match message {
+            ControllerMessage::Lost | ControllerMessage::Refused { .. } => palette.failed,
+            ControllerMessage::Heard { message } => match message {
+                FromController::Rejected { .. } | FromController::Result { end: PartEnd::Aborted, .. } => {
+                    palette.failed
+                }
+                FromController::Feedback { .. } | FromController::Accepted { .. } => palette.faint,
+                FromController::Configured { .. } | FromController::Result { .. } => Style::new(),
+            },
+            ControllerMessage::Attached | ControllerMessage::Told { .. } | ControllerMessage::Joined { .. } => {
+                Style::new()
+            }
+        },
+        Record::Header(_) | Record::Ended { .. } => palette.strong,
+        Record::World { .. } | Record::Resource { .. } => Style::new(),
+    }
+}

@@ -1,0 +1,232 @@
+//! Every kind of record as a line, filters one by one, and JSON with names.
+
+use nalgebra::Point3;
+use serde_json::Value;
+
+use super::*;
+use crate::sample::{decided, experiment_1, grant, header, named, released, seconds};
+use ambidex_model::*;
+
+fn sent(from: &str, to: &str, message: Message) -> Record {
+    Record::Sent { at: seconds(7.4), round: 2, from: named(from), to: named(to), message }
+}
+
+fn controller(controller: u32, message: ControllerMessage) -> Record {
+    Record::Controller { at: seconds(9.0), controller: ControllerId(controller), message }
+}
+
+fn id() -> CommandId {
+    CommandId { generation: 1, number: 7 }
+}
+
+fn goal(to: u32, leaf: &str, mode: Mode, command: Command) -> Record {
+    let message = ToController::Goal { id: id(), mode, command };
+    controller(to, ControllerMessage::Told { leaf: Some(named(leaf)), message })
+}
+
+fn heard(from: u32, message: FromController) -> Record {
+    controller(from, ControllerMessage::Heard { message })
+}
+
+fn state() -> ControllerState {
+    ControllerState::Head { angles: [0.0; 2], velocity: [0.0; 2] }
+}
+
+fn answer(leaf: &str, request: Option<Request>, reason: Option<Reason>) -> Message {
+    Message::Answer {
+        running: false,
+        satisfied: false,
+        potential: request.as_ref().map(|request| request.potential),
+        asking: request.iter().map(|request| request.leaf).collect(),
+        request: request.map(Box::new),
+        blocked: reason.map(|reason| Blocked { leaf: named(leaf), reason }).into_iter().collect(),
+    }
+}
+
+fn request() -> Request {
+    let need = |access, candidates: &[u32]| Need {
+        access,
+        keep: Keep::Release,
+        candidates: candidates.iter().map(|&id| Candidate { resource: ResourceId(id), cost_m: 0.5 }).collect(),
+    };
+    let at = named("move 1-1");
+    Request {
+        leaf: named("pick 1"),
+        potential: 9.0,
+        heir: true,
+        needs: vec![need(Access::Shared(ChannelId(0)), &[0]), need(Access::Exclusive, &[2, 3])],
+        changes: vec![ObjectId(0)],
+        skips: vec![Span { from: at, to: NodeId(at.0 + 1) }],
+    }
+}
+
+/// A round in which pick 1 is granted, with what controllers make of it.
+fn records() -> Vec<Record> {
+    let outbid = Reason::Outbid { by: named("move 2-1"), resource: ResourceId(0), own: 0.25, theirs: 0.5 };
+    let at = Point3::new(0.5, 0.25, 0.75);
+    let going = Going { completed: Some(Completion { node: named("object 1"), heir: None }), failed: None };
+    let mut decision = decided(7.4, 2, vec![grant("pick 1", &[0, 1], &[2], &["move 1-1"])]);
+    if let Record::Decided { refused, .. } = &mut decision {
+        refused.push(Blocked { leaf: named("move 3-1"), reason: outbid.clone() });
+    }
+    vec![
+        Record::Header(Box::new(header())),
+        controller(2, ControllerMessage::Attached),
+        sent("all objects", "object 1", Message::Activation),
+        sent("pick 1", "object 1", answer("pick 1", Some(request()), None)),
+        sent("move 3-1", "object 3", answer("move 3-1", None, Some(Reason::NotAt { place: PlaceId(0) }))),
+        decision,
+        sent("object 1", "pick 1", Message::Verdict { granted: vec![named("pick 1")], refused: None }),
+        sent("object 3", "move 3-1", Message::Verdict { granted: Vec::new(), refused: Some(outbid) }),
+        goal(2, "pick 1", Mode::Achieve, Command::Grasp { object: ObjectId(0), at }),
+        goal(1, "pick 1", Mode::Maintain, Command::Look { at }),
+        controller(1, ControllerMessage::Joined { leaf: named("pick 2"), id: id() }),
+        heard(2, FromController::Accepted { id: id(), at: seconds(9.0) }),
+        heard(1, FromController::Feedback { id: id(), progress: 0.25, state: state() }),
+        heard(
+            2,
+            FromController::Result {
+                id: id(),
+                end: PartEnd::Succeeded,
+                began: seconds(7.4),
+                ended: seconds(9.0),
+                state: state(),
+            },
+        ),
+        sent("pick 1", "object 1", Message::Release { leaf: named("pick 1"), end: End::Succeeded, going }),
+        released(9.0, "pick 2", End::Failed(Fault::Aborted(ControllerId(3)))),
+        Record::World { at: seconds(9.5), change: Change::Object(ObjectId(2), Whereabouts::At(PlaceId(1))) },
+        sent("object 1", "move 1-1", Message::Reopen { leaf: named("move 1-1") }),
+        Record::Ended { at: seconds(10.0), end: MissionEnd::Failed(named("pick 2")) },
+    ]
+}
+
+fn selected(filters: &Filters, records: &[Record]) -> Vec<String> {
+    let selection = Selection::new(filters, &header()).unwrap();
+    let mut conversation = Conversation::new(&header(), selection);
+    let mut lines = Vec::new();
+    for record in records {
+        if conversation.take(record) {
+            lines.push(conversation.line(record, &Palette::plain()));
+        }
+    }
+    lines
+}
+
+const ALL: &str = "\
+experiment 1 on pr2, greedy: 22 nodes with 16 behaviors
+    9.000 s             left_arm → dispatch       attached
+    7.400 s    r2    all objects → object 1       activation
+    7.400 s    r2         pick 1 → object 1       asks with potential 9.000 for base for \"at shelf\", left_gripper or right_gripper alone; skips move 1-1; an intention is kept for it
+    7.400 s    r2       move 3-1 → object 3       cannot: the base does not stand at shelf
+    7.400 s    r2           root                  grants pick 1 left_gripper alone, base and head for \"at shelf\" (skipping move 1-1); not move 3-1: move 2-1 took base with potential 0.500 against 0.250
+    7.400 s    r2       object 1 → pick 1         granted
+    7.400 s    r2       object 3 → move 3-1       refused: move 2-1 took base with potential 0.500 against 0.250
+    9.000 s               pick 1 → left_arm       goal 1.7: grasp object 1
+    9.000 s               pick 1 → head           goal 1.7: look at (0.50, 0.25, 0.75), until told to stop
+    9.000 s               pick 2 → head           shares goal 1.7
+    9.000 s             left_arm → pick 1         accepted goal 1.7
+    9.000 s                 head → pick 1 + pick 2  goal 1.7 is at 25 %
+    9.000 s             left_arm → pick 1         goal 1.7 succeeded after 1.60 s
+    7.400 s    r2         pick 1 → object 1       pick 1 succeeded; object 1 is complete
+    9.000 s                 root                  pick 2 failed: right_arm gave up
+    9.500 s                world                  object 3 is at counter now
+    7.400 s    r2       object 1 → move 1-1       move 1-1 is done no more
+   10.000 s                 root                  the mission is over: failed at pick 2
+";
+
+#[test]
+fn every_record_is_a_line() {
+    let text = selected(&Filters::default(), &records()).into_iter().map(|line| format!("{}\n", line.trim_end()));
+    let text: String = text.collect();
+    assert_eq!(text, ALL, "\n{text}");
+}
+
+/// How many lines a filter leaves, and words that stand in all of them.
+fn check(adapt: impl Fn(&mut Filters), lines: usize, words: &str) {
+    let mut filters = Filters::default();
+    adapt(&mut filters);
+    let found = selected(&filters, &records());
+    assert_eq!(found.len(), lines, "{filters:?}\n{}", found.join("\n"));
+    assert!(found.iter().all(|line| line.contains(words)), "{filters:?}\n{}", found.join("\n"));
+}
+
+#[test]
+fn filters_select_and_combine() {
+    let some = |name: &str| Some(name.to_owned());
+    check(|filters| filters.node = some("pick 1"), 10, "");
+    check(|filters| filters.node = some("pick 2"), 4, "pick 2");
+    check(|filters| filters.node = some("move 3*"), 3, "move 3-1");
+    check(|filters| filters.node = some("*"), 16, "");
+    check(|filters| filters.kinds = vec![Kind::Goal], 2, "goal 1.7");
+    check(|filters| filters.kinds = vec![Kind::Goal, Kind::Feedback], 3, "goal 1.7");
+    check(|filters| filters.resource = some("left_gripper"), 2, "left_gripper");
+    check(|filters| filters.resource = some("base"), 3, "base");
+    check(|filters| filters.controller = some("left_arm"), 4, "left_arm");
+    check(|filters| filters.controller = some("right_arm"), 1, "right_arm gave up");
+    check(|filters| filters.rounds = Some(0..=1), 2, "");
+    check(|filters| filters.rounds = Some(2..=2), 17, "");
+    check(|filters| filters.from = Some(seconds(9.2)), 2, "");
+    check(|filters| filters.to = Some(seconds(7.4)), 9, "");
+    let both = |filters: &mut Filters| {
+        filters.node = some("pick 1");
+        filters.controller = some("head");
+    };
+    check(both, 3, "head");
+}
+
+#[test]
+fn unknown_names_are_told_with_what_there_is() {
+    let check = |filters: Filters, said: &str, help: &str| {
+        let error = Selection::new(&filters, &header()).unwrap_err();
+        assert_eq!(error.to_string(), said);
+        assert!(error.help().starts_with(help), "{}", error.help());
+    };
+    let some = |name: &str| Some(name.to_owned());
+    let node = |name| Filters { node: some(name), ..Filters::default() };
+    check(node("pik 3"), "there is no node `pik 3`", "did you mean `pick 3`? Allowed: `root`");
+    check(node("push*"), "there is no node `push*`", "allowed: `root`");
+    check(node("[pick"), "there is no node `[pick`", "allowed: ");
+    let filters = Filters { resource: some("bass"), ..Filters::default() };
+    check(filters, "there is no resource `bass`", "did you mean `base`? Allowed: `base`, `head`");
+    let filters = Filters { controller: some("arm"), ..Filters::default() };
+    check(filters, "there is no controller `arm`", "did you mean `left_arm` or `right_arm`? Allowed: `base`");
+}
+
+#[test]
+fn json_has_names_where_the_journal_has_ids() {
+    let selection = Selection::new(&Filters::default(), &header()).unwrap();
+    let conversation = Conversation::new(&header(), selection);
+    let json = |record: &Record| conversation.json(record).unwrap();
+    let back = |record: &Record| -> Value { serde_json::from_str(&json(record)).unwrap() };
+    assert_eq!(
+        json(&records()[2]),
+        "{\"record\":\"sent\",\"at\":7400000,\"round\":2,\"from\":\"all objects\",\"to\":\"object 1\",\
+         \"message\":{\"kind\":\"activation\"}}"
+    );
+    let decision = back(&records()[5]);
+    assert_eq!(decision["granted"][0]["leaf"], "pick 1");
+    assert_eq!(decision["granted"][0]["bindings"][0]["resource"], "base");
+    assert_eq!(decision["granted"][0]["bindings"][0]["access"]["shared"], "at shelf");
+    assert_eq!(decision["granted"][0]["skips"], serde_json::json!([["move 1-1"]]));
+    assert_eq!(decision["refused"][0]["reason"]["outbid"]["theirs"], 0.5);
+    let world = back(&records()[16]);
+    assert_eq!(world["change"]["object"], serde_json::json!(["object 3", {"at": "counter"}]));
+    assert_eq!(back(&records()[15])["end"]["failed"]["aborted"], "right_arm");
+    assert_eq!(back(&records()[0])["nodes"][3]["parent"], "object 1");
+    for record in records().iter().chain(&experiment_1()) {
+        // What is no id is as it was.
+        let plain: Value = serde_json::to_value(record).unwrap();
+        assert_eq!(back(record)["at"], plain["at"]);
+        assert_eq!(back(record)["record"], plain["record"]);
+    }
+}
+
+#[test]
+fn every_kind_has_a_word_of_its_own() {
+    let mut words: Vec<&str> = Kind::ALL.iter().map(|kind| kind.word()).collect();
+    words.sort_unstable();
+    words.dedup();
+    assert_eq!(words.len(), Kind::ALL.len());
+    assert!(records().iter().all(|record| Kind::ALL.contains(&Kind::of(record))));
+}

@@ -1,0 +1,275 @@
+//! Why one behavior, or each below a node, ran or did not, round by round.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use crate::conversation::Unknown;
+use crate::text::{MIN_WIDTH, flow, hang};
+use crate::{LeafState, Palette, phrase};
+use ambidex_model::{Blocked, Grant, Header, Message, MissionEnd, NodeId, Reason, Record, Reopened, Time};
+
+use super::entry::{Entry, Leaf, Wait};
+use super::holdings::{Because, Holdings};
+use super::sentence;
+use super::standing::Standing;
+
+/// A running fold of records about one node.
+#[derive(Debug, Clone)]
+pub struct Account {
+    standing: Standing,
+    holdings: Holdings,
+    node: NodeId,
+    round: Option<u32>,
+    rounds: Option<(u32, u32)>,
+    asked: Option<Asked>,
+    leaves: BTreeMap<NodeId, Leaf>,
+}
+
+/// What the node asked for over time.
+#[derive(Debug, Clone, Copy)]
+struct Asked {
+    rounds: u32,
+    least: f64,
+    most: f64,
+}
+
+/// A decision of root.
+struct Decision<'a> {
+    at: Time,
+    round: u32,
+    granted: &'a [Grant],
+    refused: &'a [Blocked],
+    reopened: Option<&'a Reopened>,
+}
+
+impl Account {
+    /// An account of the node of this name, of one round or all.
+    ///
+    /// # Errors
+    /// When no node is called so.
+    pub fn new(header: &Header, name: &str, round: Option<u32>) -> Result<Self, Unknown> {
+        let nodes = &header.names.nodes;
+        let found = nodes.iter().take(header.nodes.len()).position(|node| node == name);
+        let node = NodeId::from(found.ok_or_else(|| Unknown::new("node", name, nodes))?);
+        let is_within = within(header, node);
+        let nodes = (0..header.nodes.len()).map(NodeId::from);
+        let below = nodes.filter(|leaf| header.nodes[leaf.index()].kind.is_behavior() && is_within[leaf.index()]);
+        Ok(Self {
+            standing: Standing::new(header),
+            holdings: Holdings::new(header),
+            node,
+            round,
+            rounds: None,
+            asked: None,
+            leaves: below.map(|leaf| (leaf, Leaf::default())).collect(),
+        })
+    }
+
+    /// Takes the next record.
+    pub fn add(&mut self, record: &Record) {
+        match record {
+            Record::Sent { from, message: Message::Answer { potential: Some(potential), .. }, .. }
+                if *from == self.node =>
+            {
+                self.ask(*potential);
+            }
+            Record::Decided { at, round, granted, refused, reopened } => {
+                let reopened = reopened.as_ref();
+                self.decide(&Decision { at: *at, round: *round, granted, refused, reopened });
+            }
+            Record::Released { at, leaf, end, going, changes } if self.leaves.contains_key(leaf) => {
+                let names = &self.standing.header().names;
+                let took_s = self.standing.started(*leaf).map(|from| (*at - from).as_secs_f64());
+                let mut said = vec!["It".to_owned()];
+                said.extend(sentence::ended(*leaf, *end, took_s, *going, names));
+                said.extend(sentence::changes(changes, names));
+                self.tell(*leaf, Entry::moment(*at, None, (*end).into(), said.join(" ")));
+            }
+            Record::Ended { at, end } => self.end(*at, *end),
+            Record::Header(_)
+            | Record::Sent { .. }
+            | Record::Released { .. }
+            | Record::World { .. }
+            | Record::Resource { .. }
+            | Record::Controller { .. } => {}
+        }
+        self.holdings.add(record);
+        self.standing.add(record);
+        self.remember(record);
+    }
+
+    /// The account in sentences.
+    ///
+    /// # Errors
+    /// When it was to be about a round that the journal does not have.
+    pub fn text(&self, width: usize, palette: &Palette) -> Result<String, Unknown> {
+        let width = width.max(MIN_WIDTH);
+        if let Some(round) = self.round {
+            let is_there = self.rounds.is_some_and(|(first, last)| (first..=last).contains(&round));
+            if !is_there {
+                return Err(self.no_round(round));
+            }
+        }
+        let mut text = self.head(width, palette);
+        let is_leaf = self.leaves.contains_key(&self.node);
+        for (&node, leaf) in &self.leaves {
+            if !is_leaf {
+                let name = self.standing.header().names.node(node);
+                let _ = writeln!(text, "\n{}", Palette::paint(palette.strong, name));
+            }
+            text.push_str(&leaf.text(self.round, width, palette));
+        }
+        Ok(text)
+    }
+
+    fn ask(&mut self, potential: f64) {
+        let asked = self.asked.get_or_insert(Asked { rounds: 0, least: potential, most: potential });
+        asked.rounds += 1;
+        asked.least = asked.least.min(potential);
+        asked.most = asked.most.max(potential);
+    }
+
+    fn decide(&mut self, decision: &Decision) {
+        let first = self.rounds.map_or(decision.round, |(first, _)| first.min(decision.round));
+        self.rounds = Some((first, decision.round));
+        let not_asked = self.standing.not_asked();
+        let mut told = Vec::new();
+        for &leaf in self.leaves.keys() {
+            let entries = self.entries(leaf, decision, || not_asked.reason(leaf));
+            told.extend(entries.into_iter().map(|entry| (leaf, entry)));
+        }
+        for (leaf, entry) in told {
+            self.tell(leaf, entry);
+        }
+    }
+
+    /// What a decision means for a leaf.
+    fn entries(&self, leaf: NodeId, decision: &Decision, not_asked: impl Fn() -> Option<Reason>) -> Vec<Entry> {
+        let names = &self.standing.header().names;
+        let moment = |state, said| Entry::moment(decision.at, Some(decision.round), state, said);
+        let mut entries = Vec::new();
+        if let Some(reopened) = decision.reopened.filter(|reopened| reopened.leaf == leaf) {
+            entries.push(moment(LeafState::Waiting, format!("It {}", sentence::reopened(reopened, names))));
+        }
+        if let Some(grant) = decision.granted.iter().find(|grant| grant.leaf == leaf) {
+            entries.push(moment(LeafState::Active, self.started(grant, decision)));
+            return entries;
+        }
+        let skipper = decision.granted.iter().find(|grant| self.standing.skipped(grant).contains(&leaf));
+        if let Some(grant) = skipper {
+            let next = names.node(grant.leaf);
+            let said = format!("It is skipped: its goal is met already, and {next} goes on from there.");
+            entries.push(moment(LeafState::Skipped, said));
+            return entries;
+        }
+        let refused = decision.refused.iter().find(|one| one.leaf == leaf).map(|one| &one.reason);
+        let is_settled = self.standing.state(leaf) != LeafState::Waiting;
+        if is_settled || (refused.is_none() && !entries.is_empty()) {
+            return entries;
+        }
+        let (reason, because) = match refused {
+            Some(reason) => (Some(reason.clone()), self.holdings.because(reason, names)),
+            None => {
+                let reason = not_asked();
+                let why = reason.as_ref().map(|reason| format!(": {}", reason.sentence(names)));
+                let sentence = format!("it is not asked{}", why.unwrap_or_default());
+                (reason, Because { sentence, detail: None })
+            }
+        };
+        entries.push(Entry {
+            waits: Some(Wait { reason, because, is_first_only: false }),
+            ..moment(LeafState::Waiting, String::new())
+        });
+        entries
+    }
+
+    /// How a leaf starts: with what, before whom, and beside whom.
+    fn started(&self, grant: &Grant, decision: &Decision) -> String {
+        let names = &self.standing.header().names;
+        let mut said = vec![format!(
+            "It starts with potential {:.3} and has {}.",
+            grant.potential,
+            phrase::bindings(&grant.bindings, names)
+        )];
+        said.extend(sentence::beats(grant, &sentence::losers(grant.leaf, decision.refused), false, names));
+        let beside = decision.granted.iter().map(|other| other.leaf).filter(|other| *other != grant.leaf);
+        let beside = phrase::nodes(beside, names);
+        if !beside.is_empty() {
+            let verb = if decision.granted.len() > 2 { "start" } else { "starts" };
+            said.push(format!("{beside} {verb} with it."));
+        }
+        said.extend(sentence::beside(self.standing.running(), names));
+        said.join(" ")
+    }
+
+    fn end(&mut self, at: Time, end: MissionEnd) {
+        let over = format!("The mission is over: {}.", phrase::mission_ended(end, &self.standing.header().names));
+        let met: Vec<NodeId> = self.standing.met().collect();
+        let open: Vec<NodeId> = self.leaves.keys().copied().filter(|leaf| !self.standing.is_done(*leaf)).collect();
+        for leaf in open {
+            let entry = match end == MissionEnd::Done && met.contains(&leaf) {
+                true => Entry::moment(at, None, LeafState::Skipped, "It is skipped: its goal is met already.".into()),
+                false => Entry::moment(at, None, self.standing.state(leaf), over.clone()),
+            };
+            self.tell(leaf, entry);
+        }
+    }
+
+    /// Adds an entry, or makes the last one longer.
+    fn tell(&mut self, leaf: NodeId, entry: Entry) {
+        if let Some(leaf) = self.leaves.get_mut(&leaf) {
+            leaf.tell(entry);
+        }
+    }
+
+    /// What every leaf was when the round was over that is asked for.
+    fn remember(&mut self, record: &Record) {
+        if let Record::Decided { round, .. } = record
+            && Some(*round) == self.round
+        {
+            for (&node, leaf) in &mut self.leaves {
+                leaf.then = Some(self.standing.state(node));
+            }
+        }
+    }
+
+    fn head(&self, width: usize, palette: &Palette) -> String {
+        let header = self.standing.header();
+        let name = header.names.node(self.node);
+        let entry = &header.nodes[self.node.index()];
+        let within = match entry.parent == self.node {
+            true => String::new(),
+            false => format!(" in {}", phrase::part(entry.parent, &header.names)),
+        };
+        let kind = Palette::paint(palette.faint, format!("({}{within})", entry.kind.word()));
+        let mut text = format!("{} {kind}\n", Palette::paint(palette.strong, name));
+        if let Some(Asked { rounds, least, most }) = self.asked {
+            let times = if rounds == 1 { "once".to_owned() } else { format!("in {rounds} rounds") };
+            let potential = match least == most {
+                true => format!("potential {least:.3}"),
+                false => format!("potentials from {least:.3} to {most:.3}"),
+            };
+            let said = format!("It asked for resources {times}, with {potential}.");
+            text.push_str(&hang("  ", 2, &flow(said.split(' '), width - 2)));
+        }
+        text
+    }
+
+    fn no_round(&self, round: u32) -> Unknown {
+        let help = match self.rounds {
+            Some((first, last)) => format!("the log has rounds {first} to {last}"),
+            None => "the log has no rounds".into(),
+        };
+        Unknown::told(format!("there is no round {round}"), help)
+    }
+}
+
+/// Of each node whether it lies in the subtree of another.
+fn within(header: &Header, top: NodeId) -> Vec<bool> {
+    let mut within: Vec<bool> = Vec::with_capacity(header.nodes.len());
+    for (node, entry) in header.nodes.iter().enumerate() {
+        let is_below = within.get(entry.parent.index()).copied().unwrap_or(false);
+        within.push(node == top.index() || is_below);
+    }
+    within
+}

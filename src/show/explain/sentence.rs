@@ -1,0 +1,107 @@
+//! Sentences that both the story and an account tell.
+
+use crate::phrase;
+use ambidex_model::{Blocked, Change, End, Going, Grant, Names, NodeId, Reason, Reopened};
+
+/// The requests that lost to one, each with its potential, the best first.
+pub(super) fn losers(winner: NodeId, refused: &[Blocked]) -> Vec<(NodeId, f64)> {
+    let lost = refused.iter().filter_map(|one| {
+        let Reason::Outbid { by, own, .. } = &one.reason else {
+            return None;
+        };
+        (*by == winner).then_some((one.leaf, *own))
+    });
+    let mut lost: Vec<(NodeId, f64)> = lost.collect();
+    lost.sort_by(|one, other| other.1.total_cmp(&one.1));
+    lost
+}
+
+/// Why a request was chosen before others: "Its potential of 0.502 beats that of move 1-1 (0.490)."
+///
+/// Where several are spoken of, the request is named.
+pub(super) fn beats(grant: &Grant, losers: &[(NodeId, f64)], is_named: bool, names: &Names) -> Option<String> {
+    let (equal, less): (Vec<_>, Vec<_>) = losers.iter().partition(|(_, own)| *own == grant.potential);
+    let less: Vec<String> = less.iter().map(|(leaf, own)| format!("{} ({own:.3})", names.node(*leaf))).collect();
+    let whose = match is_named {
+        true => format!("The potential of {}, {:.3},", names.node(grant.leaf), grant.potential),
+        false => format!("Its potential of {:.3}", grant.potential),
+    };
+    let ties = phrase::nodes(equal.iter().map(|(leaf, _)| *leaf), names);
+    let come = if equal.len() == 1 { "comes" } else { "come" };
+    match (less.as_slice(), ties.is_empty()) {
+        ([], true) => None,
+        ([], false) => Some(format!("{whose} equals that of {ties}, which {come} after it.")),
+        (less, true) => Some(format!("{whose} beats {}.", phrase::listed(less))),
+        (less, false) => {
+            Some(format!("{whose} beats {} and equals that of {ties}, which {come} after it.", phrase::listed(less)))
+        }
+    }
+}
+
+/// What became of a behavior that ended, after its name or "it": "is done after 4.15 s."
+pub(super) fn ended(leaf: NodeId, end: End, took_s: Option<f64>, going: Going, names: &Names) -> Vec<String> {
+    let after = took_s.map(|took_s| format!(" after {took_s:.2} s")).unwrap_or_default();
+    let mut said = vec![match end {
+        End::Succeeded => format!("is done{after}."),
+        End::Canceled => format!("is cancelled{after}."),
+        End::Failed(fault) => format!("fails{after}: {}.", phrase::fault_sentence(fault, names)),
+    }];
+    if let Some(done) = going.completed.filter(|done| done.node != leaf) {
+        said.push(format!("With it {} is complete.", phrase::part(done.node, names)));
+    }
+    if let Some(failed) = going.failed.filter(|failed| *failed != leaf) {
+        said.push(format!("With it {} fails.", phrase::part(failed, names)));
+    }
+    said
+}
+
+/// What is different in the world, but for where the base is, which moves all the time.
+pub(super) fn changes(changes: &[Change], names: &Names) -> Option<String> {
+    let told = changes.iter().filter(|change| !matches!(change, Change::Base(_)));
+    let mut said = phrase::changes(told, names);
+    // Whoever hears where the object is now need not hear that the gripper is empty.
+    if said.len() > 1 {
+        let empty = phrase::changes(changes.iter().filter(|change| matches!(change, Change::Emptied(_))), names);
+        said.retain(|change| !empty.contains(change));
+    }
+    (!said.is_empty()).then(|| format!("{}.", capital(&said.join(", "), names)))
+}
+
+/// What runs already when something starts; none where nothing does.
+pub(super) fn beside(running: impl Iterator<Item = NodeId>, names: &Names) -> Option<String> {
+    let running: Vec<NodeId> = running.collect();
+    let verb = if running.len() == 1 { "still runs" } else { "still run" };
+    (!running.is_empty()).then(|| format!("{} {verb}.", phrase::nodes(running, names)))
+}
+
+/// What is done without running; none where nothing is.
+pub(super) fn skipped(leaves: &[NodeId], names: &Names) -> Option<String> {
+    let verb = if leaves.len() == 1 { "is skipped: its goal is" } else { "are skipped: their goals are" };
+    (!leaves.is_empty()).then(|| format!("{} {verb} met already.", phrase::nodes(leaves.iter().copied(), names)))
+}
+
+/// What is done no more, after its name or "it", and why.
+pub(super) fn reopened(reopened: &Reopened, names: &Names) -> String {
+    let why = match (reopened.lapsed, reopened.lacks.as_deref()) {
+        (Some(resource), Some(lacks)) => format!(
+            ": {} was kept for {}, which cannot come now, since {}",
+            names.resource(resource),
+            names.node(lacks.leaf),
+            lacks.reason.sentence(names)
+        ),
+        (Some(resource), None) => format!(": {} is not kept for it any longer", names.resource(resource)),
+        (None, Some(lacks)) => format!(": {} lacks it, since {}", names.node(lacks.leaf), lacks.reason.sentence(names)),
+        (None, None) => format!(": {} goes back to it", names.node(reopened.holder)),
+    };
+    format!("counts as done no more{why}.")
+}
+
+/// A sentence begins with a capital unless it begins with a name.
+fn capital(said: &str, names: &Names) -> String {
+    let is_name = names.resources.iter().chain(&names.objects).any(|name| said.starts_with(name.as_str()));
+    let mut letters = said.chars();
+    match letters.next() {
+        Some(first) if !is_name && !said.starts_with("object ") => first.to_uppercase().chain(letters).collect(),
+        Some(_) | None => said.to_owned(),
+    }
+}

@@ -1,0 +1,179 @@
+//! The tree of a snapshot as lines; where there are too few of them, what matters least is not shown.
+
+use crate::text::{clip, columns};
+use crate::tree::{branches, last_children};
+use crate::{LeafState, Palette};
+use ambidex_model::NodeId;
+
+use super::snapshot::NodeRow;
+use super::table::{Column, NARROW, head, line, rest};
+
+/// A tree and the columns that it is drawn in.
+#[derive(Debug)]
+pub(super) struct Outline<'a> {
+    nodes: &'a [NodeRow],
+    parents: Vec<NodeId>,
+    table: [Column; 3],
+    palette: Palette,
+}
+
+impl<'a> Outline<'a> {
+    /// The tree's column is as wide as the whole tree, so that nothing moves when other parts of it are shown.
+    pub(super) fn new(nodes: &'a [NodeRow], width: usize, palette: Palette) -> Self {
+        let parents: Vec<NodeId> = nodes.iter().map(|node| NodeId(node.parent.unwrap_or(node.id))).collect();
+        let most = width * 2 / 5;
+        let branches = branches(&parents, &last_children(&parents, |_| true), most);
+        let widest = nodes
+            .iter()
+            .zip(&branches)
+            .map(|(node, branches)| columns(branches) + 2 + columns(&node.name) + columns(&kind(node)));
+        let task = Column::wide("task", widest.max().unwrap_or_default().clamp(4, most));
+        let potential = Column::number(if width < NARROW { "pot." } else { "potential" }, 5);
+        let state = Column::wide("state, and why", rest(&[task, potential], width));
+        Self { nodes, parents, table: [task, potential, state], palette }
+    }
+
+    /// Lines of the whole tree.
+    pub(super) fn height(&self) -> usize {
+        self.nodes.len() + 1
+    }
+
+    /// At most so many lines.
+    pub(super) fn lines(&self, height: usize) -> Vec<String> {
+        let shown = self.shown(height.saturating_sub(1));
+        let last = last_children(&self.parents, |node| shown[node.index()]);
+        let branches = branches(&self.parents, &last, self.table[0].width.saturating_sub(3));
+        let hidden = self.hidden(&shown);
+        let rows = self.nodes.iter().zip(&shown).zip(&hidden).filter(|((_, shown), _)| **shown);
+        let rows = rows.map(|((node, _), hidden)| {
+            let next = self.next_below(node).filter(|(leaf, _)| !shown[leaf.id as usize]);
+            let note = match next {
+                Some((leaf, reason)) => format!("{}/{} done, {}: {reason}", node.done, node.of, leaf.name),
+                None => note(node, *hidden),
+            };
+            self.line(node, note, &branches[node.id as usize])
+        });
+        std::iter::once(head(&self.table, &self.palette)).chain(rows).take(height).collect()
+    }
+
+    fn line(&self, node: &NodeRow, note: String, branches: &str) -> String {
+        let [task, potential, state] = &self.table;
+        let style = self.palette.of(node.state);
+        let room = task.width.saturating_sub(columns(branches) + 2);
+        let name = clip(&node.name, room);
+        let kind = clip(&kind(node), room.saturating_sub(columns(&name)));
+        let free = " ".repeat(room.saturating_sub(columns(&name) + columns(&kind)));
+        let own = node.potential.map_or(String::new(), |potential| format!("{potential:.3}"));
+        let is_open = node.of == 1 && node.state == LeafState::Waiting;
+        let note_style = if is_open { Palette::plain().strong } else { style };
+        format!(
+            "{}{} {name}{}{free}  {}",
+            Palette::paint(self.palette.faint, branches),
+            Palette::paint(style, node.state.mark()),
+            Palette::paint(self.palette.faint, kind),
+            line(&[*potential, *state], &[(self.palette.faint, own), (note_style, note)]),
+        )
+    }
+
+    /// Below a node that waits: the first behavior that does, and why.
+    fn next_below(&self, node: &NodeRow) -> Option<(&NodeRow, &str)> {
+        let below = self.nodes.iter().skip(node.id as usize + 1);
+        let below = below.take_while(|other| self.parents[other.id as usize].0 >= node.id);
+        let mut waiting = below.filter(|other| is_leaf(other) && other.state == LeafState::Waiting);
+        let is_closed = is_leaf(node) || node.state != LeafState::Waiting;
+        let first = waiting.next().filter(|_| !is_closed)?;
+        Some((first, first.reason.as_deref()?))
+    }
+
+    /// Which nodes are shown: those that matter most, each with all of its ancestors.
+    fn shown(&self, room: usize) -> Vec<bool> {
+        let mut shown = vec![self.nodes.len() <= room; self.nodes.len()];
+        let mut left = if shown.first() == Some(&true) { 0 } else { room };
+        let mut order: Vec<usize> = (0..self.nodes.len()).collect();
+        order.sort_by_key(|&index| (rank(&self.nodes[index]), index));
+        for node in order {
+            if left == 0 {
+                break;
+            }
+            // Above what is shown all is.
+            let missing = self.path(node).take_while(|&node| !shown[node]);
+            let missing: Vec<usize> = missing.take(left + 1).collect();
+            if missing.len() <= left {
+                left -= missing.len();
+                missing.into_iter().for_each(|node| shown[node] = true);
+            }
+        }
+        shown
+    }
+
+    /// A node and its ancestors.
+    fn path(&self, node: usize) -> impl Iterator<Item = usize> {
+        std::iter::successors(Some(node), |&node| {
+            let parent = self.parents[node].index();
+            (parent < node).then_some(parent)
+        })
+    }
+
+    /// How many nodes are not shown below each that is, as its next shown ancestor.
+    fn hidden(&self, shown: &[bool]) -> Vec<usize> {
+        let mut hidden = vec![0; shown.len()];
+        for node in (0..shown.len()).rev().filter(|&node| !shown[node]) {
+            let parent = self.parents[node].index();
+            if parent < node {
+                hidden[parent] += hidden[node] + 1;
+            }
+        }
+        hidden
+    }
+}
+
+fn is_leaf(node: &NodeRow) -> bool {
+    !matches!(node.kind.as_str(), "root" | "and" | "or" | "then")
+}
+
+/// The kind behind the name, unless the name begins with it.
+fn kind(node: &NodeRow) -> String {
+    match node.name.starts_with(&node.kind) {
+        true => String::new(),
+        false => format!("  {}", node.kind),
+    }
+}
+
+/// How soon a node is left out, the greatest first.
+fn rank(node: &NodeRow) -> u8 {
+    let is_asked = node.potential.is_some();
+    match (is_leaf(node), node.state) {
+        (true, LeafState::Active) => 0,
+        (true, LeafState::Failed | LeafState::Canceled) => 1,
+        (false, LeafState::Active | LeafState::Failed | LeafState::Canceled) => 2,
+        (true, LeafState::Waiting) if is_asked => 3,
+        (false, LeafState::Waiting) => 4,
+        (true, LeafState::Waiting) => 5,
+        (false, LeafState::Done | LeafState::Skipped) => 6,
+        (true, LeafState::Done | LeafState::Skipped) => 7,
+    }
+}
+
+/// What is said behind a node.
+fn note(node: &NodeRow, hidden: usize) -> String {
+    let word = node.state.word();
+    let hidden = if hidden > 0 { format!(", {hidden} not shown") } else { String::new() };
+    if !is_leaf(node) {
+        let done = if node.done < node.of { format!(", {} of {} done", node.done, node.of) } else { String::new() };
+        return format!("{word}{done}{hidden}");
+    }
+    match (node.state, &node.reason, node.progress) {
+        (LeafState::Active, _, Some(progress)) => format!("{word}, {:.0} %", (progress * 100.0).floor()),
+        (LeafState::Waiting, Some(reason), _) => reason.clone(),
+        (LeafState::Failed | LeafState::Canceled, Some(reason), _) => format!("{word}: {reason}"),
+        (
+            LeafState::Waiting
+            | LeafState::Active
+            | LeafState::Done
+            | LeafState::Skipped
+            | LeafState::Failed
+            | LeafState::Canceled,
+            ..,
+        ) => word.to_owned(),
+    }
+}

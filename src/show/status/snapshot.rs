@@ -1,0 +1,218 @@
+//! A status at one moment, with names instead of ids: what `--json` prints and what text is drawn from.
+
+use serde::Serialize;
+
+use crate::LeafState;
+use ambidex_model::{Hold, Mode};
+
+/// Whether the process that writes the journal lives. No record tells it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(tag = "state", rename_all = "snake_case")]
+pub enum Daemon {
+    /// It lives.
+    Running {
+        /// Its process.
+        pid: u32,
+    },
+    /// There is none.
+    Gone,
+    /// Nobody knows whose journal it is.
+    Unknown,
+}
+
+/// How far a mission is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Phase {
+    /// Not every controller is there yet.
+    Waiting,
+    /// It runs.
+    Running,
+    /// It ended.
+    Ended,
+    /// It did not end, but its daemon did.
+    Gone,
+}
+
+/// How well a controller is, in the words of robot diagnostics.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "UPPERCASE")]
+pub enum Health {
+    /// As it should be.
+    Ok,
+    /// Something went wrong, and it serves on.
+    Warn,
+    /// It is lost.
+    Error,
+    /// Nothing is heard of it.
+    Stale,
+}
+
+impl Health {
+    /// The word for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Ok => "OK",
+            Self::Warn => "WARN",
+            Self::Error => "ERROR",
+            Self::Stale => "STALE",
+        }
+    }
+}
+
+/// What a mission is at.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Snapshot {
+    /// The mission's name.
+    pub mission: String,
+    /// The robot's name.
+    pub robot: String,
+    /// How requests are chosen.
+    pub allocator: String,
+    /// Whether the daemon lives.
+    pub daemon: Daemon,
+    /// How far it is.
+    pub phase: Phase,
+    /// The report's `outcome`; none before the end.
+    pub outcome: Option<&'static str>,
+    /// At what it ended, as a sentence.
+    pub why: Option<String>,
+    /// Robot time of the last record, seconds.
+    pub time_s: f64,
+    /// Robot seconds from the first grant to the last release.
+    pub makespan_s: f64,
+    /// Rounds so far.
+    pub rounds: u32,
+    /// Steps so far: grants between two releases count once.
+    pub step: usize,
+    /// Messages between nodes so far.
+    pub messages: u64,
+    /// Behaviors that are done or skipped.
+    pub done: usize,
+    /// All behaviors.
+    pub of: usize,
+    /// Every node in tree order.
+    pub nodes: Vec<NodeRow>,
+    /// Every resource in resource order.
+    pub resources: Vec<ResourceRow>,
+    /// Every controller.
+    pub controllers: Vec<ControllerRow>,
+    /// The world.
+    pub world: WorldRow,
+}
+
+/// A node of the tree.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NodeRow {
+    /// Its id: its place in tree order.
+    pub id: u32,
+    /// Its name.
+    pub name: String,
+    /// `root`, `and`, `or`, `then`, or the kind of a behavior.
+    pub kind: String,
+    /// The id of its parent; none for the root.
+    pub parent: Option<u32>,
+    /// What it is now; of an inner node derived from what is below it.
+    pub state: LeafState,
+    /// Behaviors at or below it that are done or skipped.
+    pub done: usize,
+    /// Behaviors at or below it.
+    pub of: usize,
+    /// The potential of its last answer; of a running behavior that of its last request.
+    pub potential: Option<f64>,
+    /// How far a running behavior is, from 0 to 1.
+    pub progress: Option<f64>,
+    /// Why a behavior does not run, or at what it failed.
+    pub reason: Option<String>,
+}
+
+/// A resource with the five properties of III-B.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ResourceRow {
+    /// Its name.
+    pub name: String,
+    /// Its type.
+    #[serde(rename = "type")]
+    pub ty: String,
+    /// Number of owners.
+    pub owners: usize,
+    /// The intention with which it is shared; none of one that is free or used exclusively.
+    pub channel: Option<String>,
+    /// Whether it is in use.
+    pub locked: bool,
+    /// Who owns it.
+    pub holders: Vec<HolderRow>,
+    /// The object in it.
+    pub holds: Option<String>,
+    /// Who moves it.
+    pub controller: Option<String>,
+}
+
+/// An owner of a resource.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct HolderRow {
+    /// The node that holds it.
+    pub node: String,
+    /// The behavior that got it.
+    pub behavior: String,
+    /// Because it runs, for what it was done for, or because the world is so.
+    pub hold: Hold,
+}
+
+/// A controller.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ControllerRow {
+    /// Its name.
+    pub name: String,
+    /// How well it is.
+    pub health: Health,
+    /// Why it is said to be so.
+    pub why: String,
+    /// What it does.
+    pub goals: Vec<GoalRow>,
+}
+
+/// A command under way.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GoalRow {
+    /// The behaviors that it serves.
+    pub behaviors: Vec<String>,
+    /// What it does.
+    pub verb: &'static str,
+    /// Whether it ends its behavior or lasts as long.
+    pub mode: Mode,
+    /// How far it is, from 0 to 1.
+    pub progress: f64,
+}
+
+/// The world as root knows it; the base as its controller says.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct WorldRow {
+    /// Position of the base in the map frame, metres, and its heading, radians; none before anything was told.
+    pub base: Option<[f64; 3]>,
+    /// Every object.
+    pub objects: Vec<ObjectRow>,
+    /// Every fact.
+    pub facts: Vec<FactRow>,
+}
+
+/// Where an object is; neither place nor resource where nobody knows.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ObjectRow {
+    /// Its name.
+    pub name: String,
+    /// The place.
+    pub at: Option<String>,
+    /// The resource that holds it.
+    #[serde(rename = "in")]
+    pub held_by: Option<String>,
+}
+
+/// A fact.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FactRow {
+    /// Its name.
+    pub name: String,
+    /// Whether it holds.
+    pub holds: bool,
+}

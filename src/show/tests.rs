@@ -1,0 +1,255 @@
+//! Diagram, summary and tree of whole runs, as people see them without color.
+
+use super::sample::{self, decided, experiment_1, grant, named, released, seconds, tally};
+use super::text::columns;
+use super::{Daemon, Palette, Progress, Status, last_reasons, summary, timing, tree};
+use ambidex_model::*;
+
+fn check(text: &str, expected: &str) {
+    assert_eq!(text, expected, "\n{text}");
+}
+
+const TIMING_80: &str = " step     ╷1     ╷2   ╷3   ╷4   ╷5           ╷6   ╷7    ╷8   ╷9           ╷10
+ move 1-1 ·······◇─────────────────────────────────────────────────────────────
+ pick 1   ·······█████─────────────────────────────────────────────────────────
+ move 1-2 ············█████────────────────────────────────────────────────────
+ place 1  ·················█████───────────────────────────────────────────────
+ move 2-1 ███████──────────────────────────────────────────────────────────────
+ pick 2   ·······█████─────────────────────────────────────────────────────────
+ move 2-2 ······················█████████████──────────────────────────────────
+ place 2  ···································█████─────────────────────────────
+ move 3-1 ···································◇─────────────────────────────────
+ pick 3   ···································█████─────────────────────────────
+ move 3-2 ···················································█████████████─────
+ place 3  ································································█████
+ move 4-1 ········································██████───────────────────────
+ pick 4   ··············································█████──────────────────
+ move 4-2 ································································◇────
+ place 4  ································································█████
+          ┴────────┴────────┴────────┴────────┴───────┴────────┴────────┴──────
+  seconds 0        10       20       30       40      50       60       70
+ · waiting  █ active  ─ done  ◇ skipped
+";
+
+#[test]
+fn the_diagram_of_experiment_1() {
+    let text = timing(&tally(&experiment_1()), 80, &Palette::plain());
+    check(&text, TIMING_80);
+}
+
+#[test]
+fn every_width_is_kept_to() {
+    let records = [experiment_1(), stalled(), failed()];
+    for tally in records.map(|records| tally(&records)) {
+        for width in (40..=120).chain([200]) {
+            let plain = Palette::plain();
+            let header = tally.header.as_deref().unwrap();
+            let text = timing(&tally, width, &plain)
+                + &summary(&tally, width, &plain)
+                + &tree(header, Some(&tally), width, &plain);
+            for line in text.lines() {
+                assert!(columns(line) <= width, "{width}: {line:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn nothing_is_drawn_of_nothing() {
+    let empty = Tally::default();
+    for palette in [Palette::plain(), Palette::ansi()] {
+        for width in [0, 1, 40, 80, 200] {
+            timing(&empty, width, &palette);
+            summary(&empty, width, &palette);
+            Progress::default().lines(width, &palette);
+        }
+    }
+    assert_eq!(last_reasons(&empty), []);
+    let waiting = tally(&experiment_1()[..1]);
+    let text = timing(&waiting, 40, &Palette::plain());
+    assert!(text.contains(" move 1-1 ····"), "{text}");
+}
+
+#[test]
+fn the_summary_of_experiment_1() {
+    check(
+        &summary(&tally(&experiment_1()), 80, &Palette::plain()),
+        "\
+experiment 1: done
+  10 steps in 77.7 s of robot time, 10 rounds, 0 messages between nodes
+
+   1  move 2-1
+   2  pick 1 + pick 2
+   3  move 1-2
+   4  place 1
+   5  move 2-2
+   6  pick 3 + place 2
+   7  move 4-1
+   8  pick 4
+   9  move 3-2
+  10  place 3 + place 4
+
+skipped
+  ◇ move 1-1  its goal was met already (7.40 s)
+  ◇ move 3-1  its goal was met already (39.40 s)
+  ◇ move 4-2  its goal was met already (71.70 s)
+",
+    );
+}
+
+/// Object 1 is fetched, then nothing can go on.
+fn stalled() -> Vec<Record> {
+    let blocked = |name, reason| Blocked { leaf: named(name), reason };
+    let mut records = vec![Record::Header(Box::new(sample::header()))];
+    records.extend([
+        decided(0.0, 1, vec![grant("move 1-1", &[], &[0], &[])]),
+        released(8.0, "move 1-1", End::Succeeded),
+        decided(8.0, 2, vec![grant("pick 1", &[0, 1], &[2], &[])]),
+        released(14.0, "pick 1", End::Succeeded),
+        Record::Decided {
+            at: seconds(14.0),
+            round: 3,
+            granted: Vec::new(),
+            refused: vec![
+                blocked("move 1-2", Reason::NoPath { place: PlaceId(1) }),
+                blocked("move 2-1", Reason::NothingAvailable { of: TypeId(2) }),
+                blocked("move 3-1", Reason::NoPath { place: PlaceId(2) }),
+                blocked("move 4-1", Reason::NoPath { place: PlaceId(3) }),
+            ],
+            reopened: None,
+        },
+        Record::Ended { at: seconds(14.0), end: MissionEnd::Stalled },
+    ]);
+    records
+}
+
+#[test]
+fn a_stall_says_why_of_every_leaf() {
+    let text = summary(&tally(&stalled()), 60, &Palette::plain());
+    check(
+        &text,
+        "\
+experiment 1: stalled
+  nothing runs and nothing can
+  2 steps in 14.0 s of robot time, 3 rounds, 0 messages
+  between nodes
+
+   1  move 1-1
+   2  pick 1
+
+what cannot run, and why
+  ○ move 1-2  no free path leads to counter
+  ○ place 1   its turn comes after move 1-2
+  ○ move 2-1  no gripper would be available to it there
+  ○ pick 2    its turn comes after move 2-1
+  ○ move 2-2  its turn comes after move 2-1
+  ○ place 2   its turn comes after move 2-1
+  ○ move 3-1  no free path leads to sink
+  ○ pick 3    its turn comes after move 3-1
+  ○ move 3-2  its turn comes after move 3-1
+  ○ place 3   its turn comes after move 3-1
+  ○ move 4-1  no free path leads to cart
+  ○ pick 4    its turn comes after move 4-1
+  ○ move 4-2  its turn comes after move 4-1
+  ○ place 4   its turn comes after move 4-1
+",
+    );
+}
+
+/// The left arm gives up twice; what runs beside it is told to end.
+fn failed() -> Vec<Record> {
+    let aborted = End::Failed(Fault::Aborted(ControllerId(2)));
+    let pick = || grant("pick 1", &[0, 1], &[2], &[]);
+    let beside = grant("pick 2", &[0, 1], &[3], &["move 2-1"]);
+    vec![
+        Record::Header(Box::new(sample::header())),
+        decided(0.0, 1, vec![grant("move 1-1", &[], &[0], &[])]),
+        released(10.0, "move 1-1", End::Succeeded),
+        decided(10.0, 2, vec![pick(), beside]),
+        released(15.0, "pick 1", aborted),
+        decided(17.0, 3, vec![pick()]),
+        released(20.0, "pick 1", aborted),
+        released(20.5, "pick 2", End::Canceled),
+        Record::Ended { at: seconds(20.5), end: MissionEnd::Failed(named("pick 1")) },
+    ]
+}
+
+#[test]
+fn a_failure_names_leaf_moment_and_fault() {
+    let tally = tally(&failed());
+    let text = summary(&tally, 80, &Palette::plain());
+    let head = "experiment 1: failed\n  pick 1 failed 2 times, at last at 20.00 s: left_arm gave up\n";
+    assert!(text.starts_with(head), "{text}");
+    let text = timing(&tally, 52, &Palette::plain());
+    let rows: Vec<&str> = text.lines().collect();
+    assert_eq!(rows[1], " move 1-1 ████████████████████─────────────────────", "\n{text}");
+    assert_eq!(rows[2], " pick 1   ····················█████████✗····█████✗", "\n{text}");
+    assert_eq!(rows[6], " pick 2   ····················████████████████████⊘", "\n{text}");
+    let legend = " · waiting  █ active  ─ done  ◇ skipped  ✗ failed\n ⊘ cancelled\n";
+    assert!(text.ends_with(legend), "{text}");
+}
+
+#[test]
+fn a_loss_is_told_with_its_own_moment() {
+    let lost = ControllerId(2);
+    let records = [
+        Record::Header(Box::new(sample::header())),
+        decided(0.0, 1, vec![grant("pick 1", &[0, 1], &[2], &[])]),
+        Record::Controller { at: seconds(1.0), controller: lost, message: ControllerMessage::Lost },
+        released(1.5, "pick 1", End::Failed(Fault::Lost(lost))),
+        Record::Ended { at: seconds(1.5), end: MissionEnd::ControllerLost(lost) },
+    ];
+    let text = summary(&tally(&records), 80, &Palette::plain());
+    assert!(text.starts_with("experiment 1: failed\n  the controller left_arm was lost at 1.00 s\n"), "{text}");
+}
+
+#[test]
+fn a_big_tree_shows_what_ran() {
+    let mut header = sample::header();
+    for extra in 0..100 {
+        header.nodes.push(NodeEntry { parent: NodeId(1), kind: EntryKind::Behavior("move".into()) });
+        header.names.nodes.push(format!("move {extra}"));
+    }
+    let mut records = experiment_1();
+    records[0] = Record::Header(Box::new(header));
+    let text = timing(&tally(&records), 80, &Palette::plain());
+    assert_eq!(text.lines().count(), 13 + 5, "{text}");
+    assert!(text.ends_with("\n 103 behaviors that did not run left out\n"), "{text}");
+}
+
+#[test]
+fn a_tree_of_any_depth_is_drawn_at_once() {
+    let mut header = sample::header();
+    let then = |node: u32| NodeEntry { parent: NodeId(node.saturating_sub(1)), kind: EntryKind::Then };
+    header.nodes = (0..100_000).map(then).collect();
+    let text = tree(&header, None, 60, &Palette::plain());
+    assert_eq!(text.lines().count(), 100_000);
+    assert!(text.lines().all(|line| columns(line) <= 60), "{}", text.lines().last().unwrap());
+    let tally = tally(&[Record::Header(Box::new(header))]);
+    let mut status = Status::default();
+    status.add(&Record::Header(tally.header.clone().unwrap()));
+    let lines = status.snapshot(Daemon::Unknown, Time::ZERO).unwrap().lines(80, 50, &Palette::plain());
+    assert!(lines.len() <= 50 && lines.iter().any(|line| line.contains("not shown")), "{}", lines.join("\n"));
+}
+
+#[test]
+fn the_tree_shows_kinds_and_states() {
+    let records = stalled();
+    let tally = tally(&records[..4]);
+    let header = sample::header();
+    let text = tree(&header, Some(&tally), 60, &Palette::plain());
+    let expected = "\
+root
+└─ all objects  and
+   ├─ object 1  then
+   │  ├─ ✓ move 1-1
+   │  ├─ ● pick 1
+   │  ├─ ○ move 1-2
+   │  └─ ○ place 1
+   ├─ object 2  then
+";
+    assert!(text.starts_with(expected), "\n{text}");
+    let last = "   └─ object 4  then\n      ├─ move 4-1\n      ├─ pick 4\n      ├─ move 4-2\n      └─ place 4\n";
+    let bare = tree(&header, None, 60, &Palette::plain());
+    assert!(bare.ends_with(last), "\n{bare}");
+}
