@@ -16,15 +16,15 @@ use std::time::Duration;
 
 use ambidex::link::serve::{ServeOptions, serve};
 use ambidex::link::wire::{WireRequest, WireResponse};
-use ambidex::link::{DaemonPort, Instance, Station, fresh_epoch, monotonic_ns, sweep};
+use ambidex::link::{DaemonPort, Instance, IpcNode, fresh_epoch, monotonic_ns, sweep};
 use ambidex::model::{
     self, Access, Claim, CommandTerm, Condition, ControllerId, ControllerKind, ControllerSpec, ControllerState,
-    HeadSpec, Keep, MissionEnd, MissionSpec, Mode, NodeId, NodeKind, PartEnd, Rejection, ResourceId, ResourceSpec,
-    Task, TypeId, Wanted,
+    HeadSpec, MissionEnd, MissionSpec, Mode, NodeId, NodeKind, PartEnd, Rejection, ResourceId, ResourceSpec, Retention,
+    Selector, Task, TypeId,
 };
 use ambidex::motion::{Controller, Progress};
 use ambidex::runtime::log::{JournalFile, emit};
-use ambidex::runtime::{self, Clock, Ended, Options, Port, Sink};
+use ambidex::runtime::{self, Clock, Ended, Options, Port, Readable, Sink};
 use ambidex::tree::Settings;
 use hdrhistogram::Histogram;
 use iceoryx2::active_request::ActiveRequest;
@@ -207,11 +207,11 @@ fn measure_runtime(histogram: &mut Histogram<u64>, has_journal: bool) {
     let ended = tokio.block_on(async {
         let clock = Clock::start(SPEED);
         let lock = instance.lock_daemon().expect("a fresh instance");
-        let station = Station::open(lock).expect("shared memory");
+        let node = IpcNode::open(lock).expect("shared memory");
         let epoch = fresh_epoch();
         let links = NAMES.map(|name| {
-            let port = DaemonPort::open(&station, name, epoch, clock.origin());
-            Box::new(port.expect("a port")) as Box<dyn Port>
+            let port = DaemonPort::open(&node, name, epoch, clock.origin());
+            Box::new(Readable::new(port.expect("a port"))) as Box<dyn Port>
         });
         let options = Options {
             settings: Settings::default(),
@@ -240,9 +240,9 @@ fn goals_by_turns() -> MissionSpec {
     let resource = |index: usize| ResourceSpec { ty: TypeId::from(index), controller: Some(ControllerId::from(index)) };
     let goal = |index: usize| {
         let claim = Claim {
-            wanted: Wanted::Named(ResourceId::from(index % 2)),
+            selector: Selector::Named(ResourceId::from(index % 2)),
             access: Access::Exclusive,
-            keep: Keep::Release,
+            keep: Retention::Release,
         };
         let command = CommandTerm { claim: 0, mode: Mode::Achieve, task: Task::Stand };
         let always = Condition::All(Vec::new());
@@ -301,13 +301,13 @@ impl Place {
         goals.open_or_create().expect("a service")
     }
 
-    fn ear(&self, what: &str) -> Listener<Transport> {
+    fn listener(&self, what: &str) -> Listener<Transport> {
         let service = self.node.service_builder(&self.service(what)).event();
         let service = service.open_or_create().expect("a service");
         service.listener_builder().create().expect("a listener")
     }
 
-    fn bell(&self, what: &str) -> Notifier<Transport> {
+    fn notifier(&self, what: &str) -> Notifier<Transport> {
         let service = self.node.service_builder(&self.service(what)).event();
         let service = service.open_or_create().expect("a service");
         service.notifier_builder().create().expect("a notifier")
@@ -322,19 +322,19 @@ fn prefix_of(folder: &Path) -> String {
 fn be_bare(folder: &Path, name: &str) {
     set_parent_process_death_signal(Some(Signal::KILL)).expect("it ends with its parent");
     let place = Place::new(folder, name);
-    let (ear, bell) = (place.ear("down"), place.bell("up"));
+    let (listener, notifier) = (place.listener("down"), place.notifier("up"));
     let server: Server<Transport, WireRequest, (), WireResponse, ()> =
         place.goals().server_builder().create().expect("a server");
     println!("ready");
     let mut moments = Moments::default();
     while moments.ended_ns.len() < GOALS / 2 {
         let request: ActiveRequest<Transport, WireRequest, (), WireResponse, ()> = loop {
-            ear.try_wait(|_| {}).expect("it hears");
+            listener.try_wait(|_| {}).expect("it hears");
             if let Some(request) = server.receive().expect("it receives") {
                 break request;
             }
             // SAFETY: the descriptor is the listener's, which lives as long as this function.
-            let fd = unsafe { ear.file_descriptor().native_handle() };
+            let fd = unsafe { listener.file_descriptor().native_handle() };
             let fd = unsafe { std::os::fd::BorrowedFd::borrow_raw(fd) };
             poll(&mut [PollFd::from_borrowed_fd(fd, PollFlags::IN)], None).expect("it waits");
         };
@@ -344,7 +344,7 @@ fn be_bare(folder: &Path, name: &str) {
         moments.ended_ns.push(monotonic_ns());
         request.send_copy(WireResponse::default()).expect("it sends");
         drop(request);
-        bell.notify().expect("it wakes");
+        notifier.notify().expect("it wakes");
     }
     moments.print();
 }
@@ -352,18 +352,18 @@ fn be_bare(folder: &Path, name: &str) {
 /// The third process's side of a bare exchange.
 struct Peer {
     client: Client<Transport, WireRequest, (), WireResponse, ()>,
-    ear: Listener<Transport>,
+    listener: Listener<Transport>,
     readable: AsyncFd<std::os::fd::OwnedFd>,
-    bell: Notifier<Transport>,
+    notifier: Notifier<Transport>,
     _place: Place,
 }
 
 impl Peer {
     fn new(folder: &Path, name: &str) -> Self {
         let place = Place::new(folder, name);
-        let ear = place.ear("up");
+        let listener = place.listener("up");
         // SAFETY: the descriptor is the listener's, which is alive, and is duplicated at once.
-        let fd = unsafe { ear.file_descriptor().native_handle() };
+        let fd = unsafe { listener.file_descriptor().native_handle() };
         let fd = unsafe { std::os::fd::BorrowedFd::borrow_raw(fd) };
         let fd = fd.try_clone_to_owned().expect("a descriptor");
         // SAFETY: the `AsyncFd` is the only owner of the duplicate, and drops it last.
@@ -371,8 +371,8 @@ impl Peer {
         Self {
             client: place.goals().client_builder().create().expect("a client"),
             readable: readable.map_err(std::io::Error::from).expect("watched"),
-            bell: place.bell("down"),
-            ear,
+            notifier: place.notifier("down"),
+            listener,
             _place: place,
         }
     }
@@ -383,11 +383,11 @@ impl Peer {
         let pending: PendingResponse<Transport, WireRequest, (), WireResponse, ()> =
             self.client.send_copy(goal).expect("it sends");
         assert_eq!(pending.number_of_server_connections(), 1, "it is there");
-        self.bell.notify().expect("it wakes");
+        self.notifier.notify().expect("it wakes");
         loop {
             let mut ready = self.readable.readable().await.expect("it waits");
             ready.clear_ready();
-            self.ear.try_wait(|_| {}).expect("it hears");
+            self.listener.try_wait(|_| {}).expect("it hears");
             if pending.receive().expect("it receives").is_some() {
                 return;
             }

@@ -18,8 +18,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use ambidex::model::{
-    Access, Blocked, Change, Claim, Condition, FactId, Keep, MissionEnd, MissionSpec, NodeId, NodeKind, Reason,
-    Request, ResourceSpec, ResourceTable, Time, Topology, TypeId, Wanted,
+    Access, Blocked, Change, Claim, Condition, FactId, MissionEnd, MissionSpec, NodeId, NodeKind, Reason, Request,
+    ResourceSpec, ResourceTable, Retention, Selector, Time, Topology, TypeId,
 };
 use ambidex::runtime::log::{JournalFile, emit};
 use ambidex::runtime::{self, Clock, Control, Ended, Options, Sink};
@@ -27,7 +27,7 @@ use ambidex::tree::{
     self, Activation, Allocator, Answer, Begin, Chosen, Down, Effect, Greedy, Input, Merged, Node, Outbox, Settings,
     Up, Verdict,
 };
-use ambidex::world::{Geometry, Unconstrained, View};
+use ambidex::world::{Unconstrained, View};
 use criterion::{BenchmarkId, Criterion, SamplingMode};
 use floor::Floor;
 use tokio::sync::mpsc;
@@ -99,8 +99,8 @@ fn messages(n: usize) -> u64 {
     3 * (1 + 2 * n as u64)
 }
 
-fn tree_of(n: usize, load: Load) -> MissionSpec {
-    let claim = Claim { wanted: Wanted::Any(GRIPPER), access: Access::Exclusive, keep: Keep::Release };
+fn tree_of(n: usize, load: Load) -> Arc<MissionSpec> {
+    let claim = Claim { selector: Selector::Any(GRIPPER), access: Access::Exclusive, keep: Retention::Release };
     let precondition = match load {
         Load::Blocked => Condition::Fact(NEVER_TRUE, true),
         Load::Asking => Condition::All(Vec::new()),
@@ -115,7 +115,7 @@ fn tree_of(n: usize, load: Load) -> MissionSpec {
         nodes.extend((0..4).map(|_| (then, leaf())));
     }
     let gripper = ResourceSpec { ty: GRIPPER, controller: None };
-    mission::build(vec![gripper; 2], Vec::new(), nodes, 2)
+    Arc::new(mission::build(vec![gripper; 2], Vec::new(), nodes, 2))
 }
 
 /// The greedy allocator in every AND; in root it grants nothing, and says that a round has come so far.
@@ -131,16 +131,16 @@ impl Allocator for Withholding {
         "withholding"
     }
 
-    fn merge(&self, view: &View, requests: Vec<Request>) -> Merged {
+    fn merge(&self, view: &View, requests: Vec<Arc<Request>>) -> Merged {
         self.asked.fetch_add(requests.len() as u64, Ordering::Relaxed);
         Greedy.merge(view, requests)
     }
 
-    fn choose(&self, view: &View, requests: Vec<Request>) -> Chosen {
+    fn choose(&self, view: &View, requests: Vec<Arc<Request>>) -> Chosen {
         let asked = self.asked.swap(0, Ordering::Relaxed);
         assert_eq!(asked, self.requests as u64, "all that can ask have asked");
         self.rounds.send(view.round).expect("the bench counts rounds");
-        let refuse = |request: Request| Blocked { leaf: request.leaf, reason: Reason::NoneFree { of: GRIPPER } };
+        let refuse = |request: Arc<Request>| Blocked { leaf: request.leaf, reason: Reason::NoneFree { of: GRIPPER } };
         Chosen { granted: Vec::new(), refused: requests.into_iter().map(refuse).collect() }
     }
 }
@@ -180,8 +180,8 @@ impl Machines {
             is_on: false,
             counted,
         };
-        let situation = mission.start;
-        machines.come_to_rest(Input::Begin(Box::new(Begin { situation })));
+        let world_state = mission.start.clone();
+        machines.come_to_rest(Input::Begin(Box::new(Begin { world_state })));
         machines
     }
 
@@ -237,7 +237,7 @@ struct Actors {
 
 impl Actors {
     fn start(n: usize, load: Load, has_journal: bool) -> Self {
-        let mission = Arc::new(tree_of(n, load));
+        let mission = tree_of(n, load);
         let (settings, mut counted) = settings(n, load);
         let tokio = current_thread();
         let folder = tempfile::tempdir().expect("a folder for the journal");
@@ -312,16 +312,15 @@ fn sink(mission: &MissionSpec, path: &Path, written: &Arc<AtomicU64>) -> Box<dyn
     })
 }
 
-fn view_of(mission: &MissionSpec) -> View {
+fn view_of(mission: &Arc<MissionSpec>) -> View {
     View {
         round: 1,
         now: Time::ZERO,
         table: ResourceTable::new(mission.robot.resources.len()),
-        situation: mission.start.clone(),
+        world_state: mission.start.clone(),
         running: Default::default(),
         progress: 0,
-        tree: Arc::new(mission.tree.clone()),
-        geometry: Arc::new(Geometry { robot: mission.robot.clone(), world: mission.world.clone() }),
+        mission: Arc::clone(mission),
         rules: Arc::new(Unconstrained),
     }
 }

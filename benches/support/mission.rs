@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use ambidex::model::{
     BehaviorSpec, Claim, CommandTerm, Condition, ControllerSpec, MissionSpec, Names, NodeId, NodeKind, ObjectId, Pose,
-    Potential, ResourceSpec, RobotSpec, Situation, Topology, TreeSpec, WorldSpec,
+    Potential, ResourceSpec, RobotSpec, Topology, TreeSpec, WorldSpec, WorldState,
 };
 
 /// A robot and a tree in an empty world; `nodes` are in preorder, each with its parent.
@@ -24,7 +24,7 @@ pub fn build(
         name: "bench".into(),
         robot: RobotSpec { name: "bench".into(), resources, controllers, radius_m: 0.4 },
         world: WorldSpec { places: Vec::new(), object_offsets: Vec::new(), obstacles: Vec::new() },
-        start: Situation { base: Pose::new(0.0, 0.0, 0.0), objects: Vec::new(), facts: vec![false; facts] },
+        start: WorldState { base: Pose::new(0.0, 0.0, 0.0), objects: Vec::new(), facts: vec![false; facts] },
         tree: TreeSpec { nodes, topology: Topology::new(parents) },
         names,
     }

@@ -82,7 +82,7 @@ fn go(
         grace: GRACE,
         journal: Some(Box::new(Watcher(to_observer))),
     };
-    let mission = Arc::new(loaded.mission);
+    let mission = loaded.mission;
     let ended = runtime.block_on(async {
         tokio::spawn(signals);
         tokio::spawn(refresh(Arc::clone(&observer)));

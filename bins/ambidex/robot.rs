@@ -1,8 +1,8 @@
 //! The daemon's way to the controllers of a robot.
 
-use ambidex::link::{DaemonPort, Instance, IpcError, Station, fresh_epoch, sweep};
+use ambidex::link::{DaemonPort, Instance, IpcError, IpcNode, fresh_epoch, sweep};
 use ambidex::model::MissionSpec;
-use ambidex::runtime::{Clock, Port};
+use ambidex::runtime::{Clock, Port, Readable};
 
 /// Sweeps what dead instances left, takes the instance, and opens a link to every controller.
 ///
@@ -10,9 +10,9 @@ use ambidex::runtime::{Clock, Port};
 /// When another daemon has the instance, or shared memory cannot be used.
 pub fn links(mission: &MissionSpec, instance: &Instance, clock: &Clock) -> Result<Vec<Box<dyn Port>>, IpcError> {
     sweep()?;
-    let station = Station::open(instance.lock_daemon()?)?;
+    let node = IpcNode::open(instance.lock_daemon()?)?;
     let controllers = mission.robot.controllers.iter();
     let epoch = fresh_epoch();
-    let open = |name: &str| DaemonPort::open(&station, name, epoch, clock.origin());
-    controllers.map(|spec| open(&spec.name).map(|port| Box::new(port) as Box<dyn Port>)).collect()
+    let open = |name: &str| DaemonPort::open(&node, name, epoch, clock.origin());
+    controllers.map(|spec| open(&spec.name).map(|port| Box::new(Readable::new(port)) as Box<dyn Port>)).collect()
 }

@@ -23,6 +23,7 @@ mod tests;
 mod world;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 pub use fault::{ConfigError, Fault};
 pub use import::{Beside, ImportError, Imported, import};
@@ -43,7 +44,7 @@ use world::WorldNames;
 #[derive(Debug, Clone)]
 pub struct Loaded {
     /// The mission.
-    pub mission: MissionSpec,
+    pub mission: Arc<MissionSpec>,
     /// Where its robot stands, for the controllers to read it too.
     pub robot_path: PathBuf,
     /// What is legal in the files but surely not meant.
@@ -70,7 +71,7 @@ pub fn load_mission(path: &Path, robot_override: Option<&Path>) -> Result<Loaded
     let files = Files::with_includes(path, &mut faults);
     let loaded = files.main().and_then(|main| mission(path, &files, main, robot_override, &mut faults));
     let ((mission, robot_path), warnings) = faults.into_result(loaded)?;
-    Ok(Loaded { mission, robot_path, warnings })
+    Ok(Loaded { mission: Arc::new(mission), robot_path, warnings })
 }
 
 /// Loads a robot alone, as a controller process does.

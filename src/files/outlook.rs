@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use super::document::Spot;
 use super::fault::Faults;
 use ambidex_model::{
-    Access, BehaviorSpec, Claim, Condition, EffectTerm, FactId, Keep, MissionSpec, NodeId, NodeKind, ResourceId, Task,
-    TypeId, Wanted,
+    Access, BehaviorSpec, Claim, Condition, EffectTerm, FactId, MissionSpec, NodeId, NodeKind, ResourceId, Retention,
+    Selector, Task, TypeId,
 };
 
 /// Looks at a mission; `spots` has the place of each node.
@@ -57,7 +57,7 @@ impl Outlook<'_> {
     /// An intention lives only while a THEN that is not complete holds it.
     fn look_for_heirs(&self, leaf: NodeId, faults: &mut Faults) {
         let tree = &self.mission.tree;
-        let keeps = |claim: &Claim| matches!(claim.keep, Keep::Intention(_));
+        let keeps = |claim: &Claim| matches!(claim.keep, Retention::Intention(_));
         let parent = tree.topology.parent(leaf);
         let is_loose = matches!(tree.nodes[parent.index()], NodeKind::And | NodeKind::Or);
         if !is_loose || !self.behavior(leaf).claims.iter().any(keeps) {
@@ -137,16 +137,16 @@ impl Outlook<'_> {
 
     fn supply(&self, claim: &Claim) -> Option<Supply> {
         let robot = &self.mission.robot;
-        match claim.wanted {
-            Wanted::Named(resource) | Wanted::Empty { resource, .. } => Some(Supply::One(resource)),
-            Wanted::Any(of) | Wanted::AnyEmpty { of, .. } => {
+        match claim.selector {
+            Selector::Named(resource) | Selector::Empty { resource, .. } => Some(Supply::One(resource)),
+            Selector::Any(of) | Selector::AnyEmpty { of, .. } => {
                 let mut all = robot.of_type(of);
                 Some(match (all.next(), all.next()) {
                     (Some(only), None) => Supply::One(only),
                     (_, _) => Supply::Any(of),
                 })
             }
-            Wanted::Holding(_) => None,
+            Selector::Holding(_) => None,
         }
     }
 
@@ -196,12 +196,12 @@ impl Outlook<'_> {
         let mut demand = Demand::default();
         for (index, claim) in behavior.claims.iter().enumerate() {
             let takes = |effect: &EffectTerm| matches!(effect, EffectTerm::Taken(_, by) if *by == index);
-            match claim.wanted {
+            match claim.selector {
                 // What is held was kept before, for all that is known of what takes things.
-                Wanted::Holding(_) => demand.net -= i64::from(is_taker && claim.keep == Keep::Release),
+                Selector::Holding(_) => demand.net -= i64::from(is_taker && claim.keep == Retention::Release),
                 // One that was kept before will do, whatever it holds.
-                Wanted::Named(_) | Wanted::Any(_) if !keeps_alone(claim) => {}
-                Wanted::Named(_) | Wanted::Empty { .. } | Wanted::Any(_) | Wanted::AnyEmpty { .. } => {
+                Selector::Named(_) | Selector::Any(_) if !keeps_alone(claim) => {}
+                Selector::Named(_) | Selector::Empty { .. } | Selector::Any(_) | Selector::AnyEmpty { .. } => {
                     let is_of_it = self.supply(claim) == Some(supply);
                     let is_spare = is_of_it && keeps_alone(claim) && !behavior.effects.iter().any(takes);
                     demand.spare += i64::from(is_spare);
@@ -247,7 +247,7 @@ impl Outlook<'_> {
 
 /// Whether a claim keeps for good what nobody else can then use.
 fn keeps_alone(claim: &Claim) -> bool {
-    matches!(claim.keep, Keep::Physical(Access::Exclusive))
+    matches!(claim.keep, Retention::Physical(Access::Exclusive))
 }
 
 fn in_order(children: &[Demand]) -> Demand {

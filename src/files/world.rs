@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::fault::Faults;
 use super::names::Register;
 use super::raw::World;
-use ambidex_model::{PlaceId, PlaceSpec, Pose, Situation, Whereabouts, WorldSpec};
+use ambidex_model::{Location, PlaceId, PlaceSpec, Pose, WorldSpec, WorldState};
 
 /// How far apart the first and the last of the objects without an offset lie on a surface, metres.
 const SPREAD_M: f64 = 0.4;
@@ -22,7 +22,7 @@ pub(super) struct WorldNames {
 #[derive(Debug, Clone)]
 pub(super) struct Built {
     pub(super) spec: WorldSpec,
-    pub(super) start: Situation,
+    pub(super) start: WorldState,
     /// Where each object is at the start.
     pub(super) starts: Vec<PlaceId>,
     pub(super) tolerance_m: f64,
@@ -58,7 +58,7 @@ pub(super) fn build(raw: World, names: &WorldNames, faults: &mut Faults) -> Opti
     let facts: Option<Vec<_>> = raw.facts.into_iter().map(|(_, holds)| holds).collect();
     let base: Pose = raw.robot?;
     let built = Built {
-        start: Situation { base, objects: starts.iter().copied().map(Whereabouts::At).collect(), facts: facts? },
+        start: WorldState { base, objects: starts.iter().copied().map(Location::At).collect(), facts: facts? },
         spec: WorldSpec { places: places?, object_offsets, obstacles: raw.obstacles },
         tolerance_m: raw.tolerance_m?,
         starts,

@@ -34,7 +34,7 @@ pub enum IpcError {
     },
     /// Another process holds the lock over all instances for too long.
     #[error("another process has held {0} for seconds; is it stopped?")]
-    GateHeld(PathBuf),
+    GlobalLockHeld(PathBuf),
     /// A file or folder under the root could not be made or read.
     #[error("cannot use {path}")]
     File {

@@ -7,10 +7,10 @@ use std::time::{Duration, SystemTime};
 use iceoryx2::node::{DeadNodeView, NodeView};
 use iceoryx2::prelude::{CallbackProgression, Config, Node, NodeState};
 
-use super::error::IpcError;
-use super::instance::{Instance, PREFIX, base, prefix_of};
-use super::lock::{Gate, is_abandoned, name_in, remove_instance, segments};
-use super::station::Transport;
+use crate::error::IpcError;
+use crate::instances::{
+    GlobalLock, Instance, PREFIX, Transport, base, is_abandoned, name_in, prefix_of, remove_instance, segments,
+};
 
 /// How old something unfinished must be before its maker counts as dead.
 const UNFINISHED_FOR: Duration = Duration::from_millis(500);
@@ -39,7 +39,7 @@ pub enum Swept {
 /// # Errors
 /// [`IpcError`] when the lock over all instances cannot be had.
 pub fn sweep() -> Result<Vec<Swept>, IpcError> {
-    let _gate = Gate::enter()?;
+    let _global = GlobalLock::enter()?;
     let mut swept = Vec::new();
     let mut living = Vec::new();
     for dir in instance_dirs() {
@@ -148,8 +148,8 @@ fn is_old(path: &Path) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::instance::shared_memory;
     use super::*;
+    use crate::instances::shared_memory;
 
     #[test]
     fn a_dead_instance_is_swept_and_a_living_one_is_not() {

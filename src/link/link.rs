@@ -1,6 +1,7 @@
 //! The link between runtime and one controller, whatever carries it.
 
-use ambidex_model::{CommandId, ControllerState, FromController, Rejection, Time, ToController};
+use ambidex_model::session::StampedPulse;
+use ambidex_model::{CommandId, FromController, Rejection, ToController};
 
 /// One controller as the runtime sees it. No call blocks.
 pub trait Link {
@@ -13,11 +14,11 @@ pub trait Link {
     /// Takes everything that has come. Call it whenever the link is readable, and with every beat.
     fn drain(&mut self) -> Vec<Heard>;
 
+    /// This life of the daemon; never 0.
+    fn epoch(&self) -> u64;
+
     /// Tells the controller that the daemon lives.
     fn beat(&mut self);
-
-    /// The process id of the controller, if it showed a sign of life within [`DEAD_MAN`](super::DEAD_MAN).
-    fn is_attached(&self) -> Option<u32>;
 
     /// Gives the controller up: nothing of the present attachment will be heard any more.
     fn forget(&mut self);
@@ -28,17 +29,8 @@ pub trait Link {
 pub enum Heard {
     /// A message of the present attachment.
     Message(FromController),
-    /// A sign of life and the newest state.
-    State {
-        /// When the state was so, robot time; zero while not attached.
-        at: Time,
-        /// The state.
-        state: ControllerState,
-        /// The controller's process.
-        pid: u32,
-        /// The attachment to this daemon, 0 if none.
-        generation: u32,
-    },
+    /// A sign of life with the newest state; [`Presence`](ambidex_model::session::Presence) says what it is worth.
+    Pulse(StampedPulse),
     /// Something that was not taken: by us, or by the controller when it is not about a command.
     Refused(Rejection),
     /// The controller closed a command without a result.

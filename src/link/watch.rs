@@ -6,7 +6,7 @@ use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, PidfdFlags, pidfd_open};
 
-use super::error::IpcError;
+use crate::error::IpcError;
 
 /// A process that is watched: readable once it has ended.
 #[derive(Debug)]

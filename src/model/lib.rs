@@ -2,6 +2,7 @@
 //! controllers, the sessions of real ones. No IO, no clock.
 
 pub mod motion;
+pub mod session;
 mod words;
 
 pub use words::*;

@@ -1,5 +1,7 @@
 //! One record of every kind and every variant inside it, for the tests of this room.
 
+use std::sync::Arc;
+
 use nalgebra::{Point3, Vector3};
 
 use ambidex_model::*;
@@ -32,9 +34,9 @@ pub fn records() -> Vec<Record> {
     records.extend(releases());
     let changes = [
         Change::Base(Pose::new(0.5, -1.25, 0.0)),
-        Change::Object(ObjectId(0), Whereabouts::At(PlaceId(0))),
-        Change::Object(ObjectId(0), Whereabouts::In(ResourceId(1))),
-        Change::Object(ObjectId(0), Whereabouts::Unknown),
+        Change::Object(ObjectId(0), Location::At(PlaceId(0))),
+        Change::Object(ObjectId(0), Location::In(ResourceId(1))),
+        Change::Object(ObjectId(0), Location::Unknown),
         Change::Fact(FactId(0), true),
     ];
     let at = Time(2_000_000);
@@ -73,9 +75,9 @@ fn header() -> Record {
         nodes: vec![entry(0, "root"), entry(0, "and"), entry(1, "pick"), entry(1, "pick")],
         resource_types: vec![TypeId(0), TypeId(1), TypeId(1)],
         movers: vec![Some(ControllerId(0)), Some(ControllerId(1)), None],
-        start: Some(Situation {
+        start: Some(WorldState {
             base: Pose::new(0.0, 0.0, 0.0),
-            objects: vec![Whereabouts::At(PlaceId(0))],
+            objects: vec![Location::At(PlaceId(0))],
             facts: vec![false],
         }),
         names: names(),
@@ -84,9 +86,9 @@ fn header() -> Record {
 
 /// A request with every kind of need.
 pub fn request() -> Request {
-    let need = |access, candidates: &[u32]| Need {
+    let need = |access, candidates: &[u32]| ClaimOptions {
         access,
-        keep: Keep::Physical(Access::Exclusive),
+        keep: Retention::Physical(Access::Exclusive),
         candidates: candidates
             .iter()
             .map(|&resource| Candidate { resource: ResourceId(resource), cost_m: 0.25 })
@@ -96,9 +98,9 @@ pub fn request() -> Request {
         leaf: NodeId(2),
         potential: 8.5,
         heir: true,
-        needs: vec![need(Access::Shared(ChannelId(0)), &[0]), need(Access::Exclusive, &[1, 2])],
+        claims: vec![need(Access::Shared(ChannelId(0)), &[0]), need(Access::Exclusive, &[1, 2])],
         changes: vec![ObjectId(0)],
-        skips: vec![Span { from: NodeId(2), to: NodeId(3) }],
+        skips: vec![NodeRange { from: NodeId(2), to: NodeId(3) }],
     }
 }
 
@@ -109,7 +111,7 @@ pub fn answer(request: Option<Request>, blocked: Vec<Blocked>) -> Message {
         satisfied: false,
         potential: request.as_ref().map(|request| request.potential),
         asking: request.iter().map(|request| request.leaf).collect(),
-        request: request.map(Box::new),
+        request: request.map(Arc::new),
         blocked,
     }
 }
@@ -126,8 +128,12 @@ fn messages() -> Vec<Message> {
         Message::Verdict { granted: Vec::new(), refused: Some(Reason::Satisfied) },
         Message::Reopen { leaf },
         Message::Cancel,
-        Message::Release { leaf, end: End::Succeeded, going: Going { completed: Some(completion), failed: None } },
-        Message::Release { leaf, end, going: Going::default() },
+        Message::Release {
+            leaf,
+            end: End::Succeeded,
+            consequences: Consequences { completed: Some(completion), failed: None },
+        },
+        Message::Release { leaf, end, consequences: Consequences::default() },
     ]
 }
 
@@ -141,15 +147,12 @@ pub fn grant() -> Grant {
     let binding = |resource, access, keep| Binding { resource: ResourceId(resource), access, keep };
     let shared = Access::Shared(ChannelId(0));
     Grant {
-        leaf: NodeId(2),
-        potential: 8.5,
+        request: Arc::new(request()),
         bindings: vec![
-            binding(0, shared, Keep::Release),
-            binding(0, shared, Keep::Intention(shared)),
-            binding(1, Access::Exclusive, Keep::Physical(Access::Exclusive)),
+            binding(0, shared, Retention::Release),
+            binding(0, shared, Retention::Intention(shared)),
+            binding(1, Access::Exclusive, Retention::Physical(Access::Exclusive)),
         ],
-        changes: vec![ObjectId(0)],
-        skips: request().skips,
     }
 }
 
@@ -187,7 +190,7 @@ fn releases() -> Vec<Record> {
         at: Time(1_900_000),
         leaf: NodeId(2),
         end,
-        going: Going { completed: None, failed: Some(NodeId(1)) },
+        consequences: Consequences { completed: None, failed: Some(NodeId(1)) },
         changes: vec![Change::Fact(FactId(0), false)],
     };
     ends.map(released).into()

@@ -3,8 +3,8 @@
 use std::fmt::{self, Display, Formatter};
 
 use ambidex_model::{
-    Access, Binding, Blocked, Change, Command, CommandId, End, Fault, Mode, Names, NodeId, PartEnd, Reason, Request,
-    Whereabouts,
+    Access, Binding, Blocked, Change, Command, CommandId, End, Fault, Location, Mode, Names, NodeId, PartEnd, Reason,
+    Request,
 };
 
 /// Text made when it is asked for.
@@ -55,7 +55,7 @@ pub fn reasons(blocked: &[Blocked], names: &Names) -> impl Display {
 /// The claims of a request: `base for "at shelf", left_gripper or right_gripper alone`.
 pub fn claims(request: &Request, names: &Names) -> impl Display {
     lazy(move |f| {
-        list(request.needs.iter(), f, |need, f| {
+        list(request.claims.iter(), f, |need, f| {
             for (index, candidate) in need.candidates.iter().enumerate() {
                 f.write_str(if index == 0 { "" } else { " or " })?;
                 f.write_str(names.resource(candidate.resource))?;
@@ -99,11 +99,11 @@ pub fn changes(changes: &[Change], names: &Names) -> impl Display {
             Change::Object(object, at) => {
                 let object = names.thing(*object);
                 match at {
-                    Whereabouts::At(place) => write!(f, "{object} at {}", names.place(*place)),
-                    Whereabouts::In(resource) => {
+                    Location::At(place) => write!(f, "{object} at {}", names.place(*place)),
+                    Location::In(resource) => {
                         write!(f, "{object} in {}", names.resource(*resource))
                     }
-                    Whereabouts::Unknown => write!(f, "{object} nobody knows where"),
+                    Location::Unknown => write!(f, "{object} nobody knows where"),
                 }
             }
             Change::Emptied(resource) => write!(f, "{} is empty", names.resource(*resource)),

@@ -1,11 +1,12 @@
-//! Robot time from the wall clock.
+//! Robot time from the clock of tokio, which a test can pause.
 
 use std::time::Duration;
 
 use tokio::time::Instant;
 
-use ambidex_link::ClockOrigin;
+use ambidex_link::monotonic_ns;
 use ambidex_model::Time;
+use ambidex_model::session::ClockOrigin;
 
 /// Robot time of a run: it starts at zero and passes `speed` times as fast as the wall clock.
 #[derive(Debug, Clone, Copy)]
@@ -18,7 +19,7 @@ pub struct Clock {
 impl Clock {
     /// A clock that is at zero now; `speed` in robot seconds per wall second, finite and above zero.
     pub fn start(speed: f64) -> Self {
-        Self { origin: ClockOrigin::now(), start: Instant::now(), speed }
+        Self { origin: ClockOrigin(monotonic_ns()), start: Instant::now(), speed }
     }
 
     /// What makes the controllers' clocks agree with this one.
@@ -31,9 +32,15 @@ impl Clock {
         self.speed
     }
 
-    /// The present moment.
+    /// The present moment in robot time.
     pub fn now(&self) -> Time {
-        self.origin.time(self.speed)
+        self.origin.time_at(self.now_ns(), self.speed)
+    }
+
+    /// The present moment in nanoseconds of the monotonic clock.
+    pub fn now_ns(&self) -> u64 {
+        let passed_ns = u64::try_from(self.start.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        self.origin.0.saturating_add(passed_ns)
     }
 
     /// When a moment of robot time comes on the wall clock.

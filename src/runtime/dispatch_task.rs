@@ -19,8 +19,6 @@ pub(super) struct DispatchTask {
     pub(super) supervisor: mpsc::UnboundedSender<Signal>,
     pub(super) journal: Option<Journal>,
     pub(super) clock: Clock,
-    /// All controllers were there, and root was told to begin.
-    pub(super) has_begun: bool,
 }
 
 impl DispatchTask {
@@ -46,19 +44,17 @@ impl DispatchTask {
             Effect::Tell(id, message) => drop(self.links[id.index()].send(message)),
             Effect::Ended(leaf, outcome) => self.nodes[leaf.index()].ended(outcome),
             Effect::Observed(change) => self.nodes[NodeId(0).index()].observed(change),
-            Effect::Ready(situation) => {
-                self.has_begun = true;
-                self.nodes[NodeId(0).index()].begin(Begin { situation });
+            Effect::Ready(world_state) => {
+                self.nodes[NodeId(0).index()].begin(Begin { world_state });
                 self.signal(Signal::Begun);
             }
             Effect::Configured(id) => self.signal(Signal::Attached(id)),
             Effect::Lost(id) => {
-                if self.has_begun {
-                    // Before the ends that follow from it: root grants nothing for them.
-                    self.nodes[NodeId(0).index()].end(MissionEnd::ControllerLost(id));
-                }
+                // Before the ends that follow from it: root grants nothing for them.
+                self.nodes[NodeId(0).index()].end(MissionEnd::ControllerLost(id));
                 self.signal(Signal::Lost(id));
             }
+            Effect::Missing(id) => self.signal(Signal::Missing(id)),
             Effect::Safe => self.signal(Signal::Safe),
             Effect::Record(record) => {
                 if let Some(journal) = &self.journal {

@@ -8,9 +8,10 @@ mod journal_task;
 mod link_task;
 pub mod log;
 mod node_task;
+mod port;
 mod supervisor;
 
 pub use clock::Clock;
 pub use journal_task::Sink;
-pub use link_task::Port;
+pub use port::{Port, Readable, Wake};
 pub use supervisor::{Control, Ended, Options, run};

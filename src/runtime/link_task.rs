@@ -1,22 +1,17 @@
-//! One task per controller link: wake-ups from its descriptor, the daemon's heartbeat, and the watch over its life.
+//! One task per controller link: what came, the daemon's heartbeat, and whether the controller is there.
 
 use std::collections::VecDeque;
-use std::os::fd::{AsFd, OwnedFd};
+use std::future::poll_fn;
 
-use tokio::io::Interest;
-use tokio::io::unix::AsyncFd;
 use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval};
 
+use super::clock::Clock;
+use super::port::{Port, Wake};
 use ambidex_core::dispatch::Input;
-use ambidex_link::watch::Pidfd;
-use ambidex_link::{BEAT_EVERY, Heard, Link, LinkError};
+use ambidex_link::{Heard, LinkError};
+use ambidex_model::session::{Attendance, BEAT_EVERY, Presence};
 use ambidex_model::{ControllerId, FromController, Rejection, ToController};
-
-/// A link that can be waited for.
-pub trait Port: Link + AsFd + Send {}
-
-impl<T: Link + AsFd + Send> Port for T {}
 
 /// A link with its neighbors.
 pub(super) struct LinkTask {
@@ -24,15 +19,7 @@ pub(super) struct LinkTask {
     pub(super) link: Box<dyn Port>,
     pub(super) orders: mpsc::UnboundedReceiver<ToController>,
     pub(super) dispatch: mpsc::UnboundedSender<Input>,
-}
-
-/// What a link's task knows of its controller.
-struct Watch {
-    waiting: VecDeque<ToController>,
-    life: Option<AsyncFd<OwnedFd>>,
-    is_attached: bool,
-    /// It has shown that it is configured by this daemon.
-    serves: bool,
+    pub(super) clock: Clock,
 }
 
 impl LinkTask {
@@ -41,64 +28,49 @@ impl LinkTask {
     /// # Errors
     /// When a descriptor cannot be watched.
     pub(super) async fn run(mut self) -> std::io::Result<()> {
-        let wakeups = watched(self.link.as_fd().try_clone_to_owned()?)?;
         let mut beat = interval(BEAT_EVERY);
         beat.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        let mut watch = Watch { waiting: VecDeque::new(), life: None, is_attached: false, serves: false };
+        let mut presence = Presence::new(self.link.epoch());
+        let mut waiting = VecDeque::new();
         loop {
-            let mut has_died = false;
+            let mut has_ended = false;
             tokio::select! {
-                ready = wakeups.readable() => ready?.clear_ready(),
+                wake = poll_fn(|cx| self.link.poll_wake(cx)) => has_ended = wake? == Wake::Ended,
                 order = self.orders.recv() => match order {
-                    Some(order) => watch.waiting.push_back(order),
+                    Some(order) => waiting.push_back(order),
                     None => return Ok(()),
                 },
-                () = died(watch.life.as_ref()) => has_died = true,
                 _ = beat.tick() => self.link.beat(),
             }
-            let has_left = self.hear(&mut watch);
-            self.attend(&mut watch, has_died || has_left);
-            self.send(&mut watch.waiting);
-        }
-    }
-
-    /// Takes all that came; a wake-up is only a hint. True when the controller gave this daemon up, as one that was
-    /// silent for too long.
-    fn hear(&mut self, watch: &mut Watch) -> bool {
-        let mut has_left = false;
-        for heard in self.link.drain() {
-            let input = match heard {
-                Heard::Message(message) => Input::Heard(self.id, message),
-                Heard::Refused(why) => Input::Refused(self.id, why),
-                Heard::Closed(command) => Input::Closed(self.id, command),
-                Heard::State { generation, .. } => {
-                    has_left |= watch.serves && generation == 0;
-                    watch.serves = generation != 0;
-                    continue;
+            self.hear(&mut presence);
+            match presence.attend(self.clock.now_ns(), has_ended) {
+                Some(Attendance::Attached { pid }) => {
+                    self.link.watch(pid);
+                    self.tell(Input::Attached(self.id));
                 }
-            };
-            drop(self.dispatch.send(input));
+                Some(Attendance::Lost) => {
+                    self.link.unwatch();
+                    self.link.forget();
+                    waiting.clear();
+                    self.tell(Input::Lost(self.id));
+                }
+                None => {}
+            }
+            self.send(&mut waiting);
         }
-        has_left
     }
 
-    fn attend(&mut self, watch: &mut Watch, is_gone: bool) {
-        match (watch.is_attached, self.link.is_attached()) {
-            (false, Some(pid)) if !is_gone => {
-                watch.is_attached = true;
-                watch.life = Pidfd::open(pid).ok().and_then(|life| watched(life.into()).ok());
-                drop(self.dispatch.send(Input::Attached(self.id)));
+    /// Takes all that came; a wake-up is only a hint.
+    fn hear(&mut self, presence: &mut Presence) {
+        for heard in self.link.drain() {
+            match heard {
+                Heard::Message(message) => self.tell(Input::Heard(self.id, message)),
+                Heard::Refused(why) => self.tell(Input::Refused(self.id, why)),
+                Heard::Closed(command) => self.tell(Input::Closed(self.id, command)),
+                Heard::Pulse(pulse) => {
+                    presence.hear(&pulse, self.clock.now_ns());
+                }
             }
-            (true, Some(_)) if !is_gone => {}
-            (true, _) => {
-                watch.is_attached = false;
-                watch.serves = false;
-                watch.life = None;
-                watch.waiting.clear();
-                self.link.forget();
-                drop(self.dispatch.send(Input::Lost(self.id)));
-            }
-            (false, _) => {}
         }
     }
 
@@ -111,25 +83,15 @@ impl LinkTask {
                 Err(LinkError::PathLength(_) | LinkError::Generation(_) | LinkError::Transport(_)) => {
                     if let ToController::Goal { id, .. } = message {
                         let rejected = FromController::Rejected { id: *id, why: Rejection::Malformed };
-                        drop(self.dispatch.send(Input::Heard(self.id, rejected)));
+                        self.tell(Input::Heard(self.id, rejected));
                     }
                 }
             }
             waiting.pop_front();
         }
     }
-}
 
-fn watched(fd: OwnedFd) -> std::io::Result<AsyncFd<OwnedFd>> {
-    // SAFETY: an `OwnedFd` is the only owner of its descriptor, which stays open until the `AsyncFd` drops it.
-    let registered = unsafe { AsyncFd::register_with_interest(fd, Interest::READABLE) };
-    registered.map_err(std::io::Error::from)
-}
-
-/// Comes back when the process has ended; never without one.
-async fn died(life: Option<&AsyncFd<OwnedFd>>) {
-    match life {
-        Some(life) => drop(life.readable().await),
-        None => std::future::pending().await,
+    fn tell(&self, input: Input) {
+        drop(self.dispatch.send(input));
     }
 }

@@ -9,7 +9,7 @@ use super::journal_task::Journal;
 use super::supervisor::Signal;
 use ambidex_core::dispatch;
 use ambidex_core::tree::{Begin, Down, Effect, Input, Node, Outbox, Up};
-use ambidex_model::{Change, MissionEnd, NodeId, Outcome, Topology};
+use ambidex_model::{Change, MissionEnd, MissionSpec, NodeId, Outcome, Topology};
 
 /// What a parent can have on the way to a child: a verdict, a reopening, a cancel, and the next activation; twice that.
 const FROM_PARENT: usize = 8;
@@ -75,7 +75,7 @@ fn deliver(to: &mpsc::Sender<Input>, input: Input) {
 /// What all node tasks share.
 #[derive(Debug)]
 pub(super) struct Surroundings {
-    pub(super) topology: Topology,
+    pub(super) mission: Arc<MissionSpec>,
     pub(super) clock: Clock,
     pub(super) dispatch: mpsc::UnboundedSender<dispatch::Input>,
     pub(super) supervisor: mpsc::UnboundedSender<Signal>,
@@ -95,7 +95,7 @@ pub(super) struct NodeTask {
 
 /// Wires the machines of a tree; gives the tasks and the ways to them, both by node.
 pub(super) fn wire(nodes: Vec<Node>, around: &Arc<Surroundings>) -> (Vec<NodeTask>, Vec<ToNode>) {
-    let topology = &around.topology;
+    let topology = &around.mission.tree.topology;
     let (ways, inboxes): (Vec<_>, Vec<_>) =
         (0..nodes.len()).map(|index| mpsc::channel(capacity(topology, NodeId::from(index)))).unzip();
     let tasks = std::iter::zip(nodes, inboxes).enumerate().map(|(index, (node, inbox))| {
@@ -142,7 +142,7 @@ impl NodeTask {
 
     fn carry(&self, effect: Effect) {
         if let Some(journal) = &self.around.journal
-            && let Some(record) = effect.message(self.around.clock.now(), self.id, &self.around.topology)
+            && let Some(record) = effect.message(self.around.clock.now(), self.id, &self.around.mission.tree.topology)
         {
             journal.write(record);
         }

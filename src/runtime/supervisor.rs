@@ -11,8 +11,9 @@ use tokio::time::{Instant, sleep_until};
 use super::clock::Clock;
 use super::dispatch_task::DispatchTask;
 use super::journal_task::{Journal, Sink};
-use super::link_task::{LinkTask, Port};
+use super::link_task::LinkTask;
 use super::node_task::{Surroundings, ToNode, wire};
+use super::port::Port;
 use ambidex_core::dispatch::{self, Dispatch, Limits};
 use ambidex_core::tree::{self, Begin, Settings};
 use ambidex_model::{Change, ControllerId, Header, MissionEnd, MissionSpec, NodeId, Record, ToController};
@@ -58,6 +59,7 @@ pub(super) enum Signal {
     Begun,
     Finished(MissionEnd),
     Lost(ControllerId),
+    Missing(ControllerId),
     Safe,
 }
 
@@ -113,7 +115,7 @@ struct Supervisor {
 
 impl Supervisor {
     fn start(
-        mission: &MissionSpec,
+        mission: &Arc<MissionSpec>,
         links: Vec<Box<dyn Port>>,
         settings: &Settings,
         timing: Timing,
@@ -123,7 +125,7 @@ impl Supervisor {
         let (to_supervisor, signals) = mpsc::unbounded_channel();
         let (to_dispatch, inbox) = mpsc::unbounded_channel();
         let around = Arc::new(Surroundings {
-            topology: mission.tree.topology.clone(),
+            mission: Arc::clone(mission),
             clock: timing.clock,
             dispatch: to_dispatch.clone(),
             supervisor: to_supervisor.clone(),
@@ -139,7 +141,7 @@ impl Supervisor {
             ids.insert(handle.id(), id);
             aborts.push(handle);
         }
-        let orders = spawn_links(links, &to_dispatch, &mut others);
+        let orders = spawn_links(links, timing.clock, &to_dispatch, &mut others);
         let dispatch = DispatchTask {
             dispatch: Dispatch::new(mission, Limits::at_speed(timing.clock.speed())),
             inbox,
@@ -148,11 +150,10 @@ impl Supervisor {
             supervisor: to_supervisor,
             journal: journal.clone(),
             clock: timing.clock,
-            has_begun: false,
         };
         others.spawn(dispatch.run());
         if mission.robot.controllers.is_empty() {
-            root.begin(Begin { situation: mission.start.clone() });
+            root.begin(Begin { world_state: mission.start.clone() });
         }
         Self {
             timing,
@@ -232,10 +233,10 @@ impl Supervisor {
             Signal::Finished(end) => {
                 self.end.get_or_insert(end);
             }
-            Signal::Lost(id) if self.has_begun => {
+            Signal::Lost(id) => {
                 self.ending.get_or_insert(MissionEnd::ControllerLost(id));
             }
-            Signal::Lost(id) => {
+            Signal::Missing(id) => {
                 self.missing.insert(id);
             }
             Signal::Safe => return true,
@@ -281,6 +282,7 @@ impl Supervisor {
 /// Starts a task per link; gives the way to each.
 fn spawn_links(
     links: Vec<Box<dyn Port>>,
+    clock: Clock,
     dispatch: &mpsc::UnboundedSender<dispatch::Input>,
     tasks: &mut JoinSet<()>,
 ) -> Vec<mpsc::UnboundedSender<ToController>> {
@@ -288,7 +290,7 @@ fn spawn_links(
         let id = ControllerId::from(index);
         let (way, orders) = mpsc::unbounded_channel();
         let dispatch = dispatch.clone();
-        let task = LinkTask { id, link, orders, dispatch: dispatch.clone() };
+        let task = LinkTask { id, link, orders, dispatch: dispatch.clone(), clock };
         tasks.spawn(async move {
             if let Err(error) = task.run().await {
                 tracing::error!(target: "ambidex::controller", controller = id.0, %error, "the link broke");

@@ -189,7 +189,7 @@ impl<'a> Course<'a> {
 mod tests {
     use super::*;
     use crate::sample::{self, decided, grant, header, named, released, seconds};
-    use ambidex_model::{Blocked, Fault, Going, Reason, Record, Reopened};
+    use ambidex_model::{Blocked, Consequences, Fault, Reason, Record, Reopened};
 
     fn refused(mut record: Record, name: &str, why: Reason) -> Record {
         if let Record::Decided { refused, .. } = &mut record {
@@ -246,8 +246,8 @@ mod tests {
         use LeafState::{Active, Failed, Waiting};
         let end = End::Failed(Fault::TimedOut);
         let fail = |failed| {
-            let going = Going { completed: None, failed };
-            Record::Released { at: seconds(2.0), leaf: named("move 1-1"), end, going, changes: Vec::new() }
+            let consequences = Consequences { completed: None, failed };
+            Record::Released { at: seconds(2.0), leaf: named("move 1-1"), end, consequences, changes: Vec::new() }
         };
         let tried = [(0.0, Waiting), (0.0, Active), (2.0, Failed)];
         check(vec![drive(0.0, 1), fail(Some(named("object 1")))], "move 1-1", &tried);
@@ -257,7 +257,7 @@ mod tests {
     #[test]
     fn a_skip_is_no_longer_than_the_tree() {
         let mut endless = grant("pick 1", &[], &[2], &["move 1-1"]);
-        endless.skips[0].to = NodeId(u32::MAX);
+        std::sync::Arc::make_mut(&mut endless.request).skips[0].to = NodeId(u32::MAX);
         check(vec![decided(1.0, 1, vec![endless])], "place 4", &[(0.0, LeafState::Waiting), (1.0, LeafState::Skipped)]);
     }
 }

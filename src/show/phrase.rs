@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use ambidex_model::{Access, Binding, Change, End, Fault, MissionEnd, Names, NodeId, Whereabouts};
+use ambidex_model::{Access, Binding, Change, End, Fault, Location, MissionEnd, Names, NodeId};
 
 /// Most names that a list tells; of more, the rest is counted.
 const MAX_LISTED: usize = 6;
@@ -70,9 +70,9 @@ pub(super) fn changed(change: &Change, names: &Names) -> String {
         Change::Object(object, at) => {
             let object = names.thing(*object);
             match at {
-                Whereabouts::At(place) => format!("{object} is at {} now", names.place(*place)),
-                Whereabouts::In(by) => format!("{object} is in {} now", names.resource(*by)),
-                Whereabouts::Unknown => format!("nobody knows where {object} is"),
+                Location::At(place) => format!("{object} is at {} now", names.place(*place)),
+                Location::In(by) => format!("{object} is in {} now", names.resource(*by)),
+                Location::Unknown => format!("nobody knows where {object} is"),
             }
         }
         Change::Emptied(resource) => format!("{} is empty now", names.resource(*resource)),

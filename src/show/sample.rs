@@ -40,9 +40,9 @@ pub(super) fn header() -> Header {
         nodes,
         resource_types: vec![TypeId(0), TypeId(1), TypeId(2), TypeId(2)],
         movers: (0..4).map(|controller| Some(ControllerId(controller))).collect(),
-        start: Some(Situation {
+        start: Some(WorldState {
             base: Pose::new(0.0, 0.0, 0.0),
-            objects: (0..4).map(|place| Whereabouts::At(PlaceId(place))).collect(),
+            objects: (0..4).map(|place| Location::At(PlaceId(place))).collect(),
             facts: Vec::new(),
         }),
         names: Names {
@@ -59,17 +59,19 @@ pub(super) fn header() -> Header {
 }
 
 pub(super) fn grant(name: &str, shared: &[u32], alone: &[u32], skips: &[&str]) -> Grant {
-    let bind = |resource: &u32, access| Binding { resource: ResourceId(*resource), access, keep: Keep::Release };
+    let bind = |resource: &u32, access| Binding { resource: ResourceId(*resource), access, keep: Retention::Release };
     let at = Access::Shared(ChannelId(0));
     let shared = shared.iter().map(|resource| bind(resource, at));
     let alone = alone.iter().map(|resource| bind(resource, Access::Exclusive));
-    Grant {
+    let request = Request {
         leaf: named(name),
         potential: 1.0,
-        bindings: shared.chain(alone).collect(),
+        heir: false,
+        claims: Vec::new(),
         changes: Vec::new(),
-        skips: skips.iter().map(|&skip| Span { from: named(skip), to: NodeId(named(skip).0 + 1) }).collect(),
-    }
+        skips: skips.iter().map(|&skip| NodeRange { from: named(skip), to: NodeId(named(skip).0 + 1) }).collect(),
+    };
+    Grant { request: request.into(), bindings: shared.chain(alone).collect() }
 }
 
 pub(super) fn decided(at_s: f64, round: u32, granted: Vec<Grant>) -> Record {
@@ -77,7 +79,13 @@ pub(super) fn decided(at_s: f64, round: u32, granted: Vec<Grant>) -> Record {
 }
 
 pub(super) fn released(at_s: f64, name: &str, end: End) -> Record {
-    Record::Released { at: seconds(at_s), leaf: named(name), end, going: Going::default(), changes: Vec::new() }
+    Record::Released {
+        at: seconds(at_s),
+        leaf: named(name),
+        end,
+        consequences: Consequences::default(),
+        changes: Vec::new(),
+    }
 }
 
 /// Experiment 1 from header to end.
@@ -101,7 +109,7 @@ pub(super) fn experiment_1() -> Vec<Record> {
     for (round, (at_s, step)) in (1..).zip(steps) {
         let granted = step.iter().map(|(grant, _)| grant.clone()).collect();
         records.push(decided(at_s, round, granted));
-        let mut ends: Vec<(f64, NodeId)> = step.iter().map(|(grant, takes)| (at_s + takes, grant.leaf)).collect();
+        let mut ends: Vec<(f64, NodeId)> = step.iter().map(|(grant, takes)| (at_s + takes, grant.leaf())).collect();
         ends.sort_by(|one, other| one.0.total_cmp(&other.0));
         let names = header().names;
         records.extend(ends.iter().map(|&(at_s, leaf)| released(at_s, names.node(leaf), End::Succeeded)));

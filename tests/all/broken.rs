@@ -2,12 +2,11 @@
 
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
-use std::sync::Arc;
 use std::time::Duration;
 
 use ambidex::link::{Heard, Link, LinkError};
 use ambidex::model::{MissionEnd, ToController};
-use ambidex::runtime::{self, Clock, Ended, Options, Port};
+use ambidex::runtime::{self, Clock, Ended, Options, Port, Readable};
 use ambidex::tree::Settings;
 use tokio::sync::mpsc;
 
@@ -17,7 +16,7 @@ const DEADLINE: Duration = Duration::from_secs(10);
 
 /// A link that panics at its first sound.
 struct Broken {
-    ear: UnixStream,
+    listener: UnixStream,
 }
 
 impl Link for Broken {
@@ -31,8 +30,8 @@ impl Link for Broken {
 
     fn beat(&mut self) {}
 
-    fn is_attached(&self) -> Option<u32> {
-        None
+    fn epoch(&self) -> u64 {
+        1
     }
 
     fn forget(&mut self) {}
@@ -40,7 +39,7 @@ impl Link for Broken {
 
 impl AsFd for Broken {
     fn as_fd(&self) -> BorrowedFd<'_> {
-        self.ear.as_fd()
+        self.listener.as_fd()
     }
 }
 
@@ -49,7 +48,8 @@ fn a_panic_in_a_link_ends_the_run() {
     let mission = load(&experiment_file(1));
     let (ears, _voices): (Vec<_>, Vec<_>) =
         mission.robot.controllers.iter().map(|_| UnixStream::pair().expect("a pair")).unzip();
-    let links = ears.into_iter().map(|ear| Box::new(Broken { ear }) as Box<dyn Port>).collect();
+    let links =
+        ears.into_iter().map(|listener| Box::new(Readable::new(Broken { listener })) as Box<dyn Port>).collect();
     let executor = tokio::runtime::Builder::new_current_thread().enable_all().build().expect("an executor");
     executor.block_on(async {
         let (_control, controlled) = mpsc::unbounded_channel();
@@ -60,7 +60,7 @@ fn a_panic_in_a_link_ends_the_run() {
             grace: Duration::ZERO,
             journal: None,
         };
-        let run = tokio::spawn(runtime::run(Arc::new(mission), links, options, controlled));
+        let run = tokio::spawn(runtime::run(mission, links, options, controlled));
         let ended = tokio::time::timeout(DEADLINE, run).await.expect("the run hangs");
         let ended = ended.expect("the run itself goes on to its end");
         assert_eq!(ended, Ended::Mission(MissionEnd::TaskLost));

@@ -60,7 +60,7 @@ fn forty_rooms() -> Vec<String> {
     rooms().into_iter().map(room).collect()
 }
 
-fn simulated(name: &str, mission: &MissionSpec, settings: &Settings) -> String {
+fn simulated(name: &str, mission: &Arc<MissionSpec>, settings: &Settings) -> String {
     line(name, &mission.names, &simulate(mission, settings, Vec::new()).0)
 }
 
@@ -69,13 +69,14 @@ fn line(name: &str, names: &Names, records: &[Record]) -> String {
     format!("{name} {:016x} {}", fnv(&text), text.lines().count())
 }
 
-/// Every decision and every end, in words that do not depend on how records are written.
+/// Every decision and every end in order, in words that do not depend on how records are written; not when: that is
+/// the business of the controllers.
 fn decisions(names: &Names, records: &[Record]) -> String {
     let mut text = String::new();
     for record in records {
         match record {
-            Record::Decided { at, round, granted, refused, reopened } => {
-                write!(text, "{} round {round}", at.0).expect("a string takes all");
+            Record::Decided { round, granted, refused, reopened, .. } => {
+                write!(text, "round {round}").expect("a string takes all");
                 granted.iter().for_each(|grant| tell(&mut text, names, grant));
                 for blocked in refused {
                     write!(text, "; {} not: {:?}", blocked.leaf.0, blocked.reason).expect("a string takes all");
@@ -86,12 +87,13 @@ fn decisions(names: &Names, records: &[Record]) -> String {
                     write!(text, "; {leaf} again for {holder}, {lapsed:?}").expect("a string takes all");
                 }
             }
-            Record::Released { at, leaf, end, going, .. } => {
-                let completed = going.completed.map(|completed| (completed.node.0, completed.heir.map(|node| node.0)));
-                let failed = going.failed.map(|node| node.0);
-                write!(text, "{} {} {end:?} {completed:?} {failed:?}", at.0, leaf.0).expect("a string takes all");
+            Record::Released { leaf, end, consequences, .. } => {
+                let completed =
+                    consequences.completed.map(|completed| (completed.node.0, completed.heir.map(|node| node.0)));
+                let failed = consequences.failed.map(|node| node.0);
+                write!(text, "{} {end:?} {completed:?} {failed:?}", leaf.0).expect("a string takes all");
             }
-            Record::Ended { at, end } => write!(text, "{} {end:?}", at.0).expect("a string takes all"),
+            Record::Ended { end, .. } => write!(text, "{end:?}").expect("a string takes all"),
             Record::Header(_) | Record::Sent { .. } | Record::World { .. } => continue,
             Record::Resource { .. } | Record::Controller { .. } => continue,
         }
@@ -101,12 +103,12 @@ fn decisions(names: &Names, records: &[Record]) -> String {
 }
 
 fn tell(text: &mut String, names: &Names, grant: &Grant) {
-    write!(text, "; {} {:?}", names.node(grant.leaf), grant.potential).expect("a string takes all");
+    write!(text, "; {} {:?}", names.node(grant.leaf()), grant.request.potential).expect("a string takes all");
     for binding in &grant.bindings {
         let name = names.resource(binding.resource);
         write!(text, " {name} {:?} {:?}", binding.access, binding.keep).expect("a string takes all");
     }
-    for skip in &grant.skips {
+    for skip in &grant.request.skips {
         write!(text, " skips {}..{}", skip.from.0, skip.to.0).expect("a string takes all");
     }
 }

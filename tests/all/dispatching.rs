@@ -50,7 +50,7 @@ fn arm(holds: Option<ObjectId>) -> ControllerState {
 
 /// A dispatch whose four controllers are configured.
 fn ready(mission: &MissionSpec) -> Dispatch {
-    let mut dispatch = Dispatch::new(mission, Limits::at_speed(1.0));
+    let mut dispatch = Dispatch::new(&std::sync::Arc::new(mission.clone()), Limits::at_speed(1.0));
     for id in (0..4).map(ControllerId) {
         dispatch.handle(Time::ZERO, Input::Attached(id));
         let configured = FromController::Configured { generation: 1, state: state(mission, id) };
@@ -123,7 +123,7 @@ fn a_configuration_is_repeated_and_then_given_up() {
         let due = dispatch.deadline().expect("an answer is due");
         effects = dispatch.handle(due, Input::Woke);
     }
-    assert!(effects.contains(&Effect::Lost(ARM)), "{effects:?}");
+    assert!(effects.contains(&Effect::Missing(ARM)), "{effects:?}");
     assert_eq!(dispatch.deadline(), None);
 }
 

@@ -4,6 +4,7 @@ mod rng;
 mod watch;
 
 use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
 
 use ambidex::model::{Goal, MissionEnd, MissionSpec, NodeId, Record, Time, Topology};
 use ambidex::tree::{Effect, Input, Node, Outbox, Root, Settings, build};
@@ -42,7 +43,7 @@ enum Edge {
 }
 
 impl Driver {
-    pub fn new(mission: &MissionSpec, settings: &Settings, interleaving: Rng) -> Self {
+    pub fn new(mission: &Arc<MissionSpec>, settings: &Settings, interleaving: Rng) -> Self {
         Self {
             now: Time::ZERO,
             records: Vec::new(),

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use ambidex::files;
 use ambidex::model::{MissionReport, MissionSpec, Record, Tally};
@@ -121,7 +122,7 @@ impl Room {
 }
 
 /// Loads a mission and says what is wrong with it if it is.
-pub fn load(path: &Path) -> MissionSpec {
+pub fn load(path: &Path) -> Arc<MissionSpec> {
     match files::load_mission(path, None) {
         Ok(loaded) => loaded.mission,
         Err(error) => panic!("{:?}", miette::Report::new(error)),
@@ -130,7 +131,7 @@ pub fn load(path: &Path) -> MissionSpec {
 
 /// Simulates a mission; the records it wrote and the report.
 pub fn simulate(
-    mission: &MissionSpec,
+    mission: &Arc<MissionSpec>,
     settings: &Settings,
     events: Vec<(ambidex::model::Time, Event)>,
 ) -> (Vec<Record>, MissionReport) {

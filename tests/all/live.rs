@@ -6,10 +6,11 @@ use std::thread;
 use std::time::Instant;
 
 use ambidex::link::serve::{ServeOptions, Stop, serve};
-use ambidex::link::{DaemonPort, Heard, Instance, Link, LinkError, Station, fresh_epoch};
+use ambidex::link::{DaemonPort, Heard, Instance, IpcNode, Link, LinkError, fresh_epoch};
+use ambidex::model::session::{Pulse, StampedPulse};
 use ambidex::model::{ControllerState, MissionSpec, Record, Time, ToController};
 use ambidex::motion::Controller;
-use ambidex::runtime::{self, Clock, Control, Ended, Options, Port};
+use ambidex::runtime::{self, Clock, Control, Ended, Options, Port, Readable};
 use ambidex::tree::Settings;
 use std::time::Duration;
 use tokio::sync::mpsc;
@@ -53,11 +54,11 @@ pub fn run(
     }
     let clock_and_links = || {
         let clock = Clock::start(speed);
-        let station = Station::open(instance.lock_daemon().expect("the daemon's place"));
-        let station = station.expect("a place in shared memory");
+        let node = IpcNode::open(instance.lock_daemon().expect("the daemon's place"));
+        let node = node.expect("a place in shared memory");
         let epoch = fresh_epoch();
         let open = |name: &String| Overheard {
-            port: DaemonPort::open(&station, name, epoch, clock.origin()).expect("a link"),
+            port: DaemonPort::open(&node, name, epoch, clock.origin()).expect("a link"),
             published: Arc::default(),
         };
         (clock, names.iter().map(open).collect::<Vec<_>>())
@@ -67,7 +68,7 @@ pub fn run(
     let (ended, published) = executor.expect("an executor").block_on(async {
         let (clock, links) = clock_and_links();
         let published: Vec<_> = links.iter().map(|link| Arc::clone(&link.published)).collect();
-        let links = links.into_iter().map(|link| Box::new(link) as Box<dyn Port>).collect();
+        let links = links.into_iter().map(|link| Box::new(Readable::new(link)) as Box<dyn Port>).collect();
         let (control, controlled) = mpsc::unbounded_channel();
         let to_records = Arc::clone(&records);
         let journal = Box::new(move |record: &Record| {
@@ -113,8 +114,8 @@ impl Link for Overheard {
     fn drain(&mut self) -> Vec<Heard> {
         let heard = self.port.drain();
         let states = heard.iter().filter_map(|heard| match heard {
-            Heard::State { at, state, generation: 1.., .. } => Some((*at, *state)),
-            Heard::State { .. } | Heard::Message(_) | Heard::Refused(_) | Heard::Closed(_) => None,
+            Heard::Pulse(StampedPulse { pulse: Pulse { generation: 1.., at, state, .. }, .. }) => Some((*at, *state)),
+            Heard::Pulse(_) | Heard::Message(_) | Heard::Refused(_) | Heard::Closed(_) => None,
         });
         self.published.lock().expect("no poison").extend(states);
         heard
@@ -124,8 +125,8 @@ impl Link for Overheard {
         self.port.beat();
     }
 
-    fn is_attached(&self) -> Option<u32> {
-        self.port.is_attached()
+    fn epoch(&self) -> u64 {
+        self.port.epoch()
     }
 
     fn forget(&mut self) {

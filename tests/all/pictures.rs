@@ -307,11 +307,12 @@ fn long_run(behaviors: usize, rounds: u32) -> Vec<u8> {
     for round in 1..=rounds {
         let leaf = NodeId(1 + round % (behaviors as u32 / 2));
         let at = Time(u64::from(round) * 1_000_000);
-        let grant = Grant { leaf, potential: 1.0, bindings: vec![], changes: vec![], skips: vec![] };
+        let request = Request { leaf, potential: 1.0, heir: false, claims: vec![], changes: vec![], skips: vec![] };
+        let grant = Grant { request: request.into(), bindings: vec![] };
         write(&Record::Decided { at, round, granted: vec![grant], refused: vec![], reopened: None });
         let at = Time(at.0 + 900_000);
         let end = End::Failed(Fault::TimedOut);
-        write(&Record::Released { at, leaf, end, going: Going::default(), changes: vec![] });
+        write(&Record::Released { at, leaf, end, consequences: Consequences::default(), changes: vec![] });
     }
     journal.into_inner()
 }

@@ -100,7 +100,7 @@ thread_local! {
 }
 
 /// The mission and the records of one generated case.
-pub fn decided(seed: u64) -> (MissionSpec, Vec<Record>) {
+pub fn decided(seed: u64) -> (std::sync::Arc<MissionSpec>, Vec<Record>) {
     let case = Case::new(seed);
     let records = run::records(&case, 0).0;
     (case.mission, records)

@@ -103,7 +103,7 @@ fn check_pair(kind: &ControllerKind, pair: [&ControllerState; 2], seconds: f64) 
     }
 }
 
-fn mission(number: u32) -> MissionSpec {
+fn mission(number: u32) -> Arc<MissionSpec> {
     load(&experiment_file(number))
 }
 

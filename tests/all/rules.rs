@@ -9,7 +9,7 @@ mod reasons;
 mod words;
 
 use ambidex::model::{
-    BehaviorSpec, Change, End, Fault, Keep, MissionEnd, MissionSpec, NodeId, Outcome, Reason, Record, Report, Time,
+    BehaviorSpec, Change, End, Fault, MissionEnd, MissionSpec, NodeId, Outcome, Reason, Record, Retention, Time,
 };
 use ambidex::tree::{Begin, Input, Settings};
 
@@ -24,7 +24,7 @@ pub enum Event {
     /// It fails.
     Fails(&'static str),
     /// It fails, and its controller says where the base or what the gripper holds.
-    FailsWith(&'static str, Report),
+    FailsWith(&'static str, Change),
     /// The world changes from outside.
     World(Change),
 }
@@ -37,22 +37,22 @@ pub struct Run {
 
 impl Run {
     pub fn new(mission: MissionSpec, settings: Settings, events: &[Event]) -> Self {
-        let driver = Driver::new(&mission, &settings, Rng::of(&[1]));
+        let driver = Driver::new(&std::sync::Arc::new(mission.clone()), &settings, Rng::of(&[1]));
         let mut run = Self { driver, mission };
-        let situation = run.mission.start.clone();
-        run.give(NodeId(0), Input::Begin(Box::new(Begin { situation })));
+        let world_state = run.mission.start.clone();
+        run.give(NodeId(0), Input::Begin(Box::new(Begin { world_state })));
         for event in events {
             run.driver.now = Time(run.driver.now.0 + 1_000_000);
-            let outcome = |end, reports| Input::Ended(Box::new(Outcome { end, reports }));
+            let outcome = |end, changes| Input::Ended(Box::new(Outcome { end, changes }));
             match *event {
                 Event::Ok(name) => run.give(run.node(name), outcome(End::Succeeded, Vec::new())),
                 Event::Fails(name) => {
                     let failed = End::Failed(Fault::TimedOut);
                     run.give(run.node(name), outcome(failed, Vec::new()));
                 }
-                Event::FailsWith(name, report) => {
+                Event::FailsWith(name, change) => {
                     let failed = End::Failed(Fault::TimedOut);
-                    run.give(run.node(name), outcome(failed, vec![report]));
+                    run.give(run.node(name), outcome(failed, vec![change]));
                 }
                 Event::World(change) => run.give(NodeId(0), Input::World(change)),
             }
@@ -80,7 +80,7 @@ impl Run {
                 continue;
             };
             if !granted.is_empty() {
-                let names: Vec<_> = granted.iter().map(|grant| name(grant.leaf)).collect();
+                let names: Vec<_> = granted.iter().map(|grant| name(grant.leaf())).collect();
                 steps.push(names.join(" + "));
             }
             if let Some(reopened) = reopened {
@@ -141,4 +141,4 @@ pub fn robot(grippers: usize, tools: usize) -> Body {
 }
 
 /// The keep of most claims.
-pub const FREE: Keep = Keep::Release;
+pub const FREE: Retention = Retention::Release;

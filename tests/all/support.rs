@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use ambidex::model::{
     Access, ArmSpec, BaseSpec, BehaviorSpec, ChannelId, Claim, CommandTerm, Condition, ControllerId, ControllerKind,
-    ControllerSpec, EffectTerm, FactId, HeadSpec, Keep, MissionSpec, Mode, Names, NodeId, NodeKind, ObjectId, PlaceId,
-    PlaceSpec, Pose, Potential, ResourceId, ResourceSpec, RobotSpec, Situation, Task, Topology, TreeSpec, TypeId,
-    Wanted, Whereabouts, WorldSpec,
+    ControllerSpec, EffectTerm, FactId, HeadSpec, Location, MissionSpec, Mode, Names, NodeId, NodeKind, ObjectId,
+    PlaceId, PlaceSpec, Pose, Potential, ResourceId, ResourceSpec, Retention, RobotSpec, Selector, Task, Topology,
+    TreeSpec, TypeId, WorldSpec, WorldState,
 };
 use nalgebra::{Point3, Vector3};
 
@@ -92,7 +92,7 @@ pub fn place(index: usize, of: usize) -> PlaceSpec {
 }
 
 /// A mission around a tree: objects lie where `objects` says, facts are as `facts` says.
-pub fn mission(body: Body, places: usize, objects: Vec<Whereabouts>, facts: Vec<bool>, tree: &Tree) -> MissionSpec {
+pub fn mission(body: Body, places: usize, objects: Vec<Location>, facts: Vec<bool>, tree: &Tree) -> MissionSpec {
     let robot = body.spec();
     let list = |word: &str, count: usize| (0..count).map(|index| format!("{word}{index}")).collect();
     let (tree, nodes) = tree_spec(tree);
@@ -122,7 +122,7 @@ pub fn mission(body: Body, places: usize, objects: Vec<Whereabouts>, facts: Vec<
             object_offsets: (0..objects.len()).map(offset).collect(),
             obstacles: Vec::new(),
         },
-        start: Situation { base: Pose::new(0.0, 0.0, 0.0), objects, facts },
+        start: WorldState { base: Pose::new(0.0, 0.0, 0.0), objects, facts },
         robot,
         tree,
         names,
@@ -209,8 +209,8 @@ pub fn blank(kind: &str) -> BehaviorSpec {
     }
 }
 
-pub fn claim(wanted: Wanted, access: Access, keep: Keep) -> Claim {
-    Claim { wanted, access, keep }
+pub fn claim(selector: Selector, access: Access, keep: Retention) -> Claim {
+    Claim { selector, access, keep }
 }
 
 /// Shared with whom does the same there.
@@ -218,8 +218,8 @@ pub fn at_channel(place: PlaceId) -> ChannelId {
     ChannelId(8 + place.0)
 }
 
-fn only(body: Body, ty: TypeId) -> Wanted {
-    body.first(ty).map_or(Wanted::Any(ty), Wanted::Named)
+fn only(body: Body, ty: TypeId) -> Selector {
+    body.first(ty).map_or(Selector::Any(ty), Selector::Named)
 }
 
 /// `move` of the paper; its place is one of `places` on the circle.
@@ -227,7 +227,7 @@ pub fn move_to(body: Body, to: PlaceId, places: usize) -> BehaviorSpec {
     let stand = place(to.index(), places).stand;
     let kept = Access::Shared(at_channel(to));
     BehaviorSpec {
-        claims: vec![claim(only(body, BASE), Access::Exclusive, Keep::Intention(kept))],
+        claims: vec![claim(only(body, BASE), Access::Exclusive, Retention::Intention(kept))],
         potential: Potential::Nearness { to: stand, floor_m: TOLERANCE_M, scale_by: Some(GRIPPER) },
         satisfied: Condition::At { place: to, stand, tolerance_m: TOLERANCE_M },
         precondition: Condition::Path { place: to, stand },
@@ -239,15 +239,15 @@ pub fn move_to(body: Body, to: PlaceId, places: usize) -> BehaviorSpec {
 
 fn there(body: Body, at: PlaceId) -> Vec<Claim> {
     let access = Access::Shared(at_channel(at));
-    vec![claim(only(body, BASE), access, Keep::Release), claim(only(body, HEAD), access, Keep::Release)]
+    vec![claim(only(body, BASE), access, Retention::Release), claim(only(body, HEAD), access, Retention::Release)]
 }
 
 /// `pick` of the paper.
 pub fn pick(body: Body, object: ObjectId, at: PlaceId, places: usize) -> BehaviorSpec {
     let stand = place(at.index(), places).stand;
     let mut claims = there(body, at);
-    let wanted = Wanted::AnyEmpty { of: GRIPPER, reaches: Some(object) };
-    claims.push(claim(wanted, Access::Exclusive, Keep::Physical(Access::Exclusive)));
+    let wanted = Selector::AnyEmpty { of: GRIPPER, reaches: Some(object) };
+    claims.push(claim(wanted, Access::Exclusive, Retention::Physical(Access::Exclusive)));
     BehaviorSpec {
         claims,
         potential: Potential::Constant(1.0 + body.grippers as f64 / TOLERANCE_M),
@@ -271,7 +271,7 @@ pub fn pick(body: Body, object: ObjectId, at: PlaceId, places: usize) -> Behavio
 pub fn put(body: Body, object: ObjectId, at: PlaceId, places: usize) -> BehaviorSpec {
     let stand = place(at.index(), places).stand;
     let mut claims = there(body, at);
-    claims.push(claim(Wanted::Holding(object), Access::Exclusive, Keep::Release));
+    claims.push(claim(Selector::Holding(object), Access::Exclusive, Retention::Release));
     BehaviorSpec {
         claims,
         potential: Potential::Constant(1.0 + body.grippers as f64 / TOLERANCE_M),

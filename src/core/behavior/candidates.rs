@@ -1,57 +1,59 @@
 //! Which resources would serve which claim now.
 
 use crate::world::View;
-use ambidex_model::{Access, Candidate, Claim, Line, Need, ObjectId, Reason, ResourceId, TypeId, Wanted, Whereabouts};
+use ambidex_model::{
+    Access, Candidate, Claim, ClaimOptions, Lineage, Location, ObjectId, Reason, ResourceId, Selector, TypeId,
+    match_claims,
+};
 
 /// Each claim with every resource that would serve it in the table as it is.
 ///
 /// # Errors
 /// Why one of the claims, or all of them together, cannot be served.
-pub(super) fn needs(claims: &[Claim], view: &View, line: &Line<'_>) -> Result<Vec<Need>, Reason> {
-    let needs = claims.iter().map(|claim| need(claim, view, line)).collect::<Result<Vec<_>, _>>()?;
-    let is_short = |upto: &usize| !serves_all(&needs[..*upto], &mut Vec::new());
-    let Some(short) = (1..=needs.len()).find(is_short) else {
-        return Ok(needs);
-    };
-    let contested = needs[short - 1].candidates[0].resource;
-    Err(Reason::NoneFree { of: view.geometry.robot.resources[contested.index()].ty })
+pub(super) fn options(claims: &[Claim], view: &View, line: &Lineage<'_>) -> Result<Vec<ClaimOptions>, Reason> {
+    let options = claims.iter().map(|claim| options_of(claim, view, line)).collect::<Result<Vec<_>, _>>()?;
+    let resources: Vec<_> = options.iter().map(ClaimOptions::resources).collect();
+    match match_claims(&resources) {
+        Ok(()) => Ok(options),
+        Err(short) => Err(Reason::NoneFree { of: view.mission.robot.resources[resources[short][0].index()].ty }),
+    }
 }
 
-fn need(claim: &Claim, view: &View, line: &Line<'_>) -> Result<Need, Reason> {
-    let candidates = match claim.wanted {
-        Wanted::Named(resource) => one(resource, claim.access, view, line)?,
-        Wanted::Holding(object) => match view.situation.objects[object.index()] {
-            Whereabouts::In(resource) => one(resource, claim.access, view, line)?,
-            Whereabouts::At(_) | Whereabouts::Unknown => return Err(Reason::NotHeld { object }),
+fn options_of(claim: &Claim, view: &View, line: &Lineage<'_>) -> Result<ClaimOptions, Reason> {
+    let candidates = match claim.selector {
+        Selector::Named(resource) => one(resource, claim.access, view, line)?,
+        Selector::Holding(object) => match view.world_state.objects[object.index()] {
+            Location::In(resource) => one(resource, claim.access, view, line)?,
+            Location::At(_) | Location::Unknown => return Err(Reason::NotHeld { object }),
         },
-        Wanted::Any(of) => any(of, claim.access, view, line)?,
-        Wanted::AnyEmpty { of, reaches } => {
-            let all: Vec<_> = view.geometry.robot.of_type(of).collect();
+        Selector::Any(of) => any(of, claim.access, view, line)?,
+        Selector::AnyEmpty { of, reaches } => {
+            let all: Vec<_> = view.mission.robot.of_type(of).collect();
             empty(any(of, claim.access, view, line)?, claim.access, (of, &all), reaches, view, line)?
         }
-        Wanted::Empty { resource, reaches } => {
-            let of = view.geometry.robot.resources[resource.index()].ty;
+        Selector::Empty { resource, reaches } => {
+            let of = view.mission.robot.resources[resource.index()].ty;
             empty(one(resource, claim.access, view, line)?, claim.access, (of, &[resource]), reaches, view, line)?
         }
     };
-    Ok(Need { access: claim.access, keep: claim.keep, candidates })
+    Ok(ClaimOptions { access: claim.access, keep: claim.keep, candidates })
 }
 
-fn one(id: ResourceId, access: Access, view: &View, line: &Line<'_>) -> Result<Vec<Candidate>, Reason> {
+fn one(id: ResourceId, access: Access, view: &View, line: &Lineage<'_>) -> Result<Vec<Candidate>, Reason> {
     match held(id, access, view, line) {
         Some(reason) => Err(reason),
         None => Ok(vec![Candidate { resource: id, cost_m: 0.0 }]),
     }
 }
 
-fn held(id: ResourceId, access: Access, view: &View, line: &Line<'_>) -> Option<Reason> {
+fn held(id: ResourceId, access: Access, view: &View, line: &Lineage<'_>) -> Option<Reason> {
     let resource = view.table.resource(id);
     let by = resource.obstacle(line, access)?;
     Some(Reason::Held { resource: id, by, channel: resource.channel() })
 }
 
-fn any(of: TypeId, access: Access, view: &View, line: &Line<'_>) -> Result<Vec<Candidate>, Reason> {
-    let robot = &view.geometry.robot;
+fn any(of: TypeId, access: Access, view: &View, line: &Lineage<'_>) -> Result<Vec<Candidate>, Reason> {
+    let robot = &view.mission.robot;
     if robot.of_type(of).next().is_none() {
         return Err(Reason::Missing { of });
     }
@@ -67,13 +69,13 @@ fn empty(
     (of, all): (TypeId, &[ResourceId]),
     reaches: Option<ObjectId>,
     view: &View,
-    line: &Line<'_>,
+    line: &Lineage<'_>,
 ) -> Result<Vec<Candidate>, Reason> {
     let reach = |resource| match reaches {
-        Some(object) => view.geometry.reach_m(&view.situation, resource, object),
+        Some(object) => view.geometry().reach_m(&view.world_state, resource, object),
         None => Some(0.0),
     };
-    let is_empty = |resource| view.situation.held_by(resource).is_none();
+    let is_empty = |resource| view.world_state.held_by(resource).is_none();
     let empty: Vec<_> = fitting.into_iter().filter(|candidate| is_empty(candidate.resource)).collect();
     let reached: Vec<_> = empty
         .iter()
@@ -92,20 +94,4 @@ fn empty(
         }
         None => Err(Reason::NoneFree { of }),
     }
-}
-
-/// Whether each need can have a resource of its own.
-fn serves_all(needs: &[Need], taken: &mut Vec<ResourceId>) -> bool {
-    let Some((need, others)) = needs.split_first() else {
-        return true;
-    };
-    need.candidates.iter().map(|candidate| candidate.resource).any(|resource| {
-        if taken.contains(&resource) {
-            return false;
-        }
-        taken.push(resource);
-        let serves = serves_all(others, taken);
-        taken.pop();
-        serves
-    })
 }

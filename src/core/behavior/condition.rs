@@ -1,45 +1,45 @@
 //! Conditions over world and line.
 
 use crate::world::View;
-use ambidex_model::{Condition, Line, Pose, Reason, Whereabouts};
+use ambidex_model::{Condition, Lineage, Location, Pose, Reason};
 
 /// Whether a condition is met.
 ///
 /// # Errors
 /// What is not so; [`Condition::Never`] has no better word than that the goal is not met by itself.
-pub fn check(condition: &Condition, view: &View, line: &Line<'_>) -> Result<(), Reason> {
-    let situation = &view.situation;
+pub fn check(condition: &Condition, view: &View, line: &Lineage<'_>) -> Result<(), Reason> {
+    let world_state = &view.world_state;
     match condition {
         Condition::All(parts) => parts.iter().try_for_each(|part| check(part, view, line)),
         Condition::Never => Err(Reason::NotItsTurn { after: line.node }),
         Condition::At { place, stand, tolerance_m } => match view.driver() {
             Some(by) => Err(Reason::Driving { by }),
-            None => met(is_at(situation.base, *stand, *tolerance_m), || Reason::NotAt { place: *place }),
+            None => met(is_at(world_state.base, *stand, *tolerance_m), || Reason::NotAt { place: *place }),
         },
         Condition::Path { place, stand } => {
-            let path = view.geometry.path(situation.base, *stand);
+            let path = view.geometry().path(world_state.base, *stand);
             met(path.is_some(), || Reason::NoPath { place: *place })
         }
         Condition::Held(object) => {
-            let is_held = match situation.objects[object.index()] {
-                Whereabouts::In(resource) => {
+            let is_held = match world_state.objects[object.index()] {
+                Location::In(resource) => {
                     let leases = view.table.resource(resource).leases();
                     leases.iter().any(|lease| line.contains(lease.holder))
                 }
-                Whereabouts::At(_) | Whereabouts::Unknown => false,
+                Location::At(_) | Location::Unknown => false,
             };
             met(is_held, || Reason::NotHeld { object: *object })
         }
-        Condition::Free(object) => match situation.objects[object.index()] {
-            Whereabouts::In(by) => Err(Reason::Taken { object: *object, by }),
-            Whereabouts::At(_) | Whereabouts::Unknown => Ok(()),
+        Condition::Free(object) => match world_state.objects[object.index()] {
+            Location::In(by) => Err(Reason::Taken { object: *object, by }),
+            Location::At(_) | Location::Unknown => Ok(()),
         },
         Condition::Lies(object, place) => {
-            let is_there = situation.objects[object.index()] == Whereabouts::At(*place);
+            let is_there = world_state.objects[object.index()] == Location::At(*place);
             met(is_there, || Reason::Elsewhere { object: *object, place: *place })
         }
         Condition::Fact(fact, holds) => {
-            met(situation.facts[fact.index()] == *holds, || Reason::Fact { fact: *fact, holds: *holds })
+            met(world_state.facts[fact.index()] == *holds, || Reason::Fact { fact: *fact, holds: *holds })
         }
     }
 }

@@ -8,7 +8,7 @@ pub use condition::check;
 pub use goal::{changes, goal};
 
 use crate::world::View;
-use ambidex_model::{BehaviorSpec, Line, Potential, Reason, Request, Task, TypeId};
+use ambidex_model::{BehaviorSpec, Lineage, Potential, Reason, Request, Task, TypeId};
 
 /// What a behavior says to an activation.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,12 +22,12 @@ pub enum Answer {
 }
 
 /// Whether the behavior's goal is met.
-pub fn is_satisfied(spec: &BehaviorSpec, view: &View, line: &Line<'_>) -> bool {
+pub fn is_satisfied(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>) -> bool {
     check(&spec.satisfied, view, line).is_ok()
 }
 
 /// What a behavior that is not done says (III-B, III-C).
-pub fn answer(spec: &BehaviorSpec, view: &View, line: &Line<'_>) -> Answer {
+pub fn answer(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>) -> Answer {
     if is_satisfied(spec, view, line) {
         return Answer::Satisfied;
     }
@@ -37,49 +37,49 @@ pub fn answer(spec: &BehaviorSpec, view: &View, line: &Line<'_>) -> Answer {
     }
 }
 
-fn request(spec: &BehaviorSpec, view: &View, line: &Line<'_>) -> Result<Request, Reason> {
+fn request(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>) -> Result<Request, Reason> {
     check(&spec.precondition, view, line)?;
     let potential = potential(&spec.potential, view, line)?;
     for &object in &spec.changes {
         let mut others = view.running.iter();
-        if let Some((&with, _)) = others.find(|(_, grant)| grant.changes.contains(&object)) {
+        if let Some((&with, _)) = others.find(|(_, grant)| grant.request.changes.contains(&object)) {
             return Err(Reason::SameObject { object, with });
         }
     }
     for term in &spec.commands {
         if let Task::Grasp(object) = term.task
-            && view.geometry.object(&view.situation, object).is_none()
+            && view.geometry().object(&view.world_state, object).is_none()
         {
             return Err(Reason::OutOfReach { object });
         }
     }
-    let needs = candidates::needs(&spec.claims, view, line)?;
+    let claims = candidates::options(&spec.claims, view, line)?;
     Ok(Request {
         leaf: line.node,
         potential,
         heir: view.is_heir(line),
-        needs,
+        claims,
         changes: spec.changes.clone(),
         skips: line.skips.to_vec(),
     })
 }
 
 /// Activation potential, greater than 0; a potential of 0 means not to ask. n is 1 when the robot has none of the type.
-fn potential(potential: &Potential, view: &View, line: &Line<'_>) -> Result<f64, Reason> {
+fn potential(potential: &Potential, view: &View, line: &Lineage<'_>) -> Result<f64, Reason> {
     match *potential {
         Potential::Constant(0.0) | Potential::Scaled { value: 0.0, .. } => Err(Reason::Unwanted),
         Potential::Constant(value) => Ok(value),
         Potential::Scaled { value, by } => Ok(value * scale(by, view, line)?),
         Potential::Nearness { to, floor_m, scale_by } => {
             let available = scale_by.map_or(Ok(1.0), |of| scale(of, view, line))?;
-            Ok(available / view.situation.base.distance_m(&to).max(floor_m))
+            Ok(available / view.world_state.base.distance_m(&to).max(floor_m))
         }
     }
 }
 
 /// The factor that a type gives to a potential.
-fn scale(of: TypeId, view: &View, line: &Line<'_>) -> Result<f64, Reason> {
-    if view.geometry.robot.of_type(of).next().is_none() {
+fn scale(of: TypeId, view: &View, line: &Lineage<'_>) -> Result<f64, Reason> {
+    if view.mission.robot.of_type(of).next().is_none() {
         return Ok(1.0);
     }
     match available(of, view, line) {
@@ -89,10 +89,10 @@ fn scale(of: TypeId, view: &View, line: &Line<'_>) -> Result<f64, Reason> {
 }
 
 /// The n of equation (1): resources of a type that are free or held by the behavior's own line.
-fn available(of: TypeId, view: &View, line: &Line<'_>) -> usize {
+fn available(of: TypeId, view: &View, line: &Lineage<'_>) -> usize {
     let is_available = |id| {
         let resource = view.table.resource(id);
         !resource.is_locked() || resource.leases().iter().any(|lease| line.contains(lease.holder))
     };
-    view.geometry.robot.of_type(of).filter(|&id| is_available(id)).count()
+    view.mission.robot.of_type(of).filter(|&id| is_available(id)).count()
 }

@@ -2,10 +2,7 @@
 
 use nalgebra::Vector3;
 
-use ambidex_model::{
-    Change, CommandId, ControllerId, ControllerKind, ControllerState, ResourceId, RobotSpec, Situation, Time,
-    Whereabouts,
-};
+use ambidex_model::{CommandId, ControllerId, ControllerKind, ControllerState, MissionSpec, Time, WorldState};
 
 /// How often a controller is configured that does not answer, before it counts as lost.
 const TRIES: u32 = 3;
@@ -23,7 +20,7 @@ enum Phase {
     #[default]
     Absent,
     Configuring {
-        due: Time,
+        deadline: Time,
         tries: u32,
     },
     Ready(ControllerState),
@@ -31,12 +28,12 @@ enum Phase {
 
 impl Attachment {
     /// Begins a new attachment, to be answered in time, and gives its generation; none after too many tries.
-    pub(super) fn attach(&mut self, due: Time) -> Option<u32> {
+    pub(super) fn attach(&mut self, deadline: Time) -> Option<u32> {
         let tries = match self.phase {
             Phase::Configuring { tries, .. } => tries + 1,
             Phase::Absent | Phase::Ready(_) => 1,
         };
-        self.phase = if tries > TRIES { Phase::Absent } else { Phase::Configuring { due, tries } };
+        self.phase = if tries > TRIES { Phase::Absent } else { Phase::Configuring { deadline, tries } };
         self.generation += 1;
         self.next_number = 0;
         (tries <= TRIES).then_some(self.generation)
@@ -49,7 +46,7 @@ impl Attachment {
     /// By when the configuration must be answered.
     pub(super) fn deadline(&self) -> Option<Time> {
         match self.phase {
-            Phase::Configuring { due, .. } => Some(due),
+            Phase::Configuring { deadline, .. } => Some(deadline),
             Phase::Absent | Phase::Ready(_) => None,
         }
     }
@@ -81,11 +78,11 @@ impl Attachment {
 }
 
 /// Where a simulated controller starts.
-pub(super) fn start_state(robot: &RobotSpec, start: &Situation, id: ControllerId) -> ControllerState {
-    match robot.controllers[id.index()].kind {
-        ControllerKind::Base(_) => ControllerState::Base { pose: start.base, velocity: Vector3::zeros() },
+pub(super) fn start_state(mission: &MissionSpec, id: ControllerId) -> ControllerState {
+    match mission.robot.controllers[id.index()].kind {
+        ControllerKind::Base(_) => ControllerState::Base { pose: mission.start.base, velocity: Vector3::zeros() },
         ControllerKind::Arm(arm) => {
-            let holds = resources_of(robot, id).find_map(|resource| start.held_by(resource));
+            let holds = mission.robot.moved_by(id).find_map(|resource| mission.start.held_by(resource));
             ControllerState::Arm { gripper: arm.tuck, velocity: Vector3::zeros(), holds }
         }
         ControllerKind::Head(_) => ControllerState::Head { angles: [0.0; 2], velocity: [0.0; 2] },
@@ -93,44 +90,27 @@ pub(super) fn start_state(robot: &RobotSpec, start: &Situation, id: ControllerId
 }
 
 /// Whether such a state can come from this controller: of its kind, and about objects that there are.
-pub(super) fn is_credible(robot: &RobotSpec, start: &Situation, id: ControllerId, state: &ControllerState) -> bool {
-    match (state, robot.controllers[id.index()].kind) {
+pub(super) fn is_credible(mission: &MissionSpec, id: ControllerId, state: &ControllerState) -> bool {
+    match (state, mission.robot.controllers[id.index()].kind) {
         (ControllerState::Base { .. }, ControllerKind::Base(_))
         | (ControllerState::Head { .. }, ControllerKind::Head(_)) => true,
         (ControllerState::Arm { holds, .. }, ControllerKind::Arm(_)) => {
-            holds.is_none_or(|object| object.index() < start.objects.len())
+            holds.is_none_or(|object| object.index() < mission.start.objects.len())
         }
         (ControllerState::Base { .. } | ControllerState::Arm { .. } | ControllerState::Head { .. }, _) => false,
     }
 }
 
 /// The start corrected by what the controllers say; theirs wins.
-pub(super) fn situation(
-    robot: &RobotSpec,
-    start: &Situation,
+pub(super) fn world_state(
+    mission: &MissionSpec,
     states: impl Iterator<Item = (ControllerId, ControllerState)>,
-) -> Situation {
-    let mut situation = start.clone();
+) -> WorldState {
+    let mut world_state = mission.start.clone();
     for (id, state) in states {
-        match state {
-            ControllerState::Base { pose, .. } => {
-                situation.apply(Change::Base(pose));
-            }
-            ControllerState::Arm { holds, .. } => {
-                for resource in resources_of(robot, id) {
-                    situation.apply(match holds {
-                        Some(object) => Change::Object(object, Whereabouts::In(resource)),
-                        None => Change::Emptied(resource),
-                    });
-                }
-            }
-            ControllerState::Head { .. } => {}
+        for change in state.changes(mission.robot.moved_by(id)) {
+            world_state.apply(change);
         }
     }
-    situation
-}
-
-fn resources_of(robot: &RobotSpec, id: ControllerId) -> impl Iterator<Item = ResourceId> + '_ {
-    let ids = (0..robot.resources.len()).map(ResourceId::from);
-    ids.filter(move |resource| robot.resources[resource.index()].controller == Some(id))
+    world_state
 }

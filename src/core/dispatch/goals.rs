@@ -2,11 +2,11 @@
 
 use std::collections::VecDeque;
 
-use super::slot::{Active, Work};
+use super::command_queue::Active;
 use super::{Dispatch, Effect};
 use ambidex_model::{
-    CommandId, ControllerId, ControllerMessage, ControllerState, End, Fault, Goal, Mode, NodeId, Outcome, Part,
-    PartEnd, Rejection, Report, ResourceId, Time, ToController,
+    Change, CommandId, ControllerId, ControllerMessage, ControllerState, End, Fault, Goal, Mode, NodeId, Outcome, Part,
+    PartEnd, Rejection, ResourceId, Time, ToController,
 };
 
 /// A goal under way.
@@ -15,17 +15,18 @@ pub(super) struct Running {
     /// Controllers that still work on it, with the resource and mode of the part.
     parts: Vec<(ControllerId, ResourceId, Mode)>,
     /// When it may end, at the earliest.
-    ripe: Time,
-    due: Option<Time>,
+    earliest_end: Time,
+    deadline: Option<Time>,
     /// How it will have ended when the last part has.
     end: Option<End>,
-    reports: Vec<Report>,
+    /// What its controllers said of the world as their parts ended.
+    changes: Vec<Change>,
 }
 
 impl Running {
     pub(super) fn deadline(&self) -> Option<Time> {
-        let ripe = self.is_achieved().then_some(self.ripe);
-        self.due.map(|due| ripe.map_or(due, |ripe| ripe.min(due)))
+        let earliest_end = self.is_achieved().then_some(self.earliest_end);
+        self.deadline.map(|deadline| earliest_end.map_or(deadline, |earliest_end| earliest_end.min(deadline)))
     }
 
     /// Whether only its time keeps it.
@@ -37,29 +38,26 @@ impl Running {
 impl Dispatch {
     pub(super) fn start(&mut self, now: Time, goal: Goal) {
         let leaf = goal.leaf;
-        let work = |part: Part| {
-            let controller = self.robot.resources[part.resource.index()].controller?;
-            let Part { resource, access, mode, command } = part;
-            Some((controller, Work { resource, access, mode, command }))
-        };
-        let works: Vec<_> = goal.parts.into_iter().filter_map(work).collect();
-        if let Some(end) = self.obstacle(&works) {
-            self.effects.push(Effect::Ended(leaf, Outcome { end, reports: Vec::new() }));
+        let robot = &self.mission.robot;
+        let moved = |part: Part| Some((robot.resources[part.resource.index()].controller?, part));
+        let parts: Vec<_> = goal.parts.into_iter().filter_map(moved).collect();
+        if let Some(end) = self.obstacle(&parts) {
+            self.effects.push(Effect::Ended(leaf, Outcome { end, changes: Vec::new() }));
             return;
         }
-        let parts = works.iter().map(|(controller, work)| (*controller, work.resource, work.mode)).collect();
-        let (ripe, due) = (now + goal.takes, Some(now + goal.timeout));
-        self.goals.insert(leaf, Running { parts, ripe, due, end: None, reports: Vec::new() });
-        for (controller, work) in works {
-            self.begin(now, controller, leaf, work);
+        let under_way = parts.iter().map(|(controller, part)| (*controller, part.resource, part.mode)).collect();
+        let (earliest_end, deadline) = (now + goal.takes, Some(now + goal.timeout));
+        self.goals.insert(leaf, Running { parts: under_way, earliest_end, deadline, end: None, changes: Vec::new() });
+        for (controller, part) in parts {
+            self.begin(now, controller, leaf, part);
         }
         self.settle(now, leaf);
     }
 
     /// Why a goal ends before it begins: everything ends, or a controller that it needs is gone.
-    fn obstacle(&self, works: &[(ControllerId, Work)]) -> Option<End> {
+    fn obstacle(&self, parts: &[(ControllerId, Part)]) -> Option<End> {
         let is_gone = |id: &ControllerId| !self.attachments[id.index()].is_ready();
-        let gone = works.iter().map(|(controller, _)| *controller).find(is_gone);
+        let gone = parts.iter().map(|(controller, _)| *controller).find(is_gone);
         let canceled = self.is_ending.then_some(End::Canceled);
         canceled.or(gone.map(|controller| End::Failed(Fault::Lost(controller))))
     }
@@ -70,7 +68,7 @@ impl Dispatch {
             return;
         };
         running.end.get_or_insert(end);
-        running.due = None;
+        running.deadline = None;
         let controllers: Vec<_> = running.parts.iter().map(|(controller, ..)| *controller).collect();
         for controller in controllers {
             self.leave(now, controller, leaf);
@@ -82,7 +80,7 @@ impl Dispatch {
         let late: Vec<_> = self
             .goals
             .iter()
-            .filter(|(_, running)| running.due.is_some_and(|due| due <= now))
+            .filter(|(_, running)| running.deadline.is_some_and(|deadline| deadline <= now))
             .map(|(&leaf, _)| leaf)
             .collect();
         for leaf in late {
@@ -91,12 +89,12 @@ impl Dispatch {
         for leaf in self.goals.keys().copied().collect::<Vec<_>>() {
             self.settle(now, leaf);
         }
-        for index in 0..self.slots.len() {
+        for index in 0..self.queues.len() {
             let controller = ControllerId::from(index);
-            if self.slots[index].deadline().is_some_and(|due| due <= now) {
+            if self.queues[index].deadline().is_some_and(|deadline| deadline <= now) {
                 self.unanswered(now, controller);
             }
-            if self.attachments[index].deadline().is_some_and(|due| due <= now) {
+            if self.attachments[index].deadline().is_some_and(|deadline| deadline <= now) {
                 self.configure(now, controller);
             }
         }
@@ -107,24 +105,24 @@ impl Dispatch {
     }
 
     pub(super) fn closed(&mut self, now: Time, controller: ControllerId, id: CommandId) {
-        if self.slots[controller.index()].knows(id) {
+        if self.queues[controller.index()].knows(id) {
             self.record(now, controller, ControllerMessage::Refused { why: Rejection::Unknown });
             self.drop_current(now, controller, End::Failed(Fault::Aborted(controller)));
         }
     }
 
     pub(super) fn part_ended(&mut self, now: Time, controller: ControllerId, end: PartEnd, state: ControllerState) {
-        let Some(active) = self.slots[controller.index()].current.take() else {
+        let Some(active) = self.queues[controller.index()].current.take() else {
             return;
         };
-        let fault = match (active.work.mode, end) {
+        let fault = match (active.part.mode, end) {
             (Mode::Achieve, PartEnd::Succeeded) => None,
             (Mode::Achieve, PartEnd::Aborted | PartEnd::Canceled) => Some(Fault::Aborted(controller)),
             (Mode::Maintain, _) => Some(Fault::NotMaintained(controller)),
         };
         for leaf in active.holders {
-            self.report(leaf, active.work.resource, state);
-            self.forget_part(leaf, active.work.resource, active.work.mode);
+            self.tell_changes(leaf, active.part.resource, state);
+            self.forget_part(leaf, active.part.resource, active.part.mode);
             match fault {
                 Some(fault) => self.stop(now, leaf, End::Failed(fault)),
                 None => self.settle(now, leaf),
@@ -133,72 +131,71 @@ impl Dispatch {
         self.next(now, controller);
     }
 
-    pub(super) fn slot_lost(&mut self, now: Time, controller: ControllerId) {
+    pub(super) fn queue_lost(&mut self, now: Time, controller: ControllerId) {
         let fault = End::Failed(Fault::Lost(controller));
-        for (leaf, work) in std::mem::take(&mut self.slots[controller.index()].queue) {
-            self.forget_part(leaf, work.resource, work.mode);
+        for (leaf, part) in std::mem::take(&mut self.queues[controller.index()].waiting) {
+            self.forget_part(leaf, part.resource, part.mode);
             self.stop(now, leaf, fault);
         }
         self.drop_current(now, controller, fault);
     }
 
-    fn begin(&mut self, now: Time, controller: ControllerId, leaf: NodeId, work: Work) {
-        if let Some(active) = self.slots[controller.index()].shared(&work) {
+    fn begin(&mut self, now: Time, controller: ControllerId, leaf: NodeId, part: Part) {
+        if let Some(active) = self.queues[controller.index()].shared(&part) {
             active.holders.insert(leaf);
             let id = active.id;
             self.record(now, controller, ControllerMessage::Joined { leaf, id });
             return;
         }
-        self.slots[controller.index()].queue.push_back((leaf, work));
+        self.queues[controller.index()].waiting.push_back((leaf, part));
         self.next(now, controller);
     }
 
     /// Sends the next command of a controller that is free.
     fn next(&mut self, now: Time, controller: ControllerId) {
-        if self.slots[controller.index()].current.is_some() {
+        if self.queues[controller.index()].current.is_some() {
             return;
         }
-        let Some((leaf, work)) = self.slots[controller.index()].queue.pop_front() else {
+        let Some((leaf, part)) = self.queues[controller.index()].waiting.pop_front() else {
             return;
         };
-        let id = self.send(now, controller, leaf, &work);
-        let due = Some(now + self.limits.accept);
-        let active = Active { id, work, holders: [leaf].into(), due, is_canceled: false };
-        self.slots[controller.index()].current = Some(active);
-        let waiting = std::mem::take(&mut self.slots[controller.index()].queue);
-        for (leaf, work) in waiting {
-            self.begin(now, controller, leaf, work);
+        let id = self.send(now, controller, leaf, &part);
+        let deadline = Some(now + self.limits.accept);
+        let active = Active { id, part, holders: [leaf].into(), deadline, is_canceled: false };
+        self.queues[controller.index()].current = Some(active);
+        let waiting = std::mem::take(&mut self.queues[controller.index()].waiting);
+        for (leaf, part) in waiting {
+            self.begin(now, controller, leaf, part);
         }
     }
 
     /// A goal no longer needs a controller; the last to leave stops the command.
     fn leave(&mut self, now: Time, controller: ControllerId, leaf: NodeId) {
-        let due = Some(now + self.limits.cancel);
-        let slot = &mut self.slots[controller.index()];
-        let waiting = std::mem::take(&mut slot.queue);
-        let (gone, queue): (VecDeque<_>, _) = waiting.into_iter().partition(|(waiting, _)| *waiting == leaf);
-        slot.queue = queue;
-        for (_, work) in gone {
-            self.forget_part(leaf, work.resource, work.mode);
+        let deadline = Some(now + self.limits.cancel);
+        let waiting = std::mem::take(&mut self.queues[controller.index()].waiting);
+        let (gone, waiting): (VecDeque<_>, _) = waiting.into_iter().partition(|(waiting, _)| *waiting == leaf);
+        self.queues[controller.index()].waiting = waiting;
+        for (_, part) in gone {
+            self.forget_part(leaf, part.resource, part.mode);
         }
-        let slot = &mut self.slots[controller.index()];
-        let Some(active) = slot.current.as_mut().filter(|active| active.holders.contains(&leaf)) else {
+        let current = &mut self.queues[controller.index()].current;
+        let Some(active) = current.as_mut().filter(|active| active.holders.contains(&leaf)) else {
             return;
         };
         if active.holders.len() > 1 {
             active.holders.remove(&leaf);
-            let (resource, mode) = (active.work.resource, active.work.mode);
+            let (resource, mode) = (active.part.resource, active.part.mode);
             self.forget_part(leaf, resource, mode);
         } else if !active.is_canceled {
             active.is_canceled = true;
-            active.due = due;
+            active.deadline = deadline;
             let id = active.id;
             self.tell(now, controller, Some(leaf), ToController::Cancel { id });
         }
     }
 
     fn unanswered(&mut self, now: Time, controller: ControllerId) {
-        let Some(active) = &self.slots[controller.index()].current else {
+        let Some(active) = &self.queues[controller.index()].current else {
             return;
         };
         let id = active.id;
@@ -210,9 +207,9 @@ impl Dispatch {
 
     /// Gives up what a controller is doing; whatever it says of it later is stale.
     fn drop_current(&mut self, now: Time, controller: ControllerId, end: End) {
-        if let Some(active) = self.slots[controller.index()].current.take() {
+        if let Some(active) = self.queues[controller.index()].current.take() {
             for leaf in active.holders {
-                self.forget_part(leaf, active.work.resource, active.work.mode);
+                self.forget_part(leaf, active.part.resource, active.part.mode);
                 self.stop(now, leaf, end);
             }
         }
@@ -229,14 +226,10 @@ impl Dispatch {
         }
     }
 
-    fn report(&mut self, leaf: NodeId, resource: ResourceId, state: ControllerState) {
-        let report = match state {
-            ControllerState::Base { pose, .. } => Report::BaseAt(pose),
-            ControllerState::Arm { holds, .. } => Report::Holds(resource, holds),
-            ControllerState::Head { .. } => return,
-        };
+    /// What a controller says of the world goes into the outcome of the goal.
+    fn tell_changes(&mut self, leaf: NodeId, resource: ResourceId, state: ControllerState) {
         if let Some(running) = self.goals.get_mut(&leaf) {
-            running.reports.push(report);
+            running.changes.extend(state.changes([resource]));
         }
     }
 
@@ -245,14 +238,14 @@ impl Dispatch {
         let Some(running) = self.goals.get_mut(&leaf) else {
             return;
         };
-        if running.is_achieved() && running.ripe <= now && running.end.is_none() {
+        if running.is_achieved() && running.earliest_end <= now && running.end.is_none() {
             self.stop(now, leaf, End::Succeeded);
         } else if running.parts.is_empty()
             && running.end.is_some()
             && let Some(running) = self.goals.remove(&leaf)
         {
             let end = running.end.expect("a goal without parts has ended");
-            self.effects.push(Effect::Ended(leaf, Outcome { end, reports: running.reports }));
+            self.effects.push(Effect::Ended(leaf, Outcome { end, changes: running.changes }));
         }
     }
 }

@@ -1,19 +1,20 @@
 //! From a leaf's goal to commands of controllers and back: sharing, identities, deadlines, attachment. Pure.
 
 mod attachment;
+mod command_queue;
 mod goals;
-mod slot;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Duration;
 
 use attachment::Attachment;
+use command_queue::CommandQueue;
 use goals::Running;
-use slot::Slot;
 
 use ambidex_model::{
     Change, CommandId, ControllerId, ControllerMessage, ControllerState, End, FromController, Goal, MissionSpec,
-    NodeId, Outcome, Record, Rejection, RobotSpec, Situation, Time, ToController,
+    NodeId, Outcome, Part, Record, Rejection, Time, ToController, WorldState,
 };
 
 /// What reaches the dispatch.
@@ -47,13 +48,15 @@ pub enum Effect {
     /// This controller is attached and configured.
     Configured(ControllerId),
     /// All of them are: how things really are.
-    Ready(Situation),
+    Ready(WorldState),
     /// The goal of this leaf ended.
     Ended(NodeId, Outcome),
     /// Where the base is while it drives.
     Observed(Change),
-    /// A controller is gone.
+    /// A controller is gone, and the mission cannot go on.
     Lost(ControllerId),
+    /// A controller is gone before the mission began: it is awaited again.
+    Missing(ControllerId),
     /// After a shutdown: nothing is under way any more.
     Safe,
     /// Write it down.
@@ -82,11 +85,10 @@ impl Limits {
 /// The machine between leaves and controllers.
 #[derive(Debug)]
 pub struct Dispatch {
-    robot: RobotSpec,
-    start: Situation,
+    mission: Arc<MissionSpec>,
     limits: Limits,
     attachments: Vec<Attachment>,
-    slots: Vec<Slot>,
+    queues: Vec<CommandQueue>,
     goals: BTreeMap<NodeId, Running>,
     is_ready: bool,
     is_ending: bool,
@@ -96,14 +98,13 @@ pub struct Dispatch {
 
 impl Dispatch {
     /// For a mission whose controllers are not there yet.
-    pub fn new(mission: &MissionSpec, limits: Limits) -> Self {
+    pub fn new(mission: &Arc<MissionSpec>, limits: Limits) -> Self {
         let count = mission.robot.controllers.len();
         Self {
-            robot: mission.robot.clone(),
-            start: mission.start.clone(),
+            mission: Arc::clone(mission),
             limits,
             attachments: vec![Attachment::default(); count],
-            slots: (0..count).map(|_| Slot::default()).collect(),
+            queues: (0..count).map(|_| CommandQueue::default()).collect(),
             goals: BTreeMap::new(),
             is_ready: false,
             is_ending: false,
@@ -130,7 +131,7 @@ impl Dispatch {
                 }
             }
         }
-        if self.is_ending && !self.is_safe && self.slots.iter().all(Slot::is_idle) {
+        if self.is_ending && !self.is_safe && self.queues.iter().all(CommandQueue::is_idle) {
             self.is_safe = true;
             self.effects.push(Effect::Safe);
         }
@@ -139,9 +140,9 @@ impl Dispatch {
 
     /// When [`Input::Woke`] is due.
     pub fn deadline(&self) -> Option<Time> {
-        let slots = self.slots.iter().filter_map(Slot::deadline);
+        let queues = self.queues.iter().filter_map(CommandQueue::deadline);
         let goals = self.goals.values().filter_map(Running::deadline);
-        slots.chain(goals).chain(self.attachments.iter().filter_map(Attachment::deadline)).min()
+        queues.chain(goals).chain(self.attachments.iter().filter_map(Attachment::deadline)).min()
     }
 
     fn attached(&mut self, now: Time, id: ControllerId) {
@@ -154,8 +155,8 @@ impl Dispatch {
             self.lost(now, id);
             return;
         };
-        let start = attachment::start_state(&self.robot, &self.start, id);
-        let limits = self.robot.controllers[id.index()].kind;
+        let start = attachment::start_state(&self.mission, id);
+        let limits = self.mission.robot.controllers[id.index()].kind;
         let configure = ToController::Configure { generation, speed: self.limits.speed, limits, start };
         self.tell(now, id, None, configure);
     }
@@ -166,7 +167,7 @@ impl Dispatch {
             FromController::Accepted { id: command, .. }
             | FromController::Rejected { id: command, .. }
             | FromController::Feedback { id: command, .. }
-            | FromController::Result { id: command, .. } => self.slots[id.index()].knows(*command),
+            | FromController::Result { id: command, .. } => self.queues[id.index()].knows(*command),
         };
         if !is_known {
             self.record(now, id, ControllerMessage::Refused { why: Rejection::Stale });
@@ -183,7 +184,7 @@ impl Dispatch {
                 self.effects.push(Effect::Configured(id));
                 self.check_ready();
             }
-            FromController::Accepted { .. } => self.slots[id.index()].accepted(),
+            FromController::Accepted { .. } => self.queues[id.index()].accepted(),
             FromController::Rejected { why, .. } => self.rejected(now, id, why),
             FromController::Feedback { state, .. } => self.observe(state),
             FromController::Result { end, state, .. } => self.part_ended(now, id, end, state),
@@ -194,7 +195,7 @@ impl Dispatch {
         match message {
             FromController::Configured { state, .. }
             | FromController::Feedback { state, .. }
-            | FromController::Result { state, .. } => attachment::is_credible(&self.robot, &self.start, id, state),
+            | FromController::Result { state, .. } => attachment::is_credible(&self.mission, id, state),
             FromController::Accepted { .. } | FromController::Rejected { .. } => true,
         }
     }
@@ -209,9 +210,7 @@ impl Dispatch {
     }
 
     fn observe(&mut self, state: ControllerState) {
-        if let ControllerState::Base { pose, .. } = state {
-            self.effects.push(Effect::Observed(Change::Base(pose)));
-        }
+        self.effects.extend(state.changes([]).into_iter().map(Effect::Observed));
     }
 
     fn check_ready(&mut self) {
@@ -224,14 +223,14 @@ impl Dispatch {
             .iter()
             .enumerate()
             .filter_map(|(index, attachment)| attachment.state().map(|state| (ControllerId::from(index), state)));
-        self.effects.push(Effect::Ready(attachment::situation(&self.robot, &self.start, states)));
+        self.effects.push(Effect::Ready(attachment::world_state(&self.mission, states)));
     }
 
     fn lost(&mut self, now: Time, id: ControllerId) {
         self.attachments[id.index()].lose();
         self.record(now, id, ControllerMessage::Lost);
-        self.effects.push(Effect::Lost(id));
-        self.slot_lost(now, id);
+        self.effects.push(if self.is_ready { Effect::Lost(id) } else { Effect::Missing(id) });
+        self.queue_lost(now, id);
     }
 
     fn tell(&mut self, now: Time, id: ControllerId, leaf: Option<NodeId>, message: ToController) {
@@ -240,9 +239,9 @@ impl Dispatch {
     }
 
     /// Sends a command with a new identity.
-    fn send(&mut self, now: Time, id: ControllerId, leaf: NodeId, work: &slot::Work) -> CommandId {
+    fn send(&mut self, now: Time, id: ControllerId, leaf: NodeId, part: &Part) -> CommandId {
         let command = self.attachments[id.index()].next_command();
-        let message = ToController::Goal { id: command, mode: work.mode, command: work.command.clone() };
+        let message = ToController::Goal { id: command, mode: part.mode, command: part.command.clone() };
         self.tell(now, id, Some(leaf), message);
         command
     }

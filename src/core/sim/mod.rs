@@ -1,43 +1,53 @@
-//! A mission under a virtual clock: the same nodes, dispatch and controller motion, no processes, no threads.
+//! A mission under a virtual clock: the same nodes, dispatch, sessions and controller motion, no processes, no threads.
+
+mod plant;
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use crate::dispatch::{self, Dispatch, Limits};
 use crate::tree::{self, Begin, Effect, Input, Node, Outbox, Settings};
-use ambidex_model::motion::{self, Controller, Executor, STEP};
+use ambidex_model::motion::{self, STEP};
+use ambidex_model::session::Attendance;
 use ambidex_model::{
-    Change, ControllerId, FromController, Header, MissionEnd, MissionSpec, NodeId, Record, Situation, Time,
-    ToController,
+    Change, ControllerId, Header, MissionEnd, MissionSpec, NodeId, Record, Time, ToController, WorldState,
 };
-
-/// A controller of the fake plant.
-type Plant = Executor<Box<dyn Controller + Send>>;
-
-/// Robot time between two feedbacks of a command, microseconds.
-const FEEDBACK_EVERY_US: u64 = 100_000;
+pub use plant::Body;
+use plant::Plant;
 
 /// What happens besides the mission, at a moment of robot time.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event {
     /// A controller attaches; without any such event all do at the beginning, in the order of the robot file.
     Attach(ControllerId),
-    /// A controller is gone.
+    /// The process of a controller ends.
     Lose(ControllerId),
+    /// The process of a controller is there and does nothing any more.
+    Hang(ControllerId),
     /// The world changes from outside.
     World(Change),
     /// The mission is told to end.
     Cancel,
 }
 
+/// A message on its way. None is handled within another: what one causes waits behind those that came before.
+#[derive(Debug)]
+enum Delivery {
+    Node(NodeId, Input),
+    Dispatch(dispatch::Input),
+    Controller(ControllerId, ToController),
+}
+
 /// A mission with everything that carries it.
-pub struct Simulation<'a> {
-    mission: &'a MissionSpec,
+struct Simulation<'a> {
+    mission: Arc<MissionSpec>,
     nodes: Vec<Node>,
     dispatch: Dispatch,
     plants: Vec<Plant>,
-    inbox: VecDeque<(NodeId, Input)>,
+    deliveries: VecDeque<Delivery>,
     events: VecDeque<(Time, Event)>,
     now: Time,
+    has_begun: bool,
     end: Option<MissionEnd>,
     is_safe: bool,
     journal: &'a mut dyn FnMut(&Record),
@@ -45,36 +55,49 @@ pub struct Simulation<'a> {
 
 /// Runs a mission to its end and writes every record to `journal`.
 pub fn simulate(
-    mission: &MissionSpec,
+    mission: &Arc<MissionSpec>,
     settings: &Settings,
     events: Vec<(Time, Event)>,
     journal: &mut dyn FnMut(&Record),
 ) -> MissionEnd {
-    Simulation::new(mission, settings, events, journal).run()
+    let bodies = mission.robot.controllers.iter().map(|spec| motion::simulated(&spec.kind)).collect();
+    simulate_bodies(mission, settings, bodies, events, journal)
+}
+
+/// The same with controllers of your own, by controller.
+pub fn simulate_bodies(
+    mission: &Arc<MissionSpec>,
+    settings: &Settings,
+    bodies: Vec<Body>,
+    events: Vec<(Time, Event)>,
+    journal: &mut dyn FnMut(&Record),
+) -> MissionEnd {
+    Simulation::new(mission, settings, bodies, events, journal).run()
 }
 
 impl<'a> Simulation<'a> {
     fn new(
-        mission: &'a MissionSpec,
+        mission: &Arc<MissionSpec>,
         settings: &Settings,
+        bodies: Vec<Body>,
         mut events: Vec<(Time, Event)>,
         journal: &'a mut dyn FnMut(&Record),
     ) -> Self {
         journal(&Record::Header(Box::new(Header::new(mission, settings.allocator.name()))));
-        let controllers = &mission.robot.controllers;
         if !events.iter().any(|(_, event)| matches!(event, Event::Attach(_))) {
-            let all = (0..controllers.len()).map(|index| (Time::ZERO, Event::Attach(ControllerId::from(index))));
+            let all = (0..bodies.len()).map(|index| (Time::ZERO, Event::Attach(ControllerId::from(index))));
             events.extend(all);
         }
         events.sort_by_key(|(at, _)| *at);
         Self {
-            mission,
+            mission: Arc::clone(mission),
             nodes: tree::build(mission, settings),
             dispatch: Dispatch::new(mission, Limits::at_speed(1.0)),
-            plants: controllers.iter().map(|spec| Executor::new(motion::simulated(&spec.kind))).collect(),
-            inbox: VecDeque::new(),
+            plants: bodies.into_iter().map(Plant::new).collect(),
+            deliveries: VecDeque::new(),
             events: events.into(),
             now: Time::ZERO,
+            has_begun: false,
             end: None,
             is_safe: false,
             journal,
@@ -97,28 +120,48 @@ impl<'a> Simulation<'a> {
                 return self.end.expect("only an ended mission is made safe");
             }
             if !self.advance() {
-                // Nothing moves, nothing is due: a mission that waits for a world in which nothing happens.
-                return self.end.unwrap_or(MissionEnd::Stalled);
+                if self.has_begun || self.end.is_some() {
+                    // Nothing moves, nothing is due: a mission that waits for a world in which nothing happens.
+                    return self.end.unwrap_or(MissionEnd::Stalled);
+                }
+                self.tell_root(Input::End(MissionEnd::NotAttached));
             }
         }
     }
 
     fn happen(&mut self, event: Event) {
         match event {
-            Event::Attach(id) => self.dispatch(dispatch::Input::Attached(id)),
-            Event::Lose(id) => self.dispatch(dispatch::Input::Lost(id)),
-            Event::World(change) => self.inbox.push_back((NodeId(0), Input::World(change))),
-            Event::Cancel => self.inbox.push_back((NodeId(0), Input::End(MissionEnd::Canceled))),
+            Event::Attach(id) => {
+                self.plants[id.index()].start();
+                self.exchange(id, None);
+            }
+            Event::Lose(id) => {
+                self.plants[id.index()].end();
+                self.exchange(id, None);
+            }
+            Event::Hang(id) => self.plants[id.index()].hang(),
+            Event::World(change) => self.tell_root(Input::World(change)),
+            Event::Cancel => self.tell_root(Input::End(MissionEnd::Canceled)),
         }
     }
 
     /// Delivers messages until nobody has any left.
     fn come_to_rest(&mut self) {
         let mut out = Outbox::default();
-        while let Some((node, input)) = self.inbox.pop_front() {
-            self.nodes[node.index()].handle(self.now, input, &mut out);
-            for effect in out.drain() {
-                self.carry(node, effect);
+        while let Some(delivery) = self.deliveries.pop_front() {
+            match delivery {
+                Delivery::Node(node, input) => {
+                    self.nodes[node.index()].handle(self.now, input, &mut out);
+                    for effect in out.drain() {
+                        self.carry(node, effect);
+                    }
+                }
+                Delivery::Dispatch(input) => {
+                    for effect in self.dispatch.handle(self.now, input) {
+                        self.carry_dispatch(effect);
+                    }
+                }
+                Delivery::Controller(id, message) => self.exchange(id, Some(message)),
             }
         }
     }
@@ -129,103 +172,92 @@ impl<'a> Simulation<'a> {
             (self.journal)(&record);
         }
         match effect {
-            Effect::Down(to, down) => self.inbox.push_back((to, Input::Down(down))),
-            Effect::Up(up) => self.inbox.push_back((topology.parent(from), Input::Up(from, up))),
-            Effect::Start(goal) => self.dispatch(dispatch::Input::Start(goal)),
-            Effect::Stop(leaf) => self.dispatch(dispatch::Input::Stop(leaf)),
+            Effect::Down(to, down) => self.deliveries.push_back(Delivery::Node(to, Input::Down(down))),
+            Effect::Up(up) => {
+                self.deliveries.push_back(Delivery::Node(topology.parent(from), Input::Up(from, up)));
+            }
+            Effect::Start(goal) => self.tell_dispatch(dispatch::Input::Start(goal)),
+            Effect::Stop(leaf) => self.tell_dispatch(dispatch::Input::Stop(leaf)),
             Effect::Record(record) => (self.journal)(&record),
-            Effect::Finished(end) => self.finish(end),
-        }
-    }
-
-    fn begin(&mut self, situation: Situation) {
-        let begin = Box::new(Begin { situation });
-        self.inbox.push_back((NodeId(0), Input::Begin(begin)));
-    }
-
-    fn finish(&mut self, end: MissionEnd) {
-        if self.end.is_none() {
-            self.end = Some(end);
-            self.dispatch(dispatch::Input::Shutdown);
-        }
-    }
-
-    fn dispatch(&mut self, input: dispatch::Input) {
-        for effect in self.dispatch.handle(self.now, input) {
-            match effect {
-                dispatch::Effect::Tell(id, message) => self.tell(id, &message),
-                dispatch::Effect::Ready(situation) => self.begin(situation),
-                dispatch::Effect::Ended(leaf, outcome) => {
-                    self.inbox.push_back((leaf, Input::Ended(Box::new(outcome))));
+            Effect::Finished(end) => {
+                if self.end.is_none() {
+                    self.end = Some(end);
+                    self.tell_dispatch(dispatch::Input::Shutdown);
                 }
-                dispatch::Effect::Observed(change) => self.inbox.push_back((NodeId(0), Input::Observed(change))),
-                // Before the ends that follow from it: root grants nothing for them.
-                dispatch::Effect::Lost(id) => {
-                    self.inbox.push_back((NodeId(0), Input::End(MissionEnd::ControllerLost(id))));
-                }
-                dispatch::Effect::Configured(_) => {}
-                dispatch::Effect::Safe => self.is_safe = true,
-                dispatch::Effect::Record(record) => (self.journal)(&record),
             }
         }
     }
 
-    fn tell(&mut self, id: ControllerId, message: &ToController) {
-        let plant = &mut self.plants[id.index()];
-        let reply = match message {
-            ToController::Configure { generation, limits, start, .. } => {
-                let state = plant.configure(limits, *start);
-                FromController::Configured { generation: *generation, state }
+    fn carry_dispatch(&mut self, effect: dispatch::Effect) {
+        match effect {
+            dispatch::Effect::Tell(id, message) => self.deliveries.push_back(Delivery::Controller(id, message)),
+            dispatch::Effect::Ready(world_state) => self.begin(world_state),
+            dispatch::Effect::Ended(leaf, outcome) => {
+                self.deliveries.push_back(Delivery::Node(leaf, Input::Ended(Box::new(outcome))));
             }
-            ToController::Goal { id, mode, command } => match plant.begin(*id, *mode, command, self.now) {
-                Ok(()) => FromController::Accepted { id: *id, at: self.now },
-                Err(why) => FromController::Rejected { id: *id, why },
-            },
-            ToController::Cancel { id } => {
-                if plant.is_doing(*id) {
-                    plant.cancel();
-                }
-                return;
-            }
-        };
-        self.hear(id, reply);
+            dispatch::Effect::Observed(change) => self.tell_root(Input::Observed(change)),
+            // Before the ends that follow from it: root grants nothing for them.
+            dispatch::Effect::Lost(id) => self.tell_root(Input::End(MissionEnd::ControllerLost(id))),
+            dispatch::Effect::Configured(_) | dispatch::Effect::Missing(_) => {}
+            dispatch::Effect::Safe => self.is_safe = true,
+            dispatch::Effect::Record(record) => (self.journal)(&record),
+        }
     }
 
-    fn hear(&mut self, id: ControllerId, message: FromController) {
-        self.dispatch(dispatch::Input::Heard(id, message));
+    fn begin(&mut self, world_state: WorldState) {
+        self.has_begun = true;
+        self.tell_root(Input::Begin(Box::new(Begin { world_state })));
+    }
+
+    fn tell_root(&mut self, input: Input) {
+        self.deliveries.push_back(Delivery::Node(NodeId(0), input));
+    }
+
+    fn tell_dispatch(&mut self, input: dispatch::Input) {
+        self.deliveries.push_back(Delivery::Dispatch(input));
+    }
+
+    /// Brings a controller to this moment; what comes of it is delivered in turn.
+    fn exchange(&mut self, id: ControllerId, message: Option<ToController>) {
+        let exchanged = self.plants[id.index()].exchange(self.now, message);
+        for reply in exchanged.replies {
+            self.tell_dispatch(dispatch::Input::Heard(id, reply));
+        }
+        match exchanged.attendance {
+            Some(Attendance::Attached { .. }) => self.tell_dispatch(dispatch::Input::Attached(id)),
+            Some(Attendance::Lost) => self.tell_dispatch(dispatch::Input::Lost(id)),
+            None => {}
+        }
     }
 
     /// Moves the clock to the next moment at which something can happen; false if there is none.
     fn advance(&mut self) -> bool {
-        let is_moving = self.plants.iter().any(Executor::is_busy);
-        let step = is_moving.then(|| self.now + STEP);
+        let is_moving = self.plants.iter().any(Plant::is_moving);
+        let step = is_moving.then(|| next_step(self.now));
         let event = self.events.front().map(|(at, _)| *at);
-        let Some(next) = [step, self.dispatch.deadline(), event].into_iter().flatten().min() else {
+        let silence = self.plants.iter().filter_map(Plant::silent_at).min();
+        let Some(next) = [step, self.dispatch.deadline(), event, silence].into_iter().flatten().min() else {
             return false;
         };
         self.now = next.max(self.now);
-        if step == Some(self.now) {
-            self.step();
-        }
-        if self.dispatch.deadline().is_some_and(|due| due <= self.now) {
-            self.dispatch(dispatch::Input::Woke);
-        }
-        true
-    }
-
-    fn step(&mut self) {
-        let is_feedback_due = self.now.0.is_multiple_of(FEEDBACK_EVERY_US);
         for index in 0..self.plants.len() {
-            let id = ControllerId::from(index);
-            if !self.plants[index].is_busy() {
-                continue;
-            }
-            let result = self.plants[index].step(self.now);
-            let feedback = is_feedback_due.then(|| self.plants[index].feedback()).flatten();
-            for message in feedback.into_iter().chain(result) {
-                self.hear(id, message);
+            let plant = &self.plants[index];
+            let is_due =
+                plant.is_moving() && step == Some(self.now) || plant.silent_at().is_some_and(|at| at <= self.now);
+            if is_due {
+                self.exchange(ControllerId::from(index), None);
                 self.come_to_rest();
             }
         }
+        if self.dispatch.deadline().is_some_and(|due| due <= self.now) {
+            self.tell_dispatch(dispatch::Input::Woke);
+        }
+        true
     }
+}
+
+/// The next moment of the grid on which all controllers move.
+fn next_step(now: Time) -> Time {
+    let step_us = STEP.as_micros() as u64;
+    Time((now.0 / step_us + 1) * step_us)
 }

@@ -1,10 +1,11 @@
 //! How requests are chosen: in AND on the way up, in root at the end. Nodes do not know which allocator they use.
 
 use std::fmt::Debug;
+use std::sync::Arc;
 
 use super::packing::Packing;
 use crate::world::View;
-use ambidex_model::{Access, Binding, Blocked, Grant, Keep, Reason, Request};
+use ambidex_model::{Access, Binding, Blocked, Grant, Reason, Request, Retention};
 
 /// Chooses among requests.
 pub trait Allocator: Debug + Send + Sync {
@@ -12,17 +13,17 @@ pub trait Allocator: Debug + Send + Sync {
     fn name(&self) -> &'static str;
 
     /// In AND: what is passed up, and why the rest is not. Bindings are provisional.
-    fn merge(&self, view: &View, requests: Vec<Request>) -> Merged;
+    fn merge(&self, view: &View, requests: Vec<Arc<Request>>) -> Merged;
 
     /// In root: what is granted, with resources bound, and why the rest is not.
-    fn choose(&self, view: &View, requests: Vec<Request>) -> Chosen;
+    fn choose(&self, view: &View, requests: Vec<Arc<Request>>) -> Chosen;
 }
 
 /// What an AND passes up.
 #[derive(Debug, Default)]
 pub struct Merged {
     /// Passed up, best first.
-    pub kept: Vec<Request>,
+    pub kept: Vec<Arc<Request>>,
     /// Not passed up.
     pub refused: Vec<Blocked>,
 }
@@ -45,12 +46,12 @@ impl Allocator for Greedy {
         "greedy"
     }
 
-    fn merge(&self, view: &View, requests: Vec<Request>) -> Merged {
+    fn merge(&self, view: &View, requests: Vec<Arc<Request>>) -> Merged {
         let (packing, refused) = find_compatible(view, requests);
         Merged { kept: packing.into_accepted(), refused }
     }
 
-    fn choose(&self, view: &View, requests: Vec<Request>) -> Chosen {
+    fn choose(&self, view: &View, requests: Vec<Arc<Request>>) -> Chosen {
         let (packing, refused) = find_compatible(view, requests);
         Chosen { granted: packing.bind(), refused }
     }
@@ -65,19 +66,19 @@ impl Allocator for Serial {
         "serial"
     }
 
-    fn merge(&self, view: &View, requests: Vec<Request>) -> Merged {
+    fn merge(&self, view: &View, requests: Vec<Arc<Request>>) -> Merged {
         let (packing, refused) = find_best(view, requests);
         Merged { kept: packing.into_accepted(), refused }
     }
 
-    fn choose(&self, view: &View, requests: Vec<Request>) -> Chosen {
+    fn choose(&self, view: &View, requests: Vec<Arc<Request>>) -> Chosen {
         let (packing, refused) = find_best(view, requests);
         let mut granted = packing.bind();
         for grant in &mut granted {
             let free = view.table.iter().filter(|(_, resource)| !resource.is_locked()).map(|(id, _)| id);
             let unclaimed: Vec<_> =
                 free.filter(|id| grant.bindings.iter().all(|binding| binding.resource != *id)).collect();
-            let whole = |resource| Binding { resource, access: Access::Exclusive, keep: Keep::Release };
+            let whole = |resource| Binding { resource, access: Access::Exclusive, keep: Retention::Release };
             grant.bindings.extend(unclaimed.into_iter().map(whole));
         }
         Chosen { granted, refused }
@@ -85,26 +86,27 @@ impl Allocator for Serial {
 }
 
 /// Greatest potential first; among equals the heir of an intention, then tree order (`semantics` 5).
-fn sort(requests: &mut [Request]) {
+fn sort(requests: &mut [Arc<Request>]) {
     requests.sort_by(|a, b| {
         let by_potential = b.potential.total_cmp(&a.potential);
         by_potential.then(b.heir.cmp(&a.heir)).then(a.leaf.cmp(&b.leaf))
     });
 }
 
-fn find_compatible(view: &View, mut requests: Vec<Request>) -> (Packing<'_>, Vec<Blocked>) {
+fn find_compatible(view: &View, mut requests: Vec<Arc<Request>>) -> (Packing<'_>, Vec<Blocked>) {
     sort(&mut requests);
     let mut packing = Packing::new(view);
     let mut refused = Vec::new();
     for request in requests {
-        if let Err((request, reason)) = packing.add(request) {
-            refused.push(Blocked { leaf: request.leaf, reason });
+        let leaf = request.leaf;
+        if let Err(reason) = packing.add(request) {
+            refused.push(Blocked { leaf, reason });
         }
     }
     (packing, refused)
 }
 
-fn find_best(view: &View, mut requests: Vec<Request>) -> (Packing<'_>, Vec<Blocked>) {
+fn find_best(view: &View, mut requests: Vec<Arc<Request>>) -> (Packing<'_>, Vec<Blocked>) {
     sort(&mut requests);
     let mut owner = view.running.keys().next().copied();
     let mut packing = Packing::new(view);
@@ -115,7 +117,7 @@ fn find_best(view: &View, mut requests: Vec<Request>) -> (Packing<'_>, Vec<Block
             Some(by) => refused.push(Blocked { leaf, reason: Reason::WholeRobot { by } }),
             None => match packing.add(request) {
                 Ok(()) => owner = Some(leaf),
-                Err((_, reason)) => refused.push(Blocked { leaf, reason }),
+                Err(reason) => refused.push(Blocked { leaf, reason }),
             },
         }
     }

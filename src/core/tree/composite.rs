@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::ordering::Ordering;
 use super::{Activation, Allocator, Answer, Down, Effect, Outbox, Release, Settings, Up, Verdict};
 use crate::world::View;
-use ambidex_model::{Blocked, NodeId, Reason, Span, TreeSpec};
+use ambidex_model::{Blocked, MissionSpec, NodeId, NodeRange, Reason};
 
 /// The machine of a task node (III-C).
 #[derive(Debug)]
@@ -14,7 +14,7 @@ pub struct Composite {
     pub(super) id: NodeId,
     ordering: Ordering,
     pub(super) children: Vec<Child>,
-    tree: Arc<TreeSpec>,
+    mission: Arc<MissionSpec>,
     pub(super) allocator: Arc<dyn Allocator>,
     round: u32,
     pub(super) open: Option<Open>,
@@ -35,7 +35,7 @@ pub struct Composite {
 #[derive(Debug)]
 pub(super) struct Child {
     pub(super) id: NodeId,
-    pub(super) below: Span,
+    pub(super) below: NodeRange,
     pub(super) is_done: bool,
     pub(super) has_failed: bool,
 }
@@ -55,18 +55,18 @@ impl Composite {
         id: NodeId,
         ordering: Ordering,
         children: Vec<NodeId>,
-        tree: &Arc<TreeSpec>,
+        mission: &Arc<MissionSpec>,
         settings: &Settings,
     ) -> Self {
         let child = |id| {
-            let below = Span { from: id, to: tree.topology.end(id) };
+            let below = NodeRange { from: id, to: mission.tree.topology.end(id) };
             Child { id, below, is_done: false, has_failed: false }
         };
         Self {
             id,
             ordering,
             children: children.into_iter().map(child).collect(),
-            tree: Arc::clone(tree),
+            mission: Arc::clone(mission),
             allocator: Arc::clone(&settings.allocator),
             round: 0,
             open: None,
@@ -79,21 +79,21 @@ impl Composite {
         }
     }
 
-    pub(super) fn told(&mut self, down: Down, out: &mut Outbox) {
+    pub(super) fn on_down(&mut self, down: Down, out: &mut Outbox) {
         self.round = down.round();
         match down {
-            Down::Activation(activation) => self.activated(activation, out),
-            Down::Verdict(verdict) => self.judged(&verdict, out),
+            Down::Activation(activation) => self.on_activation(activation, out),
+            Down::Verdict(verdict) => self.on_verdict(&verdict, out),
             Down::Reopen(verdict) => self.reopen(&verdict, out),
             Down::Cancel(_) => self.cancel_running(None, out),
         }
     }
 
-    pub(super) fn answered(&mut self, child: NodeId, answer: Answer, out: &mut Outbox) {
+    pub(super) fn on_answer(&mut self, child: NodeId, answer: Answer, out: &mut Outbox) {
         let index = self.index_of(child);
         let open = self.open.as_mut().expect("answers come to an open round");
         let slot = open.asked.get_mut(&index).expect("only those answer that were asked");
-        assert!(slot.replace(answer).is_none(), "{child:?} answered twice");
+        assert!(slot.replace(answer).is_none(), "{child:?} on_answer twice");
         open.waiting -= 1;
         match self.ordering.next(self, index) {
             Some((next, skips)) => self.ask(next, skips, out),
@@ -101,7 +101,7 @@ impl Composite {
         }
     }
 
-    pub(super) fn released(&mut self, child: NodeId, release: Release, out: &mut Outbox) {
+    pub(super) fn on_release(&mut self, child: NodeId, release: Release, out: &mut Outbox) {
         if self.open.is_some() {
             self.held.push((child, release));
         } else {
@@ -109,7 +109,7 @@ impl Composite {
         }
     }
 
-    fn activated(&mut self, activation: Activation, out: &mut Outbox) {
+    fn on_activation(&mut self, activation: Activation, out: &mut Outbox) {
         assert!(self.open.is_none(), "one round at a time");
         let skips = Arc::clone(&activation.skips);
         self.open = Some(Open { activation, asked: BTreeMap::new(), waiting: 0 });
@@ -121,7 +121,7 @@ impl Composite {
         self.answer_if_complete(out);
     }
 
-    fn ask(&mut self, child: usize, skips: Arc<[Span]>, out: &mut Outbox) {
+    fn ask(&mut self, child: usize, skips: Arc<[NodeRange]>, out: &mut Outbox) {
         let open = self.open.as_mut().expect("children are asked in an open round");
         open.asked.insert(child, None);
         open.waiting += 1;
@@ -130,14 +130,14 @@ impl Composite {
     }
 
     fn answer_if_complete(&mut self, out: &mut Outbox) {
-        let open = self.open.as_mut().expect("only an open round is answered");
+        let open = self.open.as_mut().expect("only an open round is on_answer");
         if open.waiting > 0 {
             return;
         }
         let answers: Vec<(usize, Answer)> = open
             .asked
             .iter_mut()
-            .map(|(&child, answer)| (child, std::mem::take(answer.as_mut().expect("all have answered"))))
+            .map(|(&child, answer)| (child, std::mem::take(answer.as_mut().expect("all have on_answer"))))
             .collect();
         let view = Arc::clone(&open.activation.view);
         let mut answer = match self.ending {
@@ -152,13 +152,13 @@ impl Composite {
 
     /// A node that waits for its running children to end asks for nothing more.
     fn ending_answer(&self, failed: NodeId) -> Answer {
-        let leaves = (self.id.0..self.tree.topology.end(self.id).0).map(NodeId);
-        let idle = leaves.filter(|&leaf| self.tree.behavior(leaf).is_some() && !self.running.contains(&leaf));
+        let leaves = (self.id.0..self.mission.tree.topology.end(self.id).0).map(NodeId);
+        let idle = leaves.filter(|&leaf| self.mission.tree.behavior(leaf).is_some() && !self.running.contains(&leaf));
         let blocked = idle.map(|leaf| Blocked { leaf, reason: Reason::Ending { failed } }).collect();
         Answer { is_running: true, blocked, ..Answer::default() }
     }
 
-    fn judged(&mut self, verdict: &Arc<Verdict>, out: &mut Outbox) {
+    fn on_verdict(&mut self, verdict: &Arc<Verdict>, out: &mut Outbox) {
         let open = self.open.take().expect("a verdict ends an open round");
         for &child in open.asked.keys() {
             out.push(Effect::Down(self.children[child].id, Down::Verdict(Arc::clone(verdict))));
@@ -166,8 +166,8 @@ impl Composite {
         let below = self.below();
         for (&leaf, grant) in verdict.granted.range(below.from..below.to) {
             self.running.insert(leaf);
-            let topology = &self.tree.topology;
-            let skipped = grant.skips.iter().flat_map(|skip| {
+            let topology = &self.mission.tree.topology;
+            let skipped = grant.request.skips.iter().flat_map(|skip| {
                 let children = topology.children(topology.parent(skip.from));
                 children.filter(|child| skip.contains(*child))
             });
@@ -205,7 +205,7 @@ impl Composite {
             let mut node = reopened.leaf;
             while node != reopened.holder {
                 self.done_below.remove(&node);
-                node = self.tree.topology.parent(node);
+                node = self.mission.tree.topology.parent(node);
             }
             self.has_lapsed |= reopened.lapsed.is_some();
         }
@@ -214,11 +214,11 @@ impl Composite {
     fn apply(&mut self, child: NodeId, mut release: Release, out: &mut Outbox) {
         let index = self.index_of(child);
         self.running.remove(&release.leaf);
-        let going = &mut release.going;
-        if going.completed.is_some() {
+        let consequences = &mut release.consequences;
+        if consequences.completed.is_some() {
             self.done_below.insert(release.leaf);
         }
-        if going.failed == Some(child) {
+        if consequences.failed == Some(child) {
             self.children[index].has_failed = true;
             let fails = self.ordering.fails(&mut self.committed, &self.children);
             if fails && self.ending.is_none() {
@@ -226,7 +226,7 @@ impl Composite {
                 self.cancel_running(Some(child), out);
             }
         }
-        if let Some(completed) = &mut going.completed
+        if let Some(completed) = &mut consequences.completed
             && completed.node == child
         {
             self.children[index].is_done = true;
@@ -237,7 +237,7 @@ impl Composite {
         if let Some((_, cause)) = self.ending
             && self.running.is_empty()
         {
-            going.failed = Some(self.id);
+            consequences.failed = Some(self.id);
             release.cause = cause;
         }
         out.push(Effect::Up(Up::Release(Box::new(release))));
@@ -257,8 +257,8 @@ impl Composite {
         view.running.range(self.below().from..self.below().to).next().is_some()
     }
 
-    fn below(&self) -> Span {
-        Span { from: self.id, to: self.tree.topology.end(self.id) }
+    fn below(&self) -> NodeRange {
+        NodeRange { from: self.id, to: self.mission.tree.topology.end(self.id) }
     }
 
     fn index_of(&self, child: NodeId) -> usize {

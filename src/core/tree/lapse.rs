@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::behavior;
 use crate::world::View;
-use ambidex_model::{Blocked, Grant, Hold, Line, NodeId, Reason, Reopened, ResourceTable, TreeSpec};
+use ambidex_model::{Blocked, Grant, LeaseKind, Lineage, NodeId, Reason, Reopened, ResourceTable, TreeSpec};
 
 /// What root knows at the end of a round.
-pub(super) struct Situated<'a> {
+pub(super) struct LapseCheck<'a> {
     pub(super) tree: &'a TreeSpec,
     pub(super) view: &'a View,
     /// The table with this round's grants.
@@ -17,10 +17,10 @@ pub(super) struct Situated<'a> {
     pub(super) refused: &'a BTreeMap<NodeId, Reason>,
 }
 
-impl Situated<'_> {
+impl LapseCheck<'_> {
     /// The last intention lease in tree order for which waiting would not help, if there is one.
     pub(super) fn lapse(&self) -> Option<Reopened> {
-        let intentions = self.table.leases().filter(|(_, lease)| lease.hold == Hold::Intention);
+        let intentions = self.table.leases().filter(|(_, lease)| lease.kind == LeaseKind::Intention);
         let mut lapsing: Vec<_> = intentions
             .filter_map(|(resource, lease)| {
                 let lacks = self.lacks(lease.holder)?;
@@ -54,7 +54,7 @@ impl Situated<'_> {
             // Root may bind the other request to another resource than the AND that compared the two.
             Reason::Outbid { resource, by, .. } => runs_on(*resource) || self.running.contains_key(by),
             Reason::NoneFree { of } | Reason::NothingAvailable { of } => {
-                self.view.geometry.robot.of_type(*of).any(runs_on)
+                self.view.mission.robot.of_type(*of).any(runs_on)
             }
             Reason::SameObject { with: by, .. }
             | Reason::Clash { with: by }
@@ -82,7 +82,7 @@ impl Situated<'_> {
     pub(super) fn go_back(&self, keepers: &BTreeSet<(NodeId, NodeId)>) -> Option<Reopened> {
         let no_longer_met = |leaf: NodeId| {
             let spec = self.tree.behavior(leaf).expect("behaviors keep leases");
-            let line = Line { topology: &self.tree.topology, node: leaf, skips: &[] };
+            let line = Lineage { topology: &self.tree.topology, node: leaf, skips: &[] };
             !behavior::is_satisfied(spec, self.view, &line)
         };
         let is_earlier = |holder: NodeId, leaf| {

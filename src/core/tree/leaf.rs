@@ -6,14 +6,14 @@ use super::{Activation, Answer, Down, Effect, Outbox, Release, Up, Verdict};
 use crate::behavior;
 use crate::world::View;
 use ambidex_model::{
-    BehaviorSpec, Blocked, Completion, End, Going, Grant, Line, NodeId, Outcome, Reason, Request, TreeSpec,
+    BehaviorSpec, Blocked, Completion, Consequences, End, Grant, Lineage, MissionSpec, NodeId, Outcome, Reason, Request,
 };
 
 /// The machine of a leaf.
 #[derive(Debug)]
 pub struct Leaf {
     id: NodeId,
-    tree: Arc<TreeSpec>,
+    mission: Arc<MissionSpec>,
     round: u32,
     proposal: Option<Arc<View>>,
     grant: Option<Grant>,
@@ -29,15 +29,15 @@ struct Lapsed {
 }
 
 impl Leaf {
-    pub(super) fn new(id: NodeId, tree: &Arc<TreeSpec>) -> Self {
-        Self { id, tree: Arc::clone(tree), round: 0, proposal: None, grant: None, failures: 0, lapsed: None }
+    pub(super) fn new(id: NodeId, mission: &Arc<MissionSpec>) -> Self {
+        Self { id, mission: Arc::clone(mission), round: 0, proposal: None, grant: None, failures: 0, lapsed: None }
     }
 
-    pub(super) fn told(&mut self, down: Down, out: &mut Outbox) {
+    pub(super) fn on_down(&mut self, down: Down, out: &mut Outbox) {
         self.round = down.round();
         match down {
-            Down::Activation(activation) => self.activated(activation, out),
-            Down::Verdict(verdict) => self.judged(&verdict, out),
+            Down::Activation(activation) => self.on_activation(activation, out),
+            Down::Verdict(verdict) => self.on_verdict(&verdict, out),
             Down::Reopen(verdict) => self.reopened(&verdict),
             Down::Cancel(_) => {
                 if self.grant.is_some() {
@@ -48,35 +48,35 @@ impl Leaf {
     }
 
     /// Its controllers are finished with its goal.
-    pub(super) fn ended(&mut self, outcome: Outcome, out: &mut Outbox) {
+    pub(super) fn on_end(&mut self, outcome: Outcome, out: &mut Outbox) {
         let grant = self.grant.take().expect("only what was granted ends");
-        let going = match outcome.end {
-            End::Succeeded => Going { completed: Some(Completion { node: self.id, heir: None }), failed: None },
+        let consequences = match outcome.end {
+            End::Succeeded => Consequences { completed: Some(Completion { node: self.id, heir: None }), failed: None },
             End::Failed(_) => {
                 self.failures += 1;
                 let is_final = self.failures > self.spec().retries;
-                Going { completed: None, failed: is_final.then_some(self.id) }
+                Consequences { completed: None, failed: is_final.then_some(self.id) }
             }
-            End::Canceled => Going::default(),
+            End::Canceled => Consequences::default(),
         };
         let changes = behavior::changes(self.spec(), &grant, &outcome);
-        let release = Release { round: self.round, leaf: self.id, outcome, changes, going, cause: self.id };
+        let release = Release { round: self.round, leaf: self.id, outcome, changes, consequences, cause: self.id };
         out.push(Effect::Up(Up::Release(Box::new(release))));
     }
 
     fn spec(&self) -> &BehaviorSpec {
-        self.tree.behavior(self.id).expect("a leaf has a behavior")
+        self.mission.tree.behavior(self.id).expect("a leaf has a behavior")
     }
 
-    fn activated(&mut self, Activation { view, skips }: Activation, out: &mut Outbox) {
-        let line = Line { topology: &self.tree.topology, node: self.id, skips: &skips };
+    fn on_activation(&mut self, Activation { view, skips }: Activation, out: &mut Outbox) {
+        let line = Lineage { topology: &self.mission.tree.topology, node: self.id, skips: &skips };
         let mut answer = Answer { round: view.round, ..Answer::default() };
         // What ended while this round was on its way still runs in the eyes of root.
         if view.running.contains_key(&self.id) {
             answer.is_running = true;
         } else {
             match self.proposal(&view, &line) {
-                behavior::Answer::Request(request) => answer.requests.push(request),
+                behavior::Answer::Request(request) => answer.requests.push(Arc::new(request)),
                 behavior::Answer::Satisfied => {
                     answer.is_satisfied = true;
                     answer.blocked.push(Blocked { leaf: self.id, reason: Reason::Satisfied });
@@ -92,7 +92,7 @@ impl Leaf {
         out.push(Effect::Up(Up::Answer(Box::new(answer))));
     }
 
-    fn proposal(&self, view: &View, line: &Line<'_>) -> behavior::Answer {
+    fn proposal(&self, view: &View, line: &Lineage<'_>) -> behavior::Answer {
         let lapsed = self.lapsed.as_ref().filter(|lapsed| lapsed.progress == view.progress);
         match (behavior::answer(self.spec(), view, line), lapsed) {
             (behavior::Answer::Satisfied, _) => behavior::Answer::Satisfied,
@@ -104,7 +104,7 @@ impl Leaf {
         }
     }
 
-    fn judged(&mut self, verdict: &Verdict, out: &mut Outbox) {
+    fn on_verdict(&mut self, verdict: &Verdict, out: &mut Outbox) {
         let proposal = self.proposal.take();
         if let (Some(grant), Some(view)) = (verdict.granted.get(&self.id), proposal) {
             out.push(Effect::Start(behavior::goal(self.spec(), grant, &view)));

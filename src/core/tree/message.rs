@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::world::View;
-use ambidex_model::{Blocked, Change, Going, Grant, Message, NodeId, Outcome, Reason, Reopened, Request, Span};
+use ambidex_model::{
+    Blocked, Change, Consequences, Grant, Message, NodeId, NodeRange, Outcome, Reason, Reopened, Request,
+};
 
 /// From a parent to a child.
 #[derive(Debug, Clone)]
@@ -34,7 +36,7 @@ pub struct Activation {
     /// The snapshot of the round.
     pub view: Arc<View>,
     /// What was skipped on the way down.
-    pub skips: Arc<[Span]>,
+    pub skips: Arc<[NodeRange]>,
 }
 
 /// The answer of a node for everything below it.
@@ -47,7 +49,7 @@ pub struct Answer {
     /// The goal is met.
     pub is_satisfied: bool,
     /// What is asked for; potential and line stand in each.
-    pub requests: Vec<Request>,
+    pub requests: Vec<Arc<Request>>,
     /// Activated leaves that do not ask, or whose request went no further, each with its reason.
     pub blocked: Vec<Blocked>,
     /// How many of `blocked` came from below; the others are this node's own word.
@@ -66,7 +68,7 @@ pub struct Release {
     /// What is different in the world.
     pub changes: Vec<Change>,
     /// What it means for the nodes above so far.
-    pub going: Going,
+    pub consequences: Consequences,
     /// Where something fails: the leaf that it began with, which may have ended before this one.
     pub cause: NodeId,
 }
@@ -110,7 +112,7 @@ impl Down {
     }
 
     /// The message as the journal shows it; `below` is the run of nodes that the edge leads to.
-    pub fn record(&self, below: Span) -> Message {
+    pub fn record(&self, below: NodeRange) -> Message {
         match self {
             Self::Activation(_) => Message::Activation,
             Self::Verdict(verdict) => Message::Verdict {
@@ -143,11 +145,11 @@ impl Up {
                 satisfied: answer.is_satisfied,
                 potential: answer.potential(),
                 asking: answer.requests.iter().map(|request| request.leaf).collect(),
-                request: answer.requests.iter().find(|request| request.leaf == from).cloned().map(Box::new),
+                request: answer.requests.iter().find(|request| request.leaf == from).cloned(),
                 blocked: answer.blocked[answer.passed_on..].to_vec(),
             },
             Self::Release(release) => {
-                Message::Release { leaf: release.leaf, end: release.outcome.end, going: release.going }
+                Message::Release { leaf: release.leaf, end: release.outcome.end, consequences: release.consequences }
             }
         }
     }

@@ -6,7 +6,9 @@ use super::composite::Composite;
 use super::leaf::Leaf;
 use super::ordering::Ordering;
 use super::{Begin, Down, Root, Settings, Up};
-use ambidex_model::{Change, Goal, MissionEnd, MissionSpec, NodeId, NodeKind, Outcome, Record, Span, Time, Topology};
+use ambidex_model::{
+    Change, Goal, MissionEnd, MissionSpec, NodeId, NodeKind, NodeRange, Outcome, Record, Time, Topology,
+};
 
 /// What reaches a node. What is rare and large lies behind a pointer: every inbox has room for 32 of these.
 #[derive(Debug, Clone)]
@@ -49,7 +51,7 @@ impl Effect {
     pub fn message(&self, at: Time, from: NodeId, topology: &Topology) -> Option<Record> {
         let (to, round, message) = match self {
             Self::Down(to, down) => {
-                let below = Span { from: *to, to: topology.end(*to) };
+                let below = NodeRange { from: *to, to: topology.end(*to) };
                 (*to, down.round(), down.record(below))
             }
             Self::Up(up) => (topology.parent(from), up.round(), up.record(from)),
@@ -95,39 +97,39 @@ impl Node {
     /// On an input that this kind of node never gets: a defect of whoever carries the messages.
     pub fn handle(&mut self, now: Time, input: Input, out: &mut Outbox) {
         match (self, input) {
-            (Self::Root(root), Input::Up(_, Up::Answer(answer))) => root.answered(now, *answer, out),
-            (Self::Root(root), Input::Up(_, Up::Release(release))) => root.released(now, *release, out),
+            (Self::Root(root), Input::Up(_, Up::Answer(answer))) => root.on_answer(now, *answer, out),
+            (Self::Root(root), Input::Up(_, Up::Release(release))) => root.on_release(now, *release, out),
             (Self::Root(root), Input::Begin(begin)) => root.begin(now, *begin, out),
-            (Self::Root(root), Input::World(change)) => root.world_changed(now, change, out),
-            (Self::Root(root), Input::Observed(change)) => root.observed(change),
+            (Self::Root(root), Input::World(change)) => root.on_world_change(now, change, out),
+            (Self::Root(root), Input::Observed(change)) => root.on_observation(change),
             (Self::Root(root), Input::End(end)) => root.end(now, end, out),
-            (Self::Composite(node), Input::Down(down)) => node.told(down, out),
-            (Self::Composite(node), Input::Up(child, Up::Answer(answer))) => node.answered(child, *answer, out),
+            (Self::Composite(node), Input::Down(down)) => node.on_down(down, out),
+            (Self::Composite(node), Input::Up(child, Up::Answer(answer))) => node.on_answer(child, *answer, out),
             (Self::Composite(node), Input::Up(child, Up::Release(release))) => {
-                node.released(child, *release, out);
+                node.on_release(child, *release, out);
             }
-            (Self::Leaf(leaf), Input::Down(down)) => leaf.told(down, out),
-            (Self::Leaf(leaf), Input::Ended(outcome)) => leaf.ended(*outcome, out),
+            (Self::Leaf(leaf), Input::Down(down)) => leaf.on_down(down, out),
+            (Self::Leaf(leaf), Input::Ended(outcome)) => leaf.on_end(*outcome, out),
             (node, input) => panic!("{node:?} cannot take {input:?}"),
         }
     }
 }
 
 /// The machines of a mission, by node.
-pub fn build(mission: &MissionSpec, settings: &Settings) -> Vec<Node> {
-    let tree = Arc::new(mission.tree.clone());
+pub fn build(mission: &Arc<MissionSpec>, settings: &Settings) -> Vec<Node> {
+    let tree = &mission.tree;
     let composite = |id, ordering| {
         let children = tree.topology.children(id).collect();
-        Node::Composite(Box::new(Composite::new(id, ordering, children, &tree, settings)))
+        Node::Composite(Box::new(Composite::new(id, ordering, children, mission, settings)))
     };
     let nodes = tree.nodes.iter().enumerate().map(|(index, kind)| {
         let id = NodeId::from(index);
         match kind {
-            NodeKind::Root => Node::Root(Box::new(Root::new(mission, &tree, settings))),
+            NodeKind::Root => Node::Root(Box::new(Root::new(mission, settings))),
             NodeKind::And => composite(id, Ordering::And),
             NodeKind::Or => composite(id, Ordering::Or),
             NodeKind::Then => composite(id, Ordering::Then),
-            NodeKind::Behavior(_) => Node::Leaf(Box::new(Leaf::new(id, &tree))),
+            NodeKind::Behavior(_) => Node::Leaf(Box::new(Leaf::new(id, mission))),
         }
     });
     nodes.collect()

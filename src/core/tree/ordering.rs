@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::Answer;
 use super::composite::{Child, Composite, Open};
 use crate::world::View;
-use ambidex_model::{Blocked, Completion, Hold, NodeId, Reason, Span};
+use ambidex_model::{Blocked, Completion, LeaseKind, NodeId, NodeRange, Reason};
 
 /// The ordering constraint of a task node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,16 +34,16 @@ impl Ordering {
     }
 
     /// Whom an answer makes it ask too: a THEN goes on behind a satisfied child, with it as skipped (III-C.2).
-    pub(super) fn next(self, node: &Composite, answered: usize) -> Option<(usize, Arc<[Span]>)> {
+    pub(super) fn next(self, node: &Composite, on_answer: usize) -> Option<(usize, Arc<[NodeRange]>)> {
         match self {
             Self::And | Self::Or => None,
             Self::Then => {
                 let open = node.open.as_ref()?;
-                let is_satisfied = open.asked.get(&answered)?.as_ref()?.is_satisfied;
-                let behind = node.children.iter().skip(answered + 1).position(|child| !child.is_done)?;
-                let next = answered + 1 + behind;
+                let is_satisfied = open.asked.get(&on_answer)?.as_ref()?.is_satisfied;
+                let behind = node.children.iter().skip(on_answer + 1).position(|child| !child.is_done)?;
+                let next = on_answer + 1 + behind;
                 let first = *open.asked.keys().next()?;
-                let skip = Span { from: node.children[first].id, to: node.children[next].id };
+                let skip = NodeRange { from: node.children[first].id, to: node.children[next].id };
                 let above = open.activation.skips.iter().copied();
                 (is_satisfied && !node.is_busy(&open.activation.view)).then(|| (next, above.chain([skip]).collect()))
             }
@@ -128,7 +128,7 @@ fn committed(node: &Composite) -> Option<usize> {
     let is_running = node.running.range(below.from..below.to).next().is_some();
     // A behavior may have kept two things: while one of them is left, what it was done for may still come.
     let is_holding = view.table.leases().any(|(_, lease)| {
-        let is_kept = lease.hold == Hold::Intention && below.contains(lease.behavior);
+        let is_kept = lease.kind == LeaseKind::Intention && below.contains(lease.behavior);
         is_kept || below.contains(lease.holder)
     });
     (!node.has_lapsed || is_done || is_running || is_holding).then_some(child)

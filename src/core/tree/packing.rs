@@ -1,18 +1,22 @@
 //! A set of requests with a resource for every claim: what can go on at once, and the cheapest way to bind it.
 
 use crate::world::{Use, View};
-use ambidex_model::{Access, Binding, Candidate, Grant, Need, NodeId, ObjectId, Reason, Request, ResourceId};
+use std::sync::Arc;
+
+use ambidex_model::{
+    Access, Binding, Candidate, ClaimOptions, Grant, NodeId, ObjectId, Reason, Request, ResourceId, match_claims,
+};
 
 /// Requests that can be granted together, each claim with a resource that serves it (`semantics` 5).
 #[derive(Debug)]
 pub(super) struct Packing<'a> {
     view: &'a View,
-    accepted: Vec<Request>,
+    accepted: Vec<Arc<Request>>,
     /// The choice per accepted request and claim.
     chosen: Vec<Vec<Candidate>>,
 }
 
-/// Choices that one search tries at most. The robots of the paper need a few dozen; a robot with many alike arms could
+/// Choices that one search tries at most. The robots of the paper claim a few dozen; a robot with many alike arms could
 /// ask for factorially many, and the core must not keep it waiting. What was found by then holds.
 const STEPS: u32 = 20_000;
 
@@ -24,7 +28,7 @@ impl<'a> Packing<'a> {
         Self { view, accepted: Vec::new(), chosen: Vec::new() }
     }
 
-    pub(super) fn into_accepted(self) -> Vec<Request> {
+    pub(super) fn into_accepted(self) -> Vec<Arc<Request>> {
         self.accepted
     }
 
@@ -32,9 +36,9 @@ impl<'a> Packing<'a> {
     ///
     /// # Errors
     /// Why it cannot join.
-    pub(super) fn add(&mut self, request: Request) -> Result<(), (Request, Reason)> {
+    pub(super) fn add(&mut self, request: Arc<Request>) -> Result<(), Reason> {
         if let Some(reason) = self.shares_object(&request) {
-            return Err((request, reason));
+            return Err(reason);
         }
         let mut search = Search::new(self.view, &self.accepted, &request);
         if search.extend(&self.chosen) || (self.has_alternatives() && search.any()) {
@@ -46,7 +50,7 @@ impl<'a> Packing<'a> {
             Some(reason) => reason,
             None => self.outbid(&request),
         };
-        Err((request, reason))
+        Err(reason)
     }
 
     /// Binds the whole set: least sum of reach distances, then the order of resources.
@@ -57,14 +61,11 @@ impl<'a> Packing<'a> {
         let mut search = Search::new(self.view, before, last);
         search.cheapest();
         let best = search.best.map_or(self.chosen, |(_, chosen)| chosen);
-        let grant = |(request, chosen): (Request, Vec<Candidate>)| Grant {
-            bindings: std::iter::zip(&request.needs, chosen)
-                .map(|(need, choice)| Binding { resource: choice.resource, access: need.access, keep: need.keep })
+        let grant = |(request, chosen): (Arc<Request>, Vec<Candidate>)| Grant {
+            bindings: std::iter::zip(&request.claims, chosen)
+                .map(|(claim, choice)| Binding { resource: choice.resource, access: claim.access, keep: claim.keep })
                 .collect(),
-            leaf: request.leaf,
-            potential: request.potential,
-            changes: request.changes,
-            skips: request.skips,
+            request,
         };
         std::iter::zip(self.accepted, best).map(grant).collect()
     }
@@ -78,31 +79,31 @@ impl<'a> Packing<'a> {
     }
 
     fn has_alternatives(&self) -> bool {
-        self.accepted.iter().flat_map(|request| &request.needs).any(|need| need.candidates.len() > 1)
+        self.accepted.iter().flat_map(|request| &request.claims).any(|claim| claim.candidates.len() > 1)
     }
 
     /// The first claim that an accepted request stands in the way of.
     fn outbid(&self, request: &Request) -> Reason {
         let users = || std::iter::zip(&self.accepted, &self.chosen);
-        let contested = request.needs.iter().find_map(|need| {
+        let contested = request.claims.iter().find_map(|claim| {
             let users = users().flat_map(|(other, chosen)| {
-                std::iter::zip(&other.needs, chosen).map(move |(used, choice)| (other, used.access, choice.resource))
+                std::iter::zip(&other.claims, chosen).map(move |(used, choice)| (other, used.access, choice.resource))
             });
-            let mut in_the_way = users.filter(|(_, access, _)| !access.joins(need.access));
-            in_the_way.find(|(_, _, used)| need.candidates.iter().any(|candidate| candidate.resource == *used))
+            let mut in_the_way = users.filter(|(_, access, _)| !access.joins(claim.access));
+            in_the_way.find(|(_, _, used)| claim.candidates.iter().any(|candidate| candidate.resource == *used))
         });
         match contested {
             Some((other, _, resource)) => {
                 Reason::Outbid { by: other.leaf, resource, own: request.potential, theirs: other.potential }
             }
             // Only its own claims are in each other's way.
-            None => Reason::NoneFree { of: self.view.geometry.robot.resources[first_wanted(request).index()].ty },
+            None => Reason::NoneFree { of: self.view.mission.robot.resources[first_wanted(request).index()].ty },
         }
     }
 }
 
 fn first_wanted(request: &Request) -> ResourceId {
-    request.needs[0].candidates[0].resource
+    request.claims[0].candidates[0].resource
 }
 
 /// A search over the choices for a list of requests.
@@ -119,12 +120,12 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(view: &'a View, accepted: &'a [Request], new: &'a Request) -> Self {
+    fn new(view: &'a View, accepted: &'a [Arc<Request>], new: &'a Arc<Request>) -> Self {
         Self {
             view,
-            requests: accepted.iter().chain([new]).collect(),
+            requests: accepted.iter().chain([new]).map(|request| &**request).collect(),
             chosen: Vec::new(),
-            users: vec![Vec::new(); view.geometry.robot.resources.len()],
+            users: vec![Vec::new(); view.mission.robot.resources.len()],
             clash: None,
             steps: STEPS,
             best: None,
@@ -134,8 +135,8 @@ impl<'a> Search<'a> {
     /// Keeps the choices for all but the last request; true if the last one finds its own beside them.
     fn extend(&mut self, chosen: &[Vec<Candidate>]) -> bool {
         for (request, choices) in std::iter::zip(&self.requests, chosen) {
-            for (need, choice) in std::iter::zip(&request.needs, choices) {
-                self.users[choice.resource.index()].push((request.leaf, need.access));
+            for (claim, choice) in std::iter::zip(&request.claims, choices) {
+                self.users[choice.resource.index()].push((request.leaf, claim.access));
             }
         }
         self.chosen = chosen.to_vec();
@@ -175,20 +176,20 @@ impl<'a> Search<'a> {
     /// Tries every choice from the claim after the last chosen one on, until `found` says that it is enough or the
     /// steps are used up.
     fn walk(&mut self, request: usize, cost_m: f64, found: &mut impl FnMut(&mut Self, f64) -> bool) -> bool {
-        let claim = self.chosen[request].len();
-        let Some(need) = self.requests[request].needs.get(claim) else {
+        let index = self.chosen[request].len();
+        let Some(claim) = self.requests[request].claims.get(index) else {
             return self.next_request(request, cost_m, found);
         };
         let leaf = self.requests[request].leaf;
-        let rest_m = self.least_behind(request, claim);
-        for &candidate in &need.candidates {
+        let rest_m = self.least_behind(request, index);
+        for &candidate in &claim.candidates {
             let cost_m = cost_m + candidate.cost_m;
             let is_hopeless = self.best.as_ref().is_some_and(|(best, _)| cost_m + rest_m >= best - SAME_COST_M);
-            if self.steps == 0 || is_hopeless || !self.is_free(candidate.resource, leaf, need.access) {
+            if self.steps == 0 || is_hopeless || !self.is_free(candidate.resource, leaf, claim.access) {
                 continue;
             }
             self.steps -= 1;
-            self.users[candidate.resource.index()].push((leaf, need.access));
+            self.users[candidate.resource.index()].push((leaf, claim.access));
             self.chosen[request].push(candidate);
             if self.walk(request, cost_m, found) {
                 return true;
@@ -213,9 +214,10 @@ impl<'a> Search<'a> {
 
     /// What the claims behind this one cost at least, metres.
     fn least_behind(&self, request: usize, claim: usize) -> f64 {
-        let behind = self.requests[request].needs[claim + 1..].iter();
-        let others = self.requests[request + 1..].iter().flat_map(|request| &request.needs);
-        let least = |need: &Need| need.candidates.iter().map(|candidate| candidate.cost_m).min_by(f64::total_cmp);
+        let behind = self.requests[request].claims[claim + 1..].iter();
+        let others = self.requests[request + 1..].iter().flat_map(|request| &request.claims);
+        let least =
+            |claim: &ClaimOptions| claim.candidates.iter().map(|candidate| candidate.cost_m).min_by(f64::total_cmp);
         behind.chain(others).filter_map(least).sum()
     }
 
@@ -227,13 +229,13 @@ impl<'a> Search<'a> {
 
     fn is_allowed(&mut self) -> bool {
         let running = self.view.running.values().flat_map(|grant| {
-            grant.bindings.iter().map(|binding| Use { leaf: grant.leaf, resource: binding.resource })
+            grant.bindings.iter().map(|binding| Use { leaf: grant.leaf(), resource: binding.resource })
         });
         let asked = std::iter::zip(&self.requests, &self.chosen).flat_map(|(request, chosen)| {
             chosen.iter().map(|choice| Use { leaf: request.leaf, resource: choice.resource })
         });
         let uses: Vec<Use> = running.chain(asked).collect();
-        match self.view.rules.check(&self.view.situation, &uses) {
+        match self.view.rules.check(&self.view.world_state, &uses) {
             Ok(()) => true,
             Err(reason) => {
                 self.clash.get_or_insert(reason);
@@ -242,26 +244,11 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A quick no: the exclusive claims alone find no resource each (Kuhn's augmenting paths).
+    /// A quick no: the exclusive claims alone find no resource each.
     fn exclusives_match(&self) -> bool {
-        let needs = self.requests.iter().flat_map(|request| &request.needs);
-        let exclusive: Vec<&[Candidate]> =
-            needs.filter(|need| need.access == Access::Exclusive).map(|need| need.candidates.as_slice()).collect();
-        let mut owner: Vec<Option<usize>> = vec![None; self.users.len()];
-        (0..exclusive.len()).all(|claim| augment(claim, &exclusive, &mut owner, &mut vec![false; self.users.len()]))
+        let claims = self.requests.iter().flat_map(|request| &request.claims);
+        let exclusive: Vec<_> =
+            claims.filter(|claim| claim.access == Access::Exclusive).map(ClaimOptions::resources).collect();
+        match_claims(&exclusive).is_ok()
     }
-}
-
-fn augment(claim: usize, claims: &[&[Candidate]], owner: &mut [Option<usize>], seen: &mut [bool]) -> bool {
-    claims[claim].iter().any(|candidate| {
-        let resource = candidate.resource.index();
-        if std::mem::replace(&mut seen[resource], true) {
-            return false;
-        }
-        let is_free = owner[resource].is_none_or(|other| augment(other, claims, owner, seen));
-        if is_free {
-            owner[resource] = Some(claim);
-        }
-        is_free
-    })
 }

@@ -3,12 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::lapse::Situated;
+use super::lapse::LapseCheck;
 use super::{Activation, Allocator, Answer, Down, Effect, Greedy, Outbox, Release, Verdict};
-use crate::world::{Compatible, Geometry, Unconstrained, View};
+use crate::world::{Compatible, Unconstrained, View};
 use ambidex_model::{
-    Blocked, Change, Claim, Grant, Heir, Hold, Keep, MissionEnd, MissionSpec, NodeId, Reason, Record, Reopened,
-    ResourceTable, Situation, Time, TreeSpec,
+    Blocked, Change, Claim, Grant, Heir, LeaseKind, MissionEnd, MissionSpec, NodeId, Reason, Record, Reopened,
+    ResourceTable, Retention, Time, WorldState,
 };
 
 /// The top of the task: root's one child.
@@ -35,24 +35,23 @@ impl Default for Settings {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Begin {
     /// Robot pose, objects, facts.
-    pub situation: Situation,
+    pub world_state: WorldState,
 }
 
 /// The machine of root.
 #[derive(Debug)]
 pub struct Root {
-    tree: Arc<TreeSpec>,
-    geometry: Arc<Geometry>,
+    mission: Arc<MissionSpec>,
     settings: Settings,
     table: ResourceTable,
     /// The table as the records tell it.
-    told: ResourceTable,
-    situation: Situation,
+    last_recorded: ResourceTable,
+    world_state: WorldState,
     running: BTreeMap<NodeId, Grant>,
     round: u32,
     open: Option<Arc<View>>,
     is_wanted: bool,
-    held: Vec<Held>,
+    deferred: Vec<Deferred>,
     /// Behaviors that completed at least once.
     completed: BTreeSet<NodeId>,
     progress: u64,
@@ -63,7 +62,7 @@ pub struct Root {
 
 /// What arrives during a round is applied after its verdict.
 #[derive(Debug)]
-enum Held {
+enum Deferred {
     Release(Release),
     World(Change),
 }
@@ -71,26 +70,24 @@ enum Held {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
     Waiting,
-    Going,
+    Running,
     Ending(MissionEnd),
     Over,
 }
 
 impl Root {
-    pub(super) fn new(mission: &MissionSpec, tree: &Arc<TreeSpec>, settings: &Settings) -> Self {
-        let geometry = Geometry { robot: mission.robot.clone(), world: mission.world.clone() };
+    pub(super) fn new(mission: &Arc<MissionSpec>, settings: &Settings) -> Self {
         Self {
-            tree: Arc::clone(tree),
-            geometry: Arc::new(geometry),
+            mission: Arc::clone(mission),
             settings: settings.clone(),
             table: ResourceTable::new(mission.robot.resources.len()),
-            told: ResourceTable::new(mission.robot.resources.len()),
-            situation: mission.start.clone(),
+            last_recorded: ResourceTable::new(mission.robot.resources.len()),
+            world_state: mission.start.clone(),
             running: BTreeMap::new(),
             round: 0,
             open: None,
             is_wanted: false,
-            held: Vec::new(),
+            deferred: Vec::new(),
             completed: BTreeSet::new(),
             progress: 0,
             keepers: BTreeSet::new(),
@@ -104,8 +101,8 @@ impl Root {
     }
 
     /// Robot pose, objects, facts.
-    pub fn situation(&self) -> &Situation {
-        &self.situation
+    pub fn world_state(&self) -> &WorldState {
+        &self.world_state
     }
 
     /// What runs.
@@ -118,50 +115,50 @@ impl Root {
             Phase::Waiting => {}
             // The end came first.
             Phase::Ending(_) | Phase::Over => return,
-            Phase::Going => panic!("a mission begins once"),
+            Phase::Running => panic!("a mission begins once"),
         }
-        self.situation = begin.situation;
-        self.phase = Phase::Going;
+        self.world_state = begin.world_state;
+        self.phase = Phase::Running;
         self.is_wanted = true;
-        self.go_on(now, out);
+        self.advance(now, out);
     }
 
-    pub(super) fn observed(&mut self, change: Change) {
-        self.situation.apply(change);
+    pub(super) fn on_observation(&mut self, change: Change) {
+        self.world_state.apply(change);
     }
 
-    pub(super) fn world_changed(&mut self, now: Time, change: Change, out: &mut Outbox) {
-        self.held.push(Held::World(change));
-        self.go_on(now, out);
+    pub(super) fn on_world_change(&mut self, now: Time, change: Change, out: &mut Outbox) {
+        self.deferred.push(Deferred::World(change));
+        self.advance(now, out);
     }
 
-    pub(super) fn released(&mut self, now: Time, release: Release, out: &mut Outbox) {
-        self.held.push(Held::Release(release));
-        self.go_on(now, out);
+    pub(super) fn on_release(&mut self, now: Time, release: Release, out: &mut Outbox) {
+        self.deferred.push(Deferred::Release(release));
+        self.advance(now, out);
     }
 
     pub(super) fn end(&mut self, now: Time, end: MissionEnd, out: &mut Outbox) {
         match self.phase {
-            Phase::Waiting | Phase::Going => {
+            Phase::Waiting | Phase::Running => {
                 self.phase = Phase::Ending(end);
                 if !self.running.is_empty() {
                     out.push(Effect::Down(TOP, Down::Cancel(self.round)));
                 }
-                self.go_on(now, out);
+                self.advance(now, out);
             }
             Phase::Ending(_) | Phase::Over => {}
         }
     }
 
     /// Applies what waited for the round to end, and opens the next one if one is wanted.
-    fn go_on(&mut self, now: Time, out: &mut Outbox) {
+    fn advance(&mut self, now: Time, out: &mut Outbox) {
         if self.open.is_some() {
             return;
         }
-        for held in std::mem::take(&mut self.held) {
-            match held {
-                Held::Release(release) => self.apply(now, release, out),
-                Held::World(change) => self.apply_world(now, change, out),
+        for deferred in std::mem::take(&mut self.deferred) {
+            match deferred {
+                Deferred::Release(release) => self.apply(now, release, out),
+                Deferred::World(change) => self.apply_world(now, change, out),
             }
         }
         if let Phase::Ending(end) = self.phase
@@ -169,7 +166,7 @@ impl Root {
         {
             self.finish(now, end, out);
         }
-        if self.phase == Phase::Going && std::mem::take(&mut self.is_wanted) {
+        if self.phase == Phase::Running && std::mem::take(&mut self.is_wanted) {
             self.open_round(now, out);
         }
     }
@@ -180,11 +177,10 @@ impl Root {
             round: self.round,
             now,
             table: self.table.clone(),
-            situation: self.situation.clone(),
+            world_state: self.world_state.clone(),
             running: self.running.clone(),
             progress: self.progress,
-            tree: Arc::clone(&self.tree),
-            geometry: Arc::clone(&self.geometry),
+            mission: Arc::clone(&self.mission),
             rules: Arc::clone(&self.settings.rules),
         });
         self.open = Some(Arc::clone(&view));
@@ -192,13 +188,13 @@ impl Root {
         out.push(Effect::Down(TOP, Down::Activation(activation)));
     }
 
-    pub(super) fn answered(&mut self, now: Time, answer: Answer, out: &mut Outbox) {
+    pub(super) fn on_answer(&mut self, now: Time, answer: Answer, out: &mut Outbox) {
         let view = self.open.take().expect("an answer ends an open round");
         let is_complete = answer.is_satisfied;
         let verdict = self.decide(&view, answer);
         let is_quiet = verdict.granted.is_empty() && verdict.reopened.is_none() && self.running.is_empty();
         // What arrived meanwhile may change nothing: then another round says whether this is a stall.
-        let is_unsure = is_quiet && !self.held.is_empty();
+        let is_unsure = is_quiet && !self.deferred.is_empty();
         self.is_wanted |= !verdict.granted.is_empty() || verdict.reopened.is_some() || is_unsure;
         out.push(Effect::Record(Box::new(Record::Decided {
             at: now,
@@ -212,12 +208,16 @@ impl Root {
         if matches!(self.phase, Phase::Ending(_)) && !self.running.is_empty() {
             out.push(Effect::Down(TOP, Down::Cancel(self.round)));
         }
-        if self.phase == Phase::Going && is_complete {
+        if self.phase == Phase::Running && is_complete {
             self.finish(now, MissionEnd::Done, out);
-        } else if self.phase == Phase::Going && is_quiet && self.held.is_empty() && !self.settings.waits_when_stalled {
+        } else if self.phase == Phase::Running
+            && is_quiet
+            && self.deferred.is_empty()
+            && !self.settings.waits_when_stalled
+        {
             self.finish(now, MissionEnd::Stalled, out);
         }
-        self.go_on(now, out);
+        self.advance(now, out);
     }
 
     /// Chooses, moves the leases, and finds what lapses or goes back.
@@ -226,29 +226,29 @@ impl Root {
         for blocked in answer.blocked {
             verdict.refused.insert(blocked.leaf, blocked.reason);
         }
-        let requests = if self.phase == Phase::Going { answer.requests } else { Vec::new() };
+        let requests = if self.phase == Phase::Running { answer.requests } else { Vec::new() };
         let chosen = self.settings.allocator.choose(view, requests);
         for blocked in chosen.refused {
             verdict.refused.insert(blocked.leaf, blocked.reason);
         }
         for grant in chosen.granted {
-            self.table.take(&self.tree.topology, &grant);
+            self.table.take(&self.mission.tree.topology, &grant);
             self.remember_skipped(view, &grant, &verdict.refused);
-            self.running.insert(grant.leaf, grant.clone());
-            verdict.granted.insert(grant.leaf, grant);
+            self.running.insert(grant.leaf(), grant.clone());
+            verdict.granted.insert(grant.leaf(), grant);
         }
-        if !answer.is_satisfied && self.phase == Phase::Going {
+        if !answer.is_satisfied && self.phase == Phase::Running {
             verdict.reopened = self.reopen(view, &verdict);
         }
         verdict
     }
 
     fn reopen(&mut self, view: &View, verdict: &Verdict) -> Option<Reopened> {
-        let (tree, table, running, refused) = (&*self.tree, &self.table, &self.running, &verdict.refused);
-        let situated = Situated { tree, view, table, running, refused };
-        let reopened = situated.lapse().or_else(|| {
-            let is_stuck = running.is_empty() && self.held.is_empty();
-            if is_stuck { situated.go_back(&self.keepers) } else { None }
+        let (tree, table, running, refused) = (&self.mission.tree, &self.table, &self.running, &verdict.refused);
+        let check = LapseCheck { tree, view, table, running, refused };
+        let reopened = check.lapse().or_else(|| {
+            let is_stuck = running.is_empty() && self.deferred.is_empty();
+            if is_stuck { check.go_back(&self.keepers) } else { None }
         })?;
         if let Some(resource) = reopened.lapsed {
             self.table.lapse(resource, reopened.holder);
@@ -259,14 +259,14 @@ impl Root {
 
     fn apply(&mut self, now: Time, release: Release, out: &mut Outbox) {
         let grant = self.running.remove(&release.leaf).expect("only what runs ends");
-        let going = release.going;
-        let were_full = self.full();
+        let consequences = release.consequences;
+        let were_occupied = self.occupied();
         for &change in &release.changes {
-            self.situation.apply(change);
+            self.world_state.apply(change);
         }
-        let tree = Arc::clone(&self.tree);
-        let topology = &tree.topology;
-        if let Some(completed) = going.completed {
+        let mission = Arc::clone(&self.mission);
+        let topology = &mission.tree.topology;
+        if let Some(completed) = consequences.completed {
             let heir = Heir { node: completed.heir.unwrap_or(completed.node), goes_on: completed.heir.is_some() };
             self.table.hand_over(topology, &grant, completed.node, heir);
             self.keepers.retain(|(holder, _)| !topology.is_within(*holder, completed.node));
@@ -275,36 +275,36 @@ impl Root {
                 self.progress += 1;
             }
         }
-        if going.completed.is_none() || going.failed.is_some() {
-            let is_full = |resource| self.situation.held_by(resource).is_some();
-            self.table.take_back(topology, release.leaf, going.failed, is_full);
+        if consequences.completed.is_none() || consequences.failed.is_some() {
+            let is_full = |resource| self.world_state.held_by(resource).is_some();
+            self.table.take_back(topology, release.leaf, consequences.failed, is_full);
         }
-        if let Some(failed) = going.failed {
+        if let Some(failed) = consequences.failed {
             self.keepers
                 .retain(|&(holder, leaf)| !topology.is_within(holder, failed) && !topology.is_within(leaf, failed));
         }
-        self.empty(&were_full, &release.changes);
+        self.release_emptied(&were_occupied, &release.changes);
         self.is_wanted = true;
         out.push(Effect::Record(Box::new(Record::Released {
             at: now,
             leaf: release.leaf,
             end: release.outcome.end,
-            going,
+            consequences,
             changes: release.changes,
         })));
         self.tell_table(now, out);
-        if self.phase != Phase::Over && going.completed.is_some_and(|completed| completed.node == TOP) {
+        if self.phase != Phase::Over && consequences.completed.is_some_and(|completed| completed.node == TOP) {
             self.finish(now, MissionEnd::Done, out);
-        } else if self.phase == Phase::Going && going.failed == Some(TOP) {
+        } else if self.phase == Phase::Running && consequences.failed == Some(TOP) {
             self.finish(now, MissionEnd::Failed(release.cause), out);
         }
     }
 
     fn apply_world(&mut self, now: Time, change: Change, out: &mut Outbox) {
-        let were_full = self.full();
-        let is_different = self.situation.apply(change);
+        let were_occupied = self.occupied();
+        let is_different = self.world_state.apply(change);
         // A lease may say of a gripper that it is full when nobody knows with what.
-        if self.empty(&were_full, &[change]) || is_different {
+        if self.release_emptied(&were_occupied, &[change]) || is_different {
             self.progress += 1;
             self.is_wanted = true;
             out.push(Effect::Record(Box::new(Record::World { at: now, change })));
@@ -313,17 +313,17 @@ impl Root {
     }
 
     /// Which resources hold an object, by resource.
-    fn full(&self) -> Vec<bool> {
-        self.table.iter().map(|(id, _)| self.situation.held_by(id).is_some()).collect()
+    fn occupied(&self) -> Vec<bool> {
+        self.table.iter().map(|(id, _)| self.world_state.held_by(id).is_some()).collect()
     }
 
     /// A physical lease ends when the world shows the gripper empty; true if one did.
-    fn empty(&mut self, were_full: &[bool], changes: &[Change]) -> bool {
+    fn release_emptied(&mut self, were_occupied: &[bool], changes: &[Change]) -> bool {
         let ids: Vec<_> = self.table.iter().map(|(id, _)| id).collect();
         let before = self.table.leases().count();
         for id in ids {
             let is_said_empty = changes.contains(&Change::Emptied(id));
-            if (were_full[id.index()] || is_said_empty) && self.situation.held_by(id).is_none() {
+            if (were_occupied[id.index()] || is_said_empty) && self.world_state.held_by(id).is_none() {
                 self.table.emptied(id);
             }
         }
@@ -331,24 +331,24 @@ impl Root {
     }
 
     fn remember_kept(&mut self) {
-        let kept = self.table.leases().filter(|(_, lease)| lease.hold == Hold::Intention);
+        let kept = self.table.leases().filter(|(_, lease)| lease.kind == LeaseKind::Intention);
         self.keepers.extend(kept.map(|(_, lease)| (lease.holder, lease.behavior)));
     }
 
     /// Skipped behaviors count as ones that kept an intention, and what was kept for a skipped node is kept for the
     /// THEN that skipped it: what they stand for may be undone as well. Ways that an OR did not take stand for nothing.
     fn remember_skipped(&mut self, view: &View, grant: &Grant, refused: &BTreeMap<NodeId, Reason>) {
-        for skip in &grant.skips {
-            let holder = self.tree.topology.parent(skip.from);
+        for skip in &grant.request.skips {
+            let holder = self.mission.tree.topology.parent(skip.from);
             for (&leaf, reason) in refused.range(skip.from..skip.to) {
-                let spec = self.tree.behavior(leaf).expect("only leaves are refused");
-                let keeps = |claim: &Claim| matches!(claim.keep, Keep::Intention(_));
+                let spec = self.mission.tree.behavior(leaf).expect("only leaves are refused");
+                let keeps = |claim: &Claim| matches!(claim.keep, Retention::Intention(_));
                 if *reason == Reason::Satisfied && spec.claims.iter().any(keeps) {
                     self.keepers.insert((holder, leaf));
                 }
             }
             for (_, lease) in view.table.leases() {
-                if lease.hold == Hold::Intention && skip.contains(lease.holder) {
+                if lease.kind == LeaseKind::Intention && skip.contains(lease.holder) {
                     self.keepers.insert((holder, lease.behavior));
                 }
             }
@@ -357,11 +357,11 @@ impl Root {
 
     /// Records every resource that is not as it was last told.
     fn tell_table(&mut self, now: Time, out: &mut Outbox) {
-        for (id, resource) in self.table.iter().filter(|(id, resource)| self.told.resource(*id) != *resource) {
+        for (id, resource) in self.table.iter().filter(|(id, resource)| self.last_recorded.resource(*id) != *resource) {
             let state = resource.clone();
             out.push(Effect::Record(Box::new(Record::Resource { at: now, resource: id, state })));
         }
-        self.told.clone_from(&self.table);
+        self.last_recorded.clone_from(&self.table);
     }
 
     fn finish(&mut self, now: Time, end: MissionEnd, out: &mut Outbox) {

@@ -3,25 +3,23 @@
 use nalgebra::Point3;
 
 use super::paths;
-use ambidex_model::{
-    ControllerKind, ObjectId, PlaceId, Pose, ResourceId, RobotSpec, Situation, Whereabouts, WorldSpec,
-};
+use ambidex_model::{ControllerKind, Location, ObjectId, PlaceId, Pose, ResourceId, RobotSpec, WorldSpec, WorldState};
 
 /// The robot's body in the fixed part of the world.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Geometry {
+#[derive(Debug, Clone, Copy)]
+pub struct Geometry<'a> {
     /// The robot.
-    pub robot: RobotSpec,
+    pub robot: &'a RobotSpec,
     /// Places, surfaces, obstacles.
-    pub world: WorldSpec,
+    pub world: &'a WorldSpec,
 }
 
-impl Geometry {
+impl Geometry<'_> {
     /// Where an object lies, map frame, metres; none while it is in a gripper or nobody knows where.
-    pub fn object(&self, situation: &Situation, object: ObjectId) -> Option<Point3<f64>> {
-        match situation.objects[object.index()] {
-            Whereabouts::At(place) => Some(self.spot(object, place)),
-            Whereabouts::In(_) | Whereabouts::Unknown => None,
+    pub fn object(&self, world_state: &WorldState, object: ObjectId) -> Option<Point3<f64>> {
+        match world_state.objects[object.index()] {
+            Location::At(place) => Some(self.spot(object, place)),
+            Location::In(_) | Location::Unknown => None,
         }
     }
 
@@ -40,8 +38,8 @@ impl Geometry {
     /// How far the resource reaches out for the object, metres; none where it cannot.
     ///
     /// A resource that is no arm reaches at no cost whatever lies somewhere.
-    pub fn reach_m(&self, situation: &Situation, resource: ResourceId, object: ObjectId) -> Option<f64> {
-        let object = situation.base.to_local(self.object(situation, object)?);
+    pub fn reach_m(&self, world_state: &WorldState, resource: ResourceId, object: ObjectId) -> Option<f64> {
+        let object = world_state.base.to_local(self.object(world_state, object)?);
         let controller = self.robot.resources[resource.index()].controller;
         match controller.map(|id| self.robot.controllers[id.index()].kind) {
             Some(ControllerKind::Arm(arm)) => {

@@ -5,7 +5,9 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use super::Geometry;
-use ambidex_model::{Grant, Hold, Line, NodeId, Reason, ResourceId, ResourceTable, Situation, Task, Time, TreeSpec};
+use ambidex_model::{
+    Grant, LeaseKind, Lineage, MissionSpec, NodeId, Reason, ResourceId, ResourceTable, Task, Time, WorldState,
+};
 
 /// The state of resources, world and time at the opening of a round.
 #[derive(Debug, Clone)]
@@ -17,32 +19,35 @@ pub struct View {
     /// Who holds what.
     pub table: ResourceTable,
     /// Robot pose, objects, facts.
-    pub situation: Situation,
+    pub world_state: WorldState,
     /// What runs.
     pub running: BTreeMap<NodeId, Grant>,
     /// Grows when a behavior completes that had not before, or the world changes from outside.
     pub progress: u64,
-    /// The tree.
-    pub tree: Arc<TreeSpec>,
-    /// The robot and the fixed part of the world.
-    pub geometry: Arc<Geometry>,
+    /// Robot, tree and the fixed part of the world.
+    pub mission: Arc<MissionSpec>,
     /// What may go on at once beyond resources and objects.
     pub rules: Arc<dyn Compatible>,
 }
 
 impl View {
+    /// The robot in the fixed part of the world.
+    pub fn geometry(&self) -> Geometry<'_> {
+        Geometry { robot: &self.mission.robot, world: &self.mission.world }
+    }
+
     /// The running behavior that moves the base, if any does.
     pub fn driver(&self) -> Option<NodeId> {
         self.running.keys().copied().find(|&leaf| {
-            let behavior = self.tree.behavior(leaf).expect("only leaves run");
+            let behavior = self.mission.tree.behavior(leaf).expect("only leaves run");
             behavior.commands.iter().any(|term| matches!(term.task, Task::DriveTo(_)))
         })
     }
 
     /// Whether an intention lease is kept for a node of this line.
-    pub fn is_heir(&self, line: &Line<'_>) -> bool {
+    pub fn is_heir(&self, line: &Lineage<'_>) -> bool {
         let mut leases = self.table.leases();
-        leases.any(|(_, lease)| lease.hold == Hold::Intention && line.contains(lease.holder))
+        leases.any(|(_, lease)| lease.kind == LeaseKind::Intention && line.contains(lease.holder))
     }
 }
 
@@ -61,7 +66,7 @@ pub trait Compatible: Debug + Send + Sync {
     ///
     /// # Errors
     /// Why the last one cannot join.
-    fn check(&self, situation: &Situation, uses: &[Use]) -> Result<(), Reason>;
+    fn check(&self, world_state: &WorldState, uses: &[Use]) -> Result<(), Reason>;
 }
 
 /// Everything that resources allow can go on at once.
@@ -69,7 +74,7 @@ pub trait Compatible: Debug + Send + Sync {
 pub struct Unconstrained;
 
 impl Compatible for Unconstrained {
-    fn check(&self, _: &Situation, _: &[Use]) -> Result<(), Reason> {
+    fn check(&self, _: &WorldState, _: &[Use]) -> Result<(), Reason> {
         Ok(())
     }
 }

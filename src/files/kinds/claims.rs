@@ -3,7 +3,7 @@
 use super::super::parameter::Type;
 use super::bind::Bound;
 use super::{ClaimTerm, Claims, Filter, KeepTerm, Slot, Whom};
-use ambidex_model::{Access, Claim, Keep, ResourceId, RobotSpec, TypeId, Wanted, suggestion};
+use ambidex_model::{Access, Claim, ResourceId, Retention, Selector, TypeId, match_claims, suggestion};
 
 impl Bound<'_, '_> {
     pub(super) fn claims(&mut self) -> Option<Vec<Claim>> {
@@ -11,9 +11,9 @@ impl Bound<'_, '_> {
         let terms = match &kind.claims {
             Claims::All => {
                 let whole = |resource| Claim {
-                    wanted: Wanted::Named(resource),
+                    selector: Selector::Named(resource),
                     access: Access::Exclusive,
-                    keep: Keep::Release,
+                    keep: Retention::Release,
                 };
                 return Some((0..self.robot().resources.len()).map(|index| whole(index.into())).collect());
             }
@@ -30,20 +30,20 @@ impl Bound<'_, '_> {
 
     /// A claim on the robot; none where the robot has no such resource, which is a fault unless it is optional.
     pub(super) fn claim(&mut self, term: &ClaimTerm) -> Option<Claim> {
-        let wanted = self.wanted(term)?;
+        let selector = self.selector(term)?;
         let access = match &term.shared {
             Some(text) => Access::Shared(self.channel(text)),
             None => Access::Exclusive,
         };
         let keep = match &term.keep {
-            KeepTerm::Release => Keep::Release,
-            KeepTerm::Physical => Keep::Physical(access),
-            KeepTerm::For(text) => Keep::Intention(Access::Shared(self.channel(text))),
+            KeepTerm::Release => Retention::Release,
+            KeepTerm::Physical => Retention::Physical(access),
+            KeepTerm::For(text) => Retention::Intention(Access::Shared(self.channel(text))),
         };
-        Some(Claim { wanted, access, keep })
+        Some(Claim { selector, access, keep })
     }
 
-    pub(super) fn wanted(&mut self, term: &ClaimTerm) -> Option<Wanted> {
+    pub(super) fn selector(&mut self, term: &ClaimTerm) -> Option<Selector> {
         let (of, named) = match &term.whom {
             Whom::Type(slot) => {
                 let of = self.ty(slot, term.is_optional)?;
@@ -57,15 +57,15 @@ impl Bound<'_, '_> {
         };
         let is_named = matches!(term.whom, Whom::Resource(_));
         let reaches = match &term.filter {
-            Filter::Holds(slot) => return self.object(slot).map(Wanted::Holding),
+            Filter::Holds(slot) => return self.object(slot).map(Selector::Holding),
             // The only one of a type is as good as its name, and tells who holds it.
-            Filter::Any => return Some(named.map_or(Wanted::Any(of), Wanted::Named)),
+            Filter::Any => return Some(named.map_or(Selector::Any(of), Selector::Named)),
             Filter::Empty => None,
             Filter::Reaches(slot) => Some(self.object(slot)?),
         };
         Some(match named.filter(|_| is_named) {
-            Some(resource) => Wanted::Empty { resource, reaches },
-            None => Wanted::AnyEmpty { of, reaches },
+            Some(resource) => Selector::Empty { resource, reaches },
+            None => Selector::AnyEmpty { of, reaches },
         })
     }
 
@@ -120,6 +120,11 @@ impl Bound<'_, '_> {
         }
     }
 
+    /// The resources that could hold what a claim wants held.
+    pub(super) fn holders(&self) -> Vec<ResourceId> {
+        self.holder_type().into_iter().flat_map(|of| self.robot().of_type(of)).collect()
+    }
+
     pub(super) fn claim_name(&self, claim: usize) -> &str {
         let Claims::Some(terms) = &self.kind.claims else {
             return "all";
@@ -130,13 +135,10 @@ impl Bound<'_, '_> {
 
     /// Claims that this robot can never serve together.
     pub(super) fn check_claims(&mut self, claims: &[Claim]) {
-        let holder = self.holder_type();
         let robot = self.robot();
-        let possible: Vec<Vec<ResourceId>> = claims.iter().map(|claim| candidates(claim, robot, holder)).collect();
-        let count = robot.resources.len();
-        let mut owner = vec![None; count];
-        let lacking = (0..possible.len()).find(|&claim| !finds(claim, &possible, &mut owner, &mut vec![false; count]));
-        let Some(lacking) = lacking else { return };
+        let holders = self.holders();
+        let possible: Vec<_> = claims.iter().map(|claim| claim.selector.could_get(robot, &holders)).collect();
+        let Err(lacking) = match_claims(&possible) else { return };
         let types = &self.binder.known.robot.map(|names| names.types.names()).unwrap_or_default();
         let mut counts = vec![0_usize; types.len()];
         for first in possible.iter().filter_map(|possible| possible.first()) {
@@ -150,28 +152,4 @@ impl Bound<'_, '_> {
         };
         self.faults.push(self.kind.name.spot, &self.kind.name.value, message, None);
     }
-}
-
-/// The resources that a claim could ever get.
-pub(super) fn candidates(claim: &Claim, robot: &RobotSpec, holder: Option<TypeId>) -> Vec<ResourceId> {
-    match claim.wanted {
-        Wanted::Named(resource) | Wanted::Empty { resource, .. } => vec![resource],
-        Wanted::Any(of) | Wanted::AnyEmpty { of, .. } => robot.of_type(of).collect(),
-        Wanted::Holding(_) => holder.map(|of| robot.of_type(of).collect()).unwrap_or_default(),
-    }
-}
-
-/// Whether a claim finds a resource of its own beside those before it.
-fn finds(claim: usize, possible: &[Vec<ResourceId>], owner: &mut [Option<usize>], seen: &mut [bool]) -> bool {
-    possible[claim].iter().any(|resource| {
-        let resource = resource.index();
-        if std::mem::replace(&mut seen[resource], true) {
-            return false;
-        }
-        let is_free = owner[resource].is_none_or(|other| finds(other, possible, owner, seen));
-        if is_free {
-            owner[resource] = Some(claim);
-        }
-        is_free
-    })
 }

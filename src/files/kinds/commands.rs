@@ -1,7 +1,6 @@
 //! What the controllers of a robot do for a behavior.
 
 use super::bind::Bound;
-use super::claims::candidates;
 use super::{Command, TaskTerm};
 use ambidex_model::{BehaviorSpec, Claim, CommandTerm, ControllerKind, EffectTerm, Mode, Task};
 
@@ -50,7 +49,7 @@ impl Bound<'_, '_> {
     /// Who moves the resource of a claim; of a type all are moved, or none is.
     pub(super) fn controller(&self, claim: &Claim) -> Option<(String, ControllerKind)> {
         let robot = self.robot();
-        let resource = candidates(claim, robot, self.holder_type()).into_iter().next()?;
+        let resource = claim.selector.could_get(robot, &self.holders()).into_iter().next()?;
         let controller = &robot.controllers[robot.resources[resource.index()].controller?.index()];
         Some((controller.name.clone(), controller.kind))
     }

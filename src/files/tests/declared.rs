@@ -1,5 +1,7 @@
 //! Declared behaviors, subtrees and libraries: what they become, and what is said of the mistakes in them.
 
+use std::sync::Arc;
+
 use std::fs;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -9,8 +11,8 @@ use tempfile::TempDir;
 use super::super::{Checked, ConfigError, check, load_mission};
 use super::ROBOT;
 use ambidex_model::{
-    Access, ChannelId, Condition, EffectTerm, FactId, Keep, MissionSpec, Mode, NodeId, ObjectId, PlaceId, Potential,
-    ResourceId, Task, TypeId, Wanted,
+    Access, ChannelId, Condition, EffectTerm, FactId, MissionSpec, Mode, NodeId, ObjectId, PlaceId, Potential,
+    ResourceId, Retention, Selector, Task, TypeId,
 };
 
 const MISSION: &str = "\
@@ -70,7 +72,7 @@ fn written(mission: &str, library: &str) -> (TempDir, PathBuf) {
     (folder, path)
 }
 
-fn load(mission: &str, library: &str) -> Result<MissionSpec, ConfigError> {
+fn load(mission: &str, library: &str) -> Result<Arc<MissionSpec>, ConfigError> {
     let (_folder, path) = written(mission, library);
     load_mission(&path, None).map(|loaded| loaded.mission)
 }
@@ -82,9 +84,9 @@ fn a_declared_behavior_is_bound_with_its_arguments() {
     assert_eq!(spec.names.nodes[..5], names);
     assert_eq!(spec.names.nodes[5..], ["again", "one of shelf", "scan shelf with effort 2", "rest"]);
     let shelf = spec.tree.behavior(NodeId(3)).unwrap();
-    let (wanted, at_shelf) = (Wanted::Named(ResourceId(0)), Access::Shared(ChannelId(0)));
-    assert_eq!((shelf.claims.len(), shelf.claims[0].wanted, shelf.claims[0].access), (1, wanted, at_shelf));
-    assert_eq!(shelf.claims[0].keep, Keep::Release);
+    let (wanted, at_shelf) = (Selector::Named(ResourceId(0)), Access::Shared(ChannelId(0)));
+    assert_eq!((shelf.claims.len(), shelf.claims[0].selector, shelf.claims[0].access), (1, wanted, at_shelf));
+    assert_eq!(shelf.claims[0].keep, Retention::Release);
     assert_eq!(shelf.potential, Potential::Scaled { value: 3.0, by: TypeId(0) });
     let clean = |fact, holds| Condition::Fact(FactId(fact), holds);
     assert_eq!(shelf.satisfied, Condition::All(vec![clean(0, true), clean(2, false)]));
@@ -94,11 +96,11 @@ fn a_declared_behavior_is_bound_with_its_arguments() {
     assert_eq!(shelf.commands, [], "the robot has no antenna");
     assert_eq!((shelf.takes, shelf.timeout, shelf.retries), (Duration::from_secs(3), Duration::from_secs(5), 1));
     let table = spec.tree.behavior(NodeId(4)).unwrap();
-    assert_eq!(table.claims[0].wanted, Wanted::Named(ResourceId(2)));
+    assert_eq!(table.claims[0].selector, Selector::Named(ResourceId(2)));
     assert_eq!(table.potential, Potential::Scaled { value: 1.0, by: TypeId(2) });
     let rest = spec.tree.behavior(NodeId(8)).unwrap();
     assert_eq!((rest.claims.len(), rest.timeout), (3, Duration::from_secs(60)));
-    assert!(rest.claims.iter().all(|claim| claim.access == Access::Exclusive && claim.keep == Keep::Release));
+    assert!(rest.claims.iter().all(|claim| claim.access == Access::Exclusive && claim.keep == Retention::Release));
 }
 
 /// What is replaced by what, in which file, and the line and words expected.
@@ -236,8 +238,8 @@ fn a_resource_can_be_claimed_while_it_is_empty() {
     let one = one.replace("      and:\n", "      or:\n");
     let spec = load(&one, LIBRARY).unwrap_or_else(|error| panic!("{:?}", error.into_report()));
     let scan = spec.tree.behavior(NodeId(3)).unwrap();
-    assert_eq!(scan.claims[0].wanted, Wanted::Empty { resource: ResourceId(0), reaches: Some(ObjectId(1)) });
-    assert_eq!(scan.claims[0].keep, Keep::Physical(Access::Exclusive));
+    assert_eq!(scan.claims[0].selector, Selector::Empty { resource: ResourceId(0), reaches: Some(ObjectId(1)) });
+    assert_eq!(scan.claims[0].keep, Retention::Physical(Access::Exclusive));
 }
 
 #[test]

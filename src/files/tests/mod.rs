@@ -47,7 +47,7 @@ controllers:
     arm: {shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9], reach: 0.9, speed: 0.5, acceleration: 1, grip: 1 s, lift: 10 cm}
 ";
 
-fn load(mission: &str, robot: &str) -> Result<MissionSpec, ConfigError> {
+fn load(mission: &str, robot: &str) -> Result<std::sync::Arc<MissionSpec>, ConfigError> {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("mission.yaml");
     fs::write(&path, mission).unwrap();

@@ -63,7 +63,7 @@ impl Shipped {
         let (folder, mut files) = (TempDir::new().unwrap(), Vec::new());
         for part in ["missions", "robots", "behaviors"] {
             fs::create_dir(folder.path().join(part)).unwrap();
-            let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("config").join(part);
+            let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config").join(part);
             for entry in fs::read_dir(from).unwrap() {
                 let path = entry.unwrap().path();
                 let mut text = fs::read_to_string(&path).unwrap();

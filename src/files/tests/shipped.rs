@@ -1,20 +1,22 @@
 //! The shipped files, and what becomes of the kinds of behavior in them.
 
+use std::sync::Arc;
+
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::super::{load_mission, load_robot};
 use super::{GOOD, ROBOT, load, robot};
 use ambidex_model::{
-    Access, ChannelId, Claim, Condition, ControllerKind, EffectTerm, Keep, MissionSpec, Mode, NodeId, NodeKind,
-    ObjectId, PlaceId, Pose, Potential, ResourceId, Task, TypeId, Wanted, Whereabouts,
+    Access, ChannelId, Claim, Condition, ControllerKind, EffectTerm, Location, MissionSpec, Mode, NodeId, NodeKind,
+    ObjectId, PlaceId, Pose, Potential, ResourceId, Retention, Selector, Task, TypeId,
 };
 
 fn shipped(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("config").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config").join(name)
 }
 
-fn experiment_1() -> MissionSpec {
+fn experiment_1() -> Arc<MissionSpec> {
     load_mission(&shipped("missions/experiment-1.yaml"), None).unwrap().mission
 }
 
@@ -22,8 +24,8 @@ fn stop(place: u32, x: f64, y: f64) -> Condition {
     Condition::At { place: PlaceId(place), stand: Pose::new(x, y, 0.0), tolerance_m: 0.25 }
 }
 
-fn claim(resource: u32, access: Access, keep: Keep) -> Claim {
-    Claim { wanted: Wanted::Named(ResourceId(resource)), access, keep }
+fn claim(resource: u32, access: Access, keep: Retention) -> Claim {
+    Claim { selector: Selector::Named(ResourceId(resource)), access, keep }
 }
 
 fn commands(spec: &MissionSpec, node: u32) -> Vec<(usize, Mode, Task)> {
@@ -76,7 +78,7 @@ fn experiment_1_has_its_world_and_tree() {
     assert_eq!(spec.start.base, Pose::new(7.0, 3.5, 0.0));
     assert_eq!(spec.names.places[1], "counter");
     assert_eq!(spec.names.channels[1], "at counter");
-    let starts = [0, 0, 2, 4].map(|place| Whereabouts::At(PlaceId(place)));
+    let starts = [0, 0, 2, 4].map(|place| Location::At(PlaceId(place)));
     assert_eq!(spec.start.objects, starts);
     assert_eq!(spec.names.nodes[..4], ["root", "and", "object 1", "move 1-1"]);
     assert_eq!(spec.tree.nodes[..3], [NodeKind::Root, NodeKind::And, NodeKind::Then]);
@@ -88,7 +90,7 @@ fn a_move_is_as_the_paper_tells() {
     let spec = experiment_1();
     let at_shelf = Access::Shared(ChannelId(0));
     let drive = spec.tree.behavior(NodeId(3)).unwrap();
-    let kept = Keep::Intention(at_shelf);
+    let kept = Retention::Intention(at_shelf);
     assert_eq!(drive.claims, [claim(3, Access::Exclusive, kept)]);
     let stand = Pose::new(3.5 - 0.043, 1.5 - 0.025, 0.0);
     assert_eq!(drive.potential, Potential::Nearness { to: stand, floor_m: 0.25, scale_by: Some(TypeId(0)) });
@@ -106,11 +108,11 @@ fn a_pick_is_as_the_paper_tells() {
     let stand = Pose::new(3.5 - 0.043, 1.5 - 0.025, 0.0);
     let pick = spec.tree.behavior(NodeId(4)).unwrap();
     let hand = Claim {
-        wanted: Wanted::AnyEmpty { of: TypeId(0), reaches: Some(ObjectId(0)) },
+        selector: Selector::AnyEmpty { of: TypeId(0), reaches: Some(ObjectId(0)) },
         access: Access::Exclusive,
-        keep: Keep::Physical(Access::Exclusive),
+        keep: Retention::Physical(Access::Exclusive),
     };
-    let shared = |resource| claim(resource, at_shelf, Keep::Release);
+    let shared = |resource| claim(resource, at_shelf, Retention::Release);
     assert_eq!(pick.claims, [shared(3), shared(2), hand]);
     assert!(pick.claims.iter().all(Claim::is_sound));
     assert_eq!(pick.potential, Potential::Constant(9.0));
@@ -131,7 +133,7 @@ fn a_pick_is_as_the_paper_tells() {
 fn a_place_is_as_the_paper_tells() {
     let spec = experiment_1();
     let place = spec.tree.behavior(NodeId(6)).unwrap();
-    assert_eq!(place.claims[2].wanted, Wanted::Holding(ObjectId(0)));
+    assert_eq!(place.claims[2].selector, Selector::Holding(ObjectId(0)));
     assert_eq!(place.claims[0].access, Access::Shared(ChannelId(1)));
     assert_eq!(place.satisfied, Condition::Lies(ObjectId(0), PlaceId(1)));
     assert_eq!(place.effects, [EffectTerm::Lies(ObjectId(0), PlaceId(1))]);

@@ -46,10 +46,9 @@
 //! ```
 
 mod error;
-mod serve;
-mod session;
+mod server;
 mod stop;
 
 pub use error::ServeError;
-pub use serve::{Exit, ServeOptions, serve};
+pub use server::{Exit, ServeOptions, serve};
 pub use stop::{Stop, Stopper};

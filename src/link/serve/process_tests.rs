@@ -7,7 +7,8 @@ use rustix::process::{Pid, kill_process};
 
 use super::tests::{Cart, Daemon, leaves_nothing};
 use super::*;
-use crate::{DEAD_MAN, Heard, Link, Swept};
+use crate::{Heard, Link, Swept};
+use ambidex_model::session::DEAD_MAN;
 use ambidex_model::{Command, Mode, PartEnd};
 
 const ROLE: &str = "AMBIDEX_TEST_ROLE";
@@ -21,7 +22,7 @@ impl Role {
     fn start(role: &str, instance: &Instance) -> Self {
         let own = std::env::current_exe().unwrap();
         let child = Process::new(own)
-            .args(["--exact", "controller::serve::process_tests::child"])
+            .args(["--exact", "serve::server::process_tests::child"])
             .args(["--nocapture", "--quiet"])
             .env(ROLE, role)
             .env(INSTANCE, instance.name())
@@ -99,7 +100,7 @@ fn a_killed_controller_is_seen_and_its_successor_attaches() {
     for _ in 0..3 {
         let mut controller = Role::start("controller", &instance);
         daemon.attach();
-        assert_eq!(daemon.port.is_attached(), Some(controller.0.id()));
+        assert_eq!(daemon.pid(), Some(controller.0.id()));
         let watch = Pidfd::open(controller.0.id()).unwrap();
         daemon.goal(1, Mode::Maintain, Command::Stand);
         controller.kill();
@@ -107,7 +108,7 @@ fn a_killed_controller_is_seen_and_its_successor_attaches() {
         daemon.port.forget();
         // What the dead one published last counts for a while: a successor is told by its process id.
         thread::sleep(DEAD_MAN);
-        assert_eq!(daemon.port.is_attached(), None);
+        assert_eq!(daemon.pid(), None);
     }
     let mut controller = Role::start("controller", &instance);
     daemon.attach();
@@ -129,9 +130,8 @@ fn a_stopped_controller_is_seen_and_gives_up_its_command_when_it_goes_on() {
     daemon.until("accepted", |heard| matches!(heard, Heard::Message(_)));
     kill_process(controller.pid(), Signal::STOP).unwrap();
     let begun = Instant::now();
-    while daemon.port.is_attached().is_some() {
-        daemon.port.beat();
-        daemon.port.drain();
+    while daemon.pid().is_some() {
+        daemon.hear();
         assert!(begun.elapsed() < DEAD_MAN + Duration::from_millis(500));
         thread::sleep(Duration::from_millis(10));
     }
@@ -150,7 +150,7 @@ fn a_controller_outlives_killed_daemons() {
     first.kill();
     let mut daemon = Daemon::new(&instance, 2);
     daemon.attach();
-    assert_eq!(daemon.port.is_attached(), Some(controller.0.id()));
+    assert_eq!(daemon.pid(), Some(controller.0.id()));
     let id = daemon.goal(1, Mode::Achieve, super::tests::drive());
     assert_eq!(daemon.result(id).0, PartEnd::Succeeded);
 }

@@ -2,8 +2,8 @@
 
 use nalgebra::{Point3, SVector, Vector3};
 
-use super::course::{Leg, Mover};
 use super::profile::Limits;
+use super::trajectory::{Leg, Mover};
 use super::{Controller, Progress};
 use crate::{ArmSpec, Command, ControllerKind, ControllerState, Mode, ObjectId, Rejection};
 

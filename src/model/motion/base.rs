@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Point2, Vector3};
 
-use super::course::{Leg, Mover};
 use super::profile::Limits;
+use super::trajectory::{Leg, Mover};
 use super::{Controller, Progress};
 use crate::{BaseSpec, Command, ControllerKind, ControllerState, Mode, Pose, Rejection};
 

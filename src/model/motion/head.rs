@@ -2,8 +2,8 @@
 
 use nalgebra::{Point3, Vector2};
 
-use super::course::{Leg, Mover};
 use super::profile::Limits;
+use super::trajectory::{Leg, Mover};
 use super::{Controller, Progress};
 use crate::{Command, ControllerKind, ControllerState, HeadSpec, Mode, Rejection};
 

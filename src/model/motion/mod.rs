@@ -2,12 +2,12 @@
 
 mod arm;
 mod base;
-mod course;
 mod executor;
 mod head;
 mod profile;
 #[cfg(test)]
 mod tests;
+mod trajectory;
 
 use std::time::Duration;
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{ChannelId, ObjectId, ResourceId, TypeId};
+use super::{ChannelId, ObjectId, ResourceId, RobotSpec, TypeId};
 
 /// How a resource is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -32,7 +32,7 @@ impl Access {
 /// Which resource a claim is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Wanted {
+pub enum Selector {
     /// This resource.
     Named(ResourceId),
     /// Any resource of a type that holds no object and, where an object is given, reaches it.
@@ -55,10 +55,22 @@ pub enum Wanted {
     Holding(ObjectId),
 }
 
+impl Selector {
+    /// The resources of the robot that could ever serve it, in resource order; `holders` are those that could hold an
+    /// object that it wants held.
+    pub fn could_get(self, robot: &RobotSpec, holders: &[ResourceId]) -> Vec<ResourceId> {
+        match self {
+            Self::Named(resource) | Self::Empty { resource, .. } => vec![resource],
+            Self::Any(of) | Self::AnyEmpty { of, .. } => robot.of_type(of).collect(),
+            Self::Holding(_) => holders.to_vec(),
+        }
+    }
+}
+
 /// What becomes of a lease when its behavior succeeds; after any other end see `semantics` 6.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Keep {
+pub enum Retention {
     /// Given back.
     Release,
     /// Kept for what the behavior was done for; lapses when that cannot come.
@@ -71,19 +83,21 @@ pub enum Keep {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Claim {
     /// Which resource.
-    pub wanted: Wanted,
+    pub selector: Selector,
     /// How it is used.
     pub access: Access,
     /// What becomes of it on success.
-    pub keep: Keep,
+    pub keep: Retention,
 }
 
 impl Claim {
     /// Whether the lease can be kept as the claim says while others share the resource: access may only widen.
     pub fn is_sound(&self) -> bool {
         match self.keep {
-            Keep::Release => true,
-            Keep::Intention(kept) | Keep::Physical(kept) => self.access == Access::Exclusive || kept == self.access,
+            Retention::Release => true,
+            Retention::Intention(kept) | Retention::Physical(kept) => {
+                self.access == Access::Exclusive || kept == self.access
+            }
         }
     }
 }

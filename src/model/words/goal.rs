@@ -5,7 +5,7 @@ use std::time::Duration;
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
-use super::{Access, ControllerId, NodeId, ObjectId, Pose, Rejection, ResourceId};
+use super::{Access, Change, ControllerId, NodeId, ObjectId, Pose, Rejection, ResourceId};
 
 /// What one controller is told to do. Points are in the base frame, poses in the map frame; metres and radians.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -75,16 +75,6 @@ pub struct Goal {
     pub timeout: Duration,
 }
 
-/// What a controller knows about the world when a part ends.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Report {
-    /// The base stands here, map frame.
-    BaseAt(Pose),
-    /// The gripper holds this object, or none.
-    Holds(ResourceId, Option<ObjectId>),
-}
-
 /// Why a goal did not succeed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -132,10 +122,10 @@ impl End {
 }
 
 /// How a goal ended and what its controllers said of the world then.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// How it ended.
     pub end: End,
     /// What is so now, whatever the kind promised.
-    pub reports: Vec<Report>,
+    pub changes: Vec<Change>,
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::{Command, ControllerKind, Mode, ObjectId, Pose, Time};
+use super::{Change, Command, ControllerKind, Location, Mode, ObjectId, Pose, ResourceId, Time};
 
 /// Identity of a command: which attachment of the controller, and a number that never comes twice in it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -166,4 +166,21 @@ pub enum ControllerState {
         /// Their velocities, radians per second.
         velocity: [f64; 2],
     },
+}
+
+impl ControllerState {
+    /// What the state says of the world, for the resources that the controller moves.
+    pub fn changes(&self, resources: impl IntoIterator<Item = ResourceId>) -> Vec<Change> {
+        match *self {
+            Self::Base { pose, .. } => vec![Change::Base(pose)],
+            Self::Arm { holds, .. } => {
+                let change = |resource| match holds {
+                    Some(object) => Change::Object(object, Location::In(resource)),
+                    None => Change::Emptied(resource),
+                };
+                resources.into_iter().map(change).collect()
+            }
+            Self::Head { .. } => Vec::new(),
+        }
+    }
 }

@@ -3,8 +3,9 @@
 mod claim;
 mod goal;
 mod ids;
-mod line;
+mod lineage;
 mod link;
+mod matching;
 mod names;
 mod pose;
 mod reason;
@@ -12,27 +13,27 @@ mod record;
 mod report;
 mod request;
 mod resource;
-mod situation;
 mod spec;
 mod suggestion;
 mod time;
+mod world_state;
 
-pub use claim::{Access, Claim, Keep, Wanted};
-pub use goal::{Command, End, Fault, Goal, Mode, Outcome, Part, Report};
+pub use claim::{Access, Claim, Retention, Selector};
+pub use goal::{Command, End, Fault, Goal, Mode, Outcome, Part};
 pub use ids::{ChannelId, ControllerId, FactId, NodeId, ObjectId, PlaceId, ResourceId, TypeId};
-pub use line::{Line, Span};
+pub use lineage::{Lineage, NodeRange};
 pub use link::{CommandId, ControllerState, FromController, PartEnd, Rejection, ToController};
+pub use matching::match_claims;
 pub use names::{Names, make_legible};
 pub use pose::Pose;
 pub use reason::Reason;
 pub use record::{
-    Blocked, Completion, ControllerMessage, EntryKind, Going, Header, JOURNAL_VERSION, Message, MissionEnd, NodeEntry,
-    Record, Reopened,
+    Blocked, Completion, Consequences, ControllerMessage, EntryKind, Header, JOURNAL_VERSION, Message, MissionEnd,
+    NodeEntry, Record, Reopened,
 };
 pub use report::{Interval, MissionReport, Tally};
-pub use request::{Binding, Candidate, Grant, Need, Request};
-pub use resource::{Heir, Hold, Lease, Resource, ResourceTable};
-pub use situation::{Change, Situation, Whereabouts};
+pub use request::{Binding, Candidate, ClaimOptions, Grant, Request};
+pub use resource::{Heir, Lease, LeaseKind, Resource, ResourceTable};
 pub use spec::{
     ArmSpec, BaseSpec, BehaviorSpec, CommandTerm, Condition, ControllerKind, ControllerSpec, EffectTerm, HeadSpec,
     MissionSpec, NodeKind, Obstacle, PlaceSpec, Potential, ResourceSpec, RobotSpec, Task, Topology, TreeSpec,
@@ -40,3 +41,4 @@ pub use spec::{
 };
 pub use suggestion::{nearest, suggestion};
 pub use time::Time;
+pub use world_state::{Change, Location, WorldState};

@@ -1,14 +1,16 @@
 //! What a run leaves behind: typed records, one per line of the journal.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use super::{
     Change, CommandId, ControllerId, End, FromController, Grant, MissionSpec, Names, NodeId, NodeKind, Reason,
-    Rejection, Request, Resource, ResourceId, Situation, Time, ToController, TypeId, make_legible,
+    Rejection, Request, Resource, ResourceId, Time, ToController, TypeId, WorldState, make_legible,
 };
 
 /// Version of the journal's form; a reader refuses any other.
-pub const JOURNAL_VERSION: u32 = 2;
+pub const JOURNAL_VERSION: u32 = 3;
 
 /// One line of the journal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -51,7 +53,7 @@ pub enum Record {
         /// How it ended.
         end: End,
         /// Where its leases went.
-        going: Going,
+        consequences: Consequences,
         /// What is different in the world.
         changes: Vec<Change>,
     },
@@ -125,7 +127,7 @@ pub struct Header {
     pub movers: Vec<Option<ControllerId>>,
     /// The world as the mission has it before any controller said otherwise; none in a journal that does not tell.
     #[serde(default)]
-    pub start: Option<Situation>,
+    pub start: Option<WorldState>,
     /// What everything is called.
     pub names: Names,
 }
@@ -279,7 +281,7 @@ pub enum Message {
         /// Who asks.
         asking: Vec<NodeId>,
         /// A leaf's own request.
-        request: Option<Box<Request>>,
+        request: Option<Arc<Request>>,
         /// What this node says no to: a leaf of itself, a task node of those it did not pass on.
         blocked: Vec<Blocked>,
     },
@@ -304,13 +306,13 @@ pub enum Message {
         /// How.
         end: End,
         /// What that means so far.
-        going: Going,
+        consequences: Consequences,
     },
 }
 
 /// What the end of a behavior means for the nodes above, raised on its way up.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Going {
+pub struct Consequences {
     /// What it completes; none where it did not succeed.
     pub completed: Option<Completion>,
     /// The topmost node that fails now, if any does.

@@ -84,13 +84,13 @@ impl Tally {
                     self.closed |= lapsed.is_some();
                 }
             }
-            Record::Released { at, leaf, end, going, .. } => {
+            Record::Released { at, leaf, end, consequences, .. } => {
                 self.now = *at;
                 self.closed = true;
                 if let Some(run) = self.last_run(*leaf).filter(|run| run.to.is_none()) {
                     run.to = Some(*at);
                     run.end = Some(*end);
-                    run.is_final = going.failed.is_some();
+                    run.is_final = consequences.failed.is_some();
                 }
             }
             Record::Controller { at, controller, message } => {
@@ -151,12 +151,12 @@ impl Tally {
             self.steps.push(Vec::new());
             self.closed = false;
         }
-        self.steps.last_mut().expect("a step was just opened").push(grant.leaf);
-        self.latest.insert(grant.leaf, self.intervals.len());
-        let (leaf, from) = (grant.leaf, at);
+        self.steps.last_mut().expect("a step was just opened").push(grant.leaf());
+        self.latest.insert(grant.leaf(), self.intervals.len());
+        let (leaf, from) = (grant.leaf(), at);
         self.intervals.push(Interval { leaf, from, to: None, end: None, is_final: false, reopened: None });
-        self.reasons.remove(&grant.leaf);
-        self.skipped.retain(|(leaf, _)| *leaf != grant.leaf);
+        self.reasons.remove(&grant.leaf());
+        self.skipped.retain(|(leaf, _)| *leaf != grant.leaf());
         let nodes = self.header.as_ref().map_or(0, |header| header.nodes.len());
         for leaf in grant.skipped(nodes).filter(|leaf| self.is_behavior(*leaf)).collect::<Vec<_>>() {
             let is_done = self.skipped.iter().any(|(known, _)| *known == leaf) || self.is_done(leaf);

@@ -1,8 +1,10 @@
 //! What travels up for resources, and what comes of it.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
-use super::{Access, ChannelId, Keep, NodeId, ObjectId, ResourceId, Span};
+use super::{Access, ChannelId, NodeId, NodeRange, ObjectId, ResourceId, Retention};
 
 /// A resource that would serve a claim, and what it costs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -15,13 +17,20 @@ pub struct Candidate {
 
 /// A claim of a request with every resource that would serve it, in resource order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Need {
+pub struct ClaimOptions {
     /// How it would be used.
     pub access: Access,
     /// What becomes of it on success.
-    pub keep: Keep,
+    pub keep: Retention,
     /// What would serve it; never empty.
     pub candidates: Vec<Candidate>,
+}
+
+impl ClaimOptions {
+    /// What would serve the claim, without the costs.
+    pub fn resources(&self) -> Vec<ResourceId> {
+        self.candidates.iter().map(|candidate| candidate.resource).collect()
+    }
 }
 
 /// One behavior's request for resources (III-C).
@@ -34,11 +43,11 @@ pub struct Request {
     /// Whether an intention lease is kept for it; such a request comes first among equals.
     pub heir: bool,
     /// Its claims.
-    pub needs: Vec<Need>,
+    pub claims: Vec<ClaimOptions>,
     /// Objects that it changes.
     pub changes: Vec<ObjectId>,
     /// What THEN nodes skipped to come to it.
-    pub skips: Vec<Span>,
+    pub skips: Vec<NodeRange>,
 }
 
 /// A claim bound to a resource.
@@ -49,28 +58,28 @@ pub struct Binding {
     /// How it is used.
     pub access: Access,
     /// What becomes of it on success.
-    pub keep: Keep,
+    pub keep: Retention,
 }
 
 /// A request that root granted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Grant {
-    /// The behavior.
-    pub leaf: NodeId,
-    /// Its activation potential when it was granted.
-    pub potential: f64,
+    /// What was asked for, shared with everybody who has seen the request.
+    #[serde(flatten)]
+    pub request: Arc<Request>,
     /// The resources, in the order of its claims; an allocator may add more behind them.
     pub bindings: Vec<Binding>,
-    /// Objects that it changes.
-    pub changes: Vec<ObjectId>,
-    /// What counts as done by this grant.
-    pub skips: Vec<Span>,
 }
 
 impl Grant {
+    /// The behavior.
+    pub fn leaf(&self) -> NodeId {
+        self.request.leaf
+    }
+
     /// The nodes that count as done by it, of a tree of so many.
     pub fn skipped(&self, of: usize) -> impl Iterator<Item = NodeId> {
-        self.skips.iter().flat_map(move |skip| skip.nodes(of))
+        self.request.skips.iter().flat_map(move |skip| skip.nodes(of))
     }
 
     /// The channel on which the behavior uses a resource.

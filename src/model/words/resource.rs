@@ -2,12 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Access, ChannelId, Grant, Keep, Line, NodeId, ResourceId, Topology};
+use super::{Access, ChannelId, Grant, Lineage, NodeId, ResourceId, Retention, Topology};
 
 /// Why a lease is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Hold {
+pub enum LeaseKind {
     /// Kept for what its behavior was done for.
     Intention,
     /// Kept because the world is so.
@@ -24,7 +24,7 @@ pub struct Lease {
     /// The behavior that got it.
     pub behavior: NodeId,
     /// Why it is held.
-    pub hold: Hold,
+    pub kind: LeaseKind,
     /// The node that it was inherited from, while the behavior runs.
     pub from: Option<NodeId>,
 }
@@ -64,11 +64,11 @@ impl Resource {
 
     /// Whether a running behavior uses it.
     pub fn is_running(&self) -> bool {
-        self.leases.iter().any(|lease| lease.hold == Hold::Running)
+        self.leases.iter().any(|lease| lease.kind == LeaseKind::Running)
     }
 
     /// The holder that keeps a node of this line from using the resource so, if any.
-    pub fn obstacle(&self, line: &Line<'_>, access: Access) -> Option<NodeId> {
+    pub fn obstacle(&self, line: &Lineage<'_>, access: Access) -> Option<NodeId> {
         if self.access.is_some_and(|present| present.joins(access)) {
             return None;
         }
@@ -88,7 +88,7 @@ impl Resource {
     fn add(&mut self, lease: Lease, access: Access) {
         self.access = Some(access);
         match self.leases.iter_mut().find(|present| present.holder == lease.holder) {
-            Some(present) if (present.hold, present.behavior) < (lease.hold, lease.behavior) => *present = lease,
+            Some(present) if (present.kind, present.behavior) < (lease.kind, lease.behavior) => *present = lease,
             Some(_) => {}
             None => {
                 self.leases.push(lease);
@@ -140,18 +140,18 @@ impl ResourceTable {
     /// What was skipped to reach the behavior is done now, so its leases go to the THEN that skipped it; then what
     /// the behavior claims of its line moves to it, and what it does not claim stays.
     pub fn take(&mut self, topology: &Topology, grant: &Grant) {
-        for skip in &grant.skips {
+        for skip in &grant.request.skips {
             let heir = Heir { node: topology.parent(skip.from), goes_on: true };
             self.move_up(|holder| skip.contains(holder), heir);
         }
-        let line = Line { topology, node: grant.leaf, skips: &[] };
+        let line = Lineage { topology, node: grant.leaf(), skips: &[] };
         for binding in &grant.bindings {
             let resource = &mut self.resources[binding.resource.index()];
             let blocked = resource.obstacle(&line, binding.access);
-            assert!(blocked.is_none(), "granted {binding:?} to {:?} against {blocked:?}", grant.leaf);
+            assert!(blocked.is_none(), "granted {binding:?} to {:?} against {blocked:?}", grant.leaf());
             let inherited = resource.remove(|lease| line.contains(lease.holder));
             let from = inherited.iter().map(|lease| lease.holder).max();
-            let lease = Lease { holder: grant.leaf, behavior: grant.leaf, hold: Hold::Running, from };
+            let lease = Lease { holder: grant.leaf(), behavior: grant.leaf(), kind: LeaseKind::Running, from };
             resource.add(lease, binding.access);
         }
         self.assert_sound();
@@ -161,14 +161,14 @@ impl ResourceTable {
     pub fn hand_over(&mut self, topology: &Topology, grant: &Grant, completed: NodeId, heir: Heir) {
         for binding in &grant.bindings {
             let resource = &mut self.resources[binding.resource.index()];
-            resource.remove(|lease| lease.holder == grant.leaf);
-            let (hold, access) = match binding.keep {
-                Keep::Release => continue,
-                Keep::Intention(_) if !heir.goes_on => continue,
-                Keep::Intention(access) => (Hold::Intention, access),
-                Keep::Physical(access) => (Hold::Physical, access),
+            resource.remove(|lease| lease.holder == grant.leaf());
+            let (kind, access) = match binding.keep {
+                Retention::Release => continue,
+                Retention::Intention(_) if !heir.goes_on => continue,
+                Retention::Intention(access) => (LeaseKind::Intention, access),
+                Retention::Physical(access) => (LeaseKind::Physical, access),
             };
-            resource.add(Lease { holder: heir.node, behavior: grant.leaf, hold, from: None }, access);
+            resource.add(Lease { holder: heir.node, behavior: grant.leaf(), kind, from: None }, access);
         }
         self.move_up(|holder| topology.is_within(holder, completed), heir);
         self.assert_sound();
@@ -195,7 +195,7 @@ impl ResourceTable {
                 }
                 let holder = lease.from.filter(|&from| !ended(from)).unwrap_or(above);
                 let access = access.expect("a resource with a lease has an access");
-                resource.add(Lease { holder, hold: Hold::Physical, from: None, ..lease }, access);
+                resource.add(Lease { holder, kind: LeaseKind::Physical, from: None, ..lease }, access);
             }
         }
         self.assert_sound();
@@ -204,12 +204,12 @@ impl ResourceTable {
     /// Ends an intention lease of a holder.
     pub fn lapse(&mut self, resource: ResourceId, holder: NodeId) {
         let gone = self.resources[resource.index()].remove(|lease| lease.holder == holder);
-        assert!(gone.iter().all(|lease| lease.hold == Hold::Intention), "only intentions lapse: {gone:?}");
+        assert!(gone.iter().all(|lease| lease.kind == LeaseKind::Intention), "only intentions lapse: {gone:?}");
     }
 
     /// Ends the physical leases of a gripper that the world shows empty.
     pub fn emptied(&mut self, resource: ResourceId) {
-        self.resources[resource.index()].remove(|lease| lease.hold == Hold::Physical);
+        self.resources[resource.index()].remove(|lease| lease.kind == LeaseKind::Physical);
     }
 
     /// Frees everything.
@@ -221,8 +221,8 @@ impl ResourceTable {
         for resource in &mut self.resources {
             let access = resource.access;
             for lease in resource.remove(|lease| leaves_from(lease.holder)) {
-                assert!(lease.hold != Hold::Running, "a completed node has nothing running: {lease:?}");
-                if lease.hold == Hold::Physical || heir.goes_on {
+                assert!(lease.kind != LeaseKind::Running, "a completed node has nothing running: {lease:?}");
+                if lease.kind == LeaseKind::Physical || heir.goes_on {
                     let access = access.expect("a resource with a lease has an access");
                     resource.add(Lease { holder: heir.node, ..lease }, access);
                 }

@@ -5,7 +5,9 @@ use std::time::Duration;
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::{Claim, ControllerId, FactId, Mode, Names, NodeId, ObjectId, PlaceId, Pose, ResourceId, Situation, TypeId};
+use super::{
+    Claim, ControllerId, FactId, Mode, Names, NodeId, ObjectId, PlaceId, Pose, ResourceId, TypeId, WorldState,
+};
 
 /// A mission that can be run.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,7 +19,7 @@ pub struct MissionSpec {
     /// The fixed part of the world.
     pub world: WorldSpec,
     /// The changing part at the start.
-    pub start: Situation,
+    pub start: WorldState,
     /// The task.
     pub tree: TreeSpec,
     /// What everything is called.
@@ -354,6 +356,12 @@ pub enum Task {
 }
 
 impl RobotSpec {
+    /// Resources that a controller moves, in resource order.
+    pub fn moved_by(&self, controller: ControllerId) -> impl Iterator<Item = ResourceId> + '_ {
+        let ids = (0..self.resources.len()).map(ResourceId::from);
+        ids.filter(move |id| self.resources[id.index()].controller == Some(controller))
+    }
+
     /// Resources of a type, in resource order.
     pub fn of_type(&self, ty: TypeId) -> impl Iterator<Item = ResourceId> + '_ {
         (0..self.resources.len()).map(ResourceId::from).filter(move |id| self.resources[id.index()].ty == ty)

@@ -122,8 +122,8 @@ impl Conversation {
                 let said = tree::decided(granted, refused, reopened.as_ref(), names);
                 Line { round: Some(*round), ..line(root, said) }
             }
-            Record::Released { leaf, end, going, changes, .. } => {
-                line(root, tree::released(*leaf, *end, *going, changes, names))
+            Record::Released { leaf, end, consequences, changes, .. } => {
+                line(root, tree::released(*leaf, *end, *consequences, changes, names))
             }
             Record::World { change, .. } => line("world".into(), phrase::changed(change, names)),
             Record::Resource { resource, state, .. } => {

@@ -8,7 +8,7 @@ use serde::ser::{
 };
 
 use ambidex_model::{
-    ChannelId, ControllerId, FactId, Names, NodeId, ObjectId, PlaceId, Record, ResourceId, Span, TypeId,
+    ChannelId, ControllerId, FactId, Names, NodeId, NodeRange, ObjectId, PlaceId, Record, ResourceId, TypeId,
 };
 
 /// One line without its end.
@@ -43,7 +43,7 @@ struct Open<'a, C> {
 /// A struct under way; a run of nodes becomes the list of their names.
 enum OpenStruct<'a, S: Serializer> {
     Fields(Open<'a, S::SerializeStruct>),
-    Span { inner: S, names: &'a Names, ends: Vec<u32> },
+    NodeRange { inner: S, names: &'a Names, ends: Vec<u32> },
 }
 
 /// The name behind an id of a type; none for types that are no ids.
@@ -129,8 +129,8 @@ impl<'a, S: Serializer> Serializer for Named<'a, S> {
     }
 
     fn serialize_struct(self, name: &'static str, len: usize) -> Result<OpenStruct<'a, S>, S::Error> {
-        if name == "Span" {
-            return Ok(OpenStruct::Span { inner: self.inner, names: self.names, ends: Vec::with_capacity(len) });
+        if name == "NodeRange" {
+            return Ok(OpenStruct::NodeRange { inner: self.inner, names: self.names, ends: Vec::with_capacity(len) });
         }
         let inner = self.inner.serialize_struct(name, len)?;
         Ok(OpenStruct::Fields(Open { inner, names: self.names }))
@@ -221,7 +221,7 @@ impl<S: Serializer> SerializeStruct for OpenStruct<'_, S> {
     fn serialize_field<T: Serialize + ?Sized>(&mut self, key: &'static str, value: &T) -> Result<(), S::Error> {
         match self {
             Self::Fields(open) => open.inner.serialize_field(key, &With { value, names: open.names }),
-            Self::Span { ends, .. } => {
+            Self::NodeRange { ends, .. } => {
                 ends.extend(number::<S::Error>(value)?);
                 Ok(())
             }
@@ -231,9 +231,9 @@ impl<S: Serializer> SerializeStruct for OpenStruct<'_, S> {
     fn end(self) -> Result<S::Ok, S::Error> {
         match self {
             Self::Fields(open) => open.inner.end(),
-            Self::Span { inner, names, ends } => match ends.as_slice() {
+            Self::NodeRange { inner, names, ends } => match ends.as_slice() {
                 &[from, to] => {
-                    let span = Span { from: NodeId(from), to: NodeId(to) };
+                    let span = NodeRange { from: NodeId(from), to: NodeId(to) };
                     let nodes: Vec<&str> = span.nodes(names.nodes.len()).map(|node| names.node(node)).collect();
                     inner.collect_seq(nodes)
                 }

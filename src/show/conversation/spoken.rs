@@ -1,8 +1,8 @@
 //! Whom and what a record speaks of.
 
 use ambidex_model::{
-    Blocked, Change, CommandId, ControllerId, ControllerMessage, FromController, Going, Message, MissionEnd, NodeId,
-    Reason, Record, Request, ResourceId, ToController, Whereabouts,
+    Blocked, Change, CommandId, Consequences, ControllerId, ControllerMessage, FromController, Location, Message,
+    MissionEnd, NodeId, Reason, Record, Request, ResourceId, ToController,
 };
 
 use super::commands::Commands;
@@ -14,11 +14,11 @@ pub(super) fn of_node(record: &Record, commands: &Commands, marks: &[bool]) -> b
         Record::Header(_) | Record::World { .. } => false,
         Record::Sent { from, to, message, .. } => is(*from) || is(*to) || message_of(message, is),
         Record::Decided { granted, refused, reopened, .. } => {
-            granted.iter().any(|grant| is(grant.leaf) || grant.skipped(marks.len()).any(is))
+            granted.iter().any(|grant| is(grant.leaf()) || grant.skipped(marks.len()).any(is))
                 || blocked_of(refused, is)
                 || reopened.iter().any(|reopened| is(reopened.leaf) || is(reopened.holder))
         }
-        Record::Released { leaf, going, .. } => is(*leaf) || going_of(going, is),
+        Record::Released { leaf, consequences, .. } => is(*leaf) || going_of(consequences, is),
         Record::Resource { state, .. } => state.leases().iter().any(|lease| is(lease.holder) || is(lease.behavior)),
         Record::Controller { controller, message, .. } => {
             message.leaf().into_iter().any(is)
@@ -31,7 +31,7 @@ pub(super) fn of_node(record: &Record, commands: &Commands, marks: &[bool]) -> b
 /// Whether a record speaks of a resource.
 pub(super) fn of_resource(record: &Record, wanted: ResourceId) -> bool {
     let requested = |request: &Request| {
-        let mut candidates = request.needs.iter().flat_map(|need| &need.candidates);
+        let mut candidates = request.claims.iter().flat_map(|need| &need.candidates);
         candidates.any(|candidate| candidate.resource == wanted)
     };
     let refused = |blocked: &[Blocked]| blocked.iter().any(|one| lacks(&one.reason, wanted));
@@ -94,7 +94,7 @@ fn message_of(message: &Message, is: &impl Fn(NodeId) -> bool) -> bool {
         Message::Answer { asking, blocked, .. } => asking.iter().any(|&leaf| is(leaf)) || blocked_of(blocked, is),
         Message::Verdict { granted, .. } => granted.iter().any(|&leaf| is(leaf)),
         Message::Reopen { leaf } => is(*leaf),
-        Message::Release { leaf, going, .. } => is(*leaf) || going_of(going, is),
+        Message::Release { leaf, consequences, .. } => is(*leaf) || going_of(consequences, is),
     }
 }
 
@@ -102,9 +102,9 @@ fn blocked_of(blocked: &[Blocked], is: &impl Fn(NodeId) -> bool) -> bool {
     blocked.iter().any(|one| is(one.leaf))
 }
 
-fn going_of(going: &Going, is: &impl Fn(NodeId) -> bool) -> bool {
-    let completed = going.completed.iter().any(|done| is(done.node) || done.heir.is_some_and(is));
-    completed || going.failed.is_some_and(is)
+fn going_of(consequences: &Consequences, is: &impl Fn(NodeId) -> bool) -> bool {
+    let completed = consequences.completed.iter().any(|done| is(done.node) || done.heir.is_some_and(is));
+    completed || consequences.failed.is_some_and(is)
 }
 
 fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
@@ -135,7 +135,7 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
 
 fn moves(change: &Change, wanted: ResourceId) -> bool {
     match change {
-        Change::Object(_, Whereabouts::In(resource)) | Change::Emptied(resource) => *resource == wanted,
-        Change::Object(_, Whereabouts::At(_) | Whereabouts::Unknown) | Change::Base(_) | Change::Fact(..) => false,
+        Change::Object(_, Location::In(resource)) | Change::Emptied(resource) => *resource == wanted,
+        Change::Object(_, Location::At(_) | Location::Unknown) | Change::Base(_) | Change::Fact(..) => false,
     }
 }

@@ -38,15 +38,15 @@ fn answer(leaf: &str, request: Option<Request>, reason: Option<Reason>) -> Messa
         satisfied: false,
         potential: request.as_ref().map(|request| request.potential),
         asking: request.iter().map(|request| request.leaf).collect(),
-        request: request.map(Box::new),
+        request: request.map(Into::into),
         blocked: reason.map(|reason| Blocked { leaf: named(leaf), reason }).into_iter().collect(),
     }
 }
 
 fn request() -> Request {
-    let need = |access, candidates: &[u32]| Need {
+    let need = |access, candidates: &[u32]| ClaimOptions {
         access,
-        keep: Keep::Release,
+        keep: Retention::Release,
         candidates: candidates.iter().map(|&id| Candidate { resource: ResourceId(id), cost_m: 0.5 }).collect(),
     };
     let at = named("move 1-1");
@@ -54,9 +54,9 @@ fn request() -> Request {
         leaf: named("pick 1"),
         potential: 9.0,
         heir: true,
-        needs: vec![need(Access::Shared(ChannelId(0)), &[0]), need(Access::Exclusive, &[2, 3])],
+        claims: vec![need(Access::Shared(ChannelId(0)), &[0]), need(Access::Exclusive, &[2, 3])],
         changes: vec![ObjectId(0)],
-        skips: vec![Span { from: at, to: NodeId(at.0 + 1) }],
+        skips: vec![NodeRange { from: at, to: NodeId(at.0 + 1) }],
     }
 }
 
@@ -64,7 +64,8 @@ fn request() -> Request {
 fn records() -> Vec<Record> {
     let outbid = Reason::Outbid { by: named("move 2-1"), resource: ResourceId(0), own: 0.25, theirs: 0.5 };
     let at = Point3::new(0.5, 0.25, 0.75);
-    let going = Going { completed: Some(Completion { node: named("object 1"), heir: None }), failed: None };
+    let consequences =
+        Consequences { completed: Some(Completion { node: named("object 1"), heir: None }), failed: None };
     let mut decision = decided(7.4, 2, vec![grant("pick 1", &[0, 1], &[2], &["move 1-1"])]);
     if let Record::Decided { refused, .. } = &mut decision {
         refused.push(Blocked { leaf: named("move 3-1"), reason: outbid.clone() });
@@ -93,9 +94,9 @@ fn records() -> Vec<Record> {
                 state: state(),
             },
         ),
-        sent("pick 1", "object 1", Message::Release { leaf: named("pick 1"), end: End::Succeeded, going }),
+        sent("pick 1", "object 1", Message::Release { leaf: named("pick 1"), end: End::Succeeded, consequences }),
         released(9.0, "pick 2", End::Failed(Fault::Aborted(ControllerId(3)))),
-        Record::World { at: seconds(9.5), change: Change::Object(ObjectId(2), Whereabouts::At(PlaceId(1))) },
+        Record::World { at: seconds(9.5), change: Change::Object(ObjectId(2), Location::At(PlaceId(1))) },
         sent("object 1", "move 1-1", Message::Reopen { leaf: named("move 1-1") }),
         Record::Ended { at: seconds(10.0), end: MissionEnd::Failed(named("pick 2")) },
     ]

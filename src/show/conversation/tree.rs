@@ -4,7 +4,7 @@ use anstyle::Style;
 
 use crate::{Palette, phrase};
 use ambidex_model::{
-    Blocked, Change, End, Going, Grant, Hold, Message, Names, NodeId, Reason, Reopened, Request, Resource,
+    Blocked, Change, Consequences, End, Grant, LeaseKind, Message, Names, NodeId, Reason, Reopened, Request, Resource,
 };
 use ambidex_record::words;
 
@@ -22,9 +22,9 @@ pub(super) fn said(from: NodeId, to: NodeId, message: &Message, names: &Names) -
         }
         Message::Reopen { leaf } => format!("{} is done no more", names.node(*leaf)),
         Message::Cancel => "cancel".into(),
-        Message::Release { leaf, end, going } => parts([
+        Message::Release { leaf, end, consequences } => parts([
             Some(format!("{} {}", names.node(*leaf), phrase::ended(*end, names))),
-            follows(*leaf, *going, names),
+            follows(*leaf, *consequences, names),
         ]),
     }
 }
@@ -88,9 +88,9 @@ fn refusal(from: NodeId, blocked: &Blocked, names: &Names) -> String {
 
 pub(super) fn decided(granted: &[Grant], refused: &[Blocked], reopened: Option<&Reopened>, names: &Names) -> String {
     let grants = granted.iter().map(|grant| {
-        let mut said = format!("grants {} {}", names.node(grant.leaf), phrase::bindings(&grant.bindings, names));
+        let mut said = format!("grants {} {}", names.node(grant.leaf()), phrase::bindings(&grant.bindings, names));
         let skipped = grant.skipped(names.nodes.len());
-        if !grant.skips.is_empty() {
+        if !grant.request.skips.is_empty() {
             said += &format!(" (skipping {})", phrase::nodes(skipped, names));
         }
         Some(said)
@@ -118,19 +118,25 @@ fn reopening(reopened: &Reopened, names: &Names) -> String {
     said
 }
 
-pub(super) fn released(leaf: NodeId, end: End, going: Going, changes: &[Change], names: &Names) -> String {
+pub(super) fn released(
+    leaf: NodeId,
+    end: End,
+    consequences: Consequences,
+    changes: &[Change],
+    names: &Names,
+) -> String {
     let ended = format!("{} {}", names.node(leaf), phrase::ended(end, names));
     let changes = phrase::changes(changes, names).into_iter().map(Some);
-    parts([Some(ended), follows(leaf, going, names)].into_iter().chain(changes))
+    parts([Some(ended), follows(leaf, consequences, names)].into_iter().chain(changes))
 }
 
 /// What the end of a behavior means for the nodes above.
-fn follows(leaf: NodeId, going: Going, names: &Names) -> Option<String> {
-    let completed = going.completed.map(|done| {
+fn follows(leaf: NodeId, consequences: Consequences, names: &Names) -> Option<String> {
+    let completed = consequences.completed.map(|done| {
         let completes = (done.node != leaf).then(|| format!("{} is complete", phrase::part(done.node, names)));
         parts([completes, done.heir.map(|heir| format!("{} goes on", names.node(heir)))])
     });
-    let failed = going.failed.filter(|&failed| failed != leaf);
+    let failed = consequences.failed.filter(|&failed| failed != leaf);
     let said = parts([completed, failed.map(|failed| format!("{} fails", phrase::part(failed, names)))]);
     (!said.is_empty()).then_some(said)
 }
@@ -140,15 +146,15 @@ pub(super) fn used(resource: &Resource, names: &Names) -> String {
     let Some(access) = resource.access() else {
         return "is free".into();
     };
-    let holding = |hold: Hold, verb: &str| {
-        let holders = resource.leases().iter().filter(|lease| lease.hold == hold).map(|lease| lease.holder);
+    let holding = |kind: LeaseKind, verb: &str| {
+        let holders = resource.leases().iter().filter(|lease| lease.kind == kind).map(|lease| lease.holder);
         let holders = phrase::nodes(holders, names);
         (!holders.is_empty()).then(|| format!("{verb} {holders}"))
     };
     let uses = [
-        holding(Hold::Running, "is in use by"),
-        holding(Hold::Intention, "is kept for what comes next in"),
-        holding(Hold::Physical, "holds something for"),
+        holding(LeaseKind::Running, "is in use by"),
+        holding(LeaseKind::Intention, "is kept for what comes next in"),
+        holding(LeaseKind::Physical, "holds something for"),
     ];
     let uses: Vec<String> = uses.into_iter().flatten().collect();
     format!("{}, {}", uses.join(", "), phrase::access(access, names))

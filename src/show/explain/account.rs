@@ -77,11 +77,11 @@ impl Account {
                 let reopened = reopened.as_ref();
                 self.decide(&Decision { at: *at, round: *round, granted, refused, reopened });
             }
-            Record::Released { at, leaf, end, going, changes } if self.leaves.contains_key(leaf) => {
+            Record::Released { at, leaf, end, consequences, changes } if self.leaves.contains_key(leaf) => {
                 let names = &self.standing.header().names;
                 let took_s = self.standing.started(*leaf).map(|from| (*at - from).as_secs_f64());
                 let mut said = vec!["It".to_owned()];
-                said.extend(sentence::ended(*leaf, *end, took_s, *going, names));
+                said.extend(sentence::ended(*leaf, *end, took_s, *consequences, names));
                 said.extend(sentence::changes(changes, names));
                 self.tell(*leaf, Entry::moment(*at, None, (*end).into(), said.join(" ")));
             }
@@ -151,13 +151,13 @@ impl Account {
         if let Some(reopened) = decision.reopened.filter(|reopened| reopened.leaf == leaf) {
             entries.push(moment(LeafState::Waiting, format!("It {}", sentence::reopened(reopened, names))));
         }
-        if let Some(grant) = decision.granted.iter().find(|grant| grant.leaf == leaf) {
+        if let Some(grant) = decision.granted.iter().find(|grant| grant.leaf() == leaf) {
             entries.push(moment(LeafState::Active, self.started(grant, decision)));
             return entries;
         }
         let skipper = decision.granted.iter().find(|grant| self.standing.skipped(grant).contains(&leaf));
         if let Some(grant) = skipper {
-            let next = names.node(grant.leaf);
+            let next = names.node(grant.leaf());
             let said = format!("It is skipped: its goal is met already, and {next} goes on from there.");
             entries.push(moment(LeafState::Skipped, said));
             return entries;
@@ -188,11 +188,11 @@ impl Account {
         let names = &self.standing.header().names;
         let mut said = vec![format!(
             "It starts with potential {:.3} and has {}.",
-            grant.potential,
+            grant.request.potential,
             phrase::bindings(&grant.bindings, names)
         )];
-        said.extend(sentence::beats(grant, &sentence::losers(grant.leaf, decision.refused), false, names));
-        let beside = decision.granted.iter().map(|other| other.leaf).filter(|other| *other != grant.leaf);
+        said.extend(sentence::beats(grant, &sentence::losers(grant.leaf(), decision.refused), false, names));
+        let beside = decision.granted.iter().map(|other| other.leaf()).filter(|other| *other != grant.leaf());
         let beside = phrase::nodes(beside, names);
         if !beside.is_empty() {
             let verb = if decision.granted.len() > 2 { "start" } else { "starts" };

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::phrase;
-use ambidex_model::{Access, Header, Hold, Lease, Names, NodeId, Reason, Record, Resource, ResourceId, TypeId};
+use ambidex_model::{Access, Header, Lease, LeaseKind, Names, NodeId, Reason, Record, Resource, ResourceId, TypeId};
 
 /// The resource table at a moment of the journal.
 #[derive(Debug, Clone, Default)]
@@ -108,10 +108,10 @@ fn held(resource: ResourceId, lease: &Lease, access: Access, names: &Names) -> S
         Access::Exclusive => String::new(),
         Access::Shared(_) => format!(" {}", phrase::access(access, names)),
     };
-    match lease.hold {
-        Hold::Running => format!("{resource} is in use by {holder}{for_what}"),
-        Hold::Intention => format!("{resource} is kept{for_what} by {holder}, for what comes after {behavior}"),
-        Hold::Physical => format!("{resource} holds something for {holder} since {behavior}"),
+    match lease.kind {
+        LeaseKind::Running => format!("{resource} is in use by {holder}{for_what}"),
+        LeaseKind::Intention => format!("{resource} is kept{for_what} by {holder}, for what comes after {behavior}"),
+        LeaseKind::Physical => format!("{resource} holds something for {holder} since {behavior}"),
     }
 }
 

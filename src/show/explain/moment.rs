@@ -62,7 +62,7 @@ impl Moment {
             self.happened.push((LeafState::Active, started(granted, refused, standing)));
         }
         for grant in granted {
-            self.waits.remove(&grant.leaf);
+            self.waits.remove(&grant.leaf());
             let skipped = sentence::skipped(&standing.skipped(grant), names);
             self.happened.extend(skipped.map(|said| (LeafState::Skipped, said)));
         }
@@ -78,13 +78,13 @@ impl Moment {
 
     /// Takes the end of a behavior.
     pub(super) fn release(&mut self, record: &Record, standing: &Standing) {
-        let Record::Released { at, leaf, end, going, changes } = record else {
+        let Record::Released { at, leaf, end, consequences, changes } = record else {
             return;
         };
         let names = &standing.header().names;
         let took_s = standing.started(*leaf).map(|from| (*at - from).as_secs_f64());
         let mut said = vec![names.node(*leaf).to_owned()];
-        said.extend(sentence::ended(*leaf, *end, took_s, *going, names));
+        said.extend(sentence::ended(*leaf, *end, took_s, *consequences, names));
         said.extend(sentence::changes(changes, names));
         self.happens(*at, (*end).into(), said.join(" "));
     }
@@ -111,7 +111,7 @@ fn is_news(before: Option<&Reason>, now: &Reason) -> bool {
 /// What starts, with what, and why it and not others.
 fn started(granted: &[Grant], refused: &[Blocked], standing: &Standing) -> String {
     let names = &standing.header().names;
-    let who = phrase::nodes(granted.iter().map(|grant| grant.leaf), names);
+    let who = phrase::nodes(granted.iter().map(|grant| grant.leaf()), names);
     let mut said = Vec::new();
     if let [only] = granted {
         said.push(format!("{who} starts with {}.", phrase::bindings(&only.bindings, names)));
@@ -120,7 +120,7 @@ fn started(granted: &[Grant], refused: &[Blocked], standing: &Standing) -> Strin
         said.extend(shares(granted, names));
     }
     for grant in granted {
-        let losers = sentence::losers(grant.leaf, refused);
+        let losers = sentence::losers(grant.leaf(), refused);
         said.extend(sentence::beats(grant, &losers, granted.len() > 1, names));
     }
     said.extend(sentence::beside(standing.running(), names));
@@ -143,7 +143,7 @@ fn shares(granted: &[Grant], names: &Names) -> Vec<String> {
     }
     let own = granted.iter().filter_map(|grant| {
         let own: Vec<Binding> = grant.bindings.iter().filter(|binding| !is_shared(binding)).copied().collect();
-        (!own.is_empty()).then(|| format!("{} has {}", names.node(grant.leaf), phrase::bindings(&own, names)))
+        (!own.is_empty()).then(|| format!("{} has {}", names.node(grant.leaf()), phrase::bindings(&own, names)))
     });
     let own: Vec<String> = own.collect();
     if !own.is_empty() {

@@ -1,7 +1,7 @@
 //! Sentences that both the story and an account tell.
 
 use crate::phrase;
-use ambidex_model::{Blocked, Change, End, Going, Grant, Names, NodeId, Reason, Reopened};
+use ambidex_model::{Blocked, Change, Consequences, End, Grant, Names, NodeId, Reason, Reopened};
 
 /// The requests that lost to one, each with its potential, the best first.
 pub(super) fn losers(winner: NodeId, refused: &[Blocked]) -> Vec<(NodeId, f64)> {
@@ -20,11 +20,11 @@ pub(super) fn losers(winner: NodeId, refused: &[Blocked]) -> Vec<(NodeId, f64)> 
 ///
 /// Where several are spoken of, the request is named.
 pub(super) fn beats(grant: &Grant, losers: &[(NodeId, f64)], is_named: bool, names: &Names) -> Option<String> {
-    let (equal, less): (Vec<_>, Vec<_>) = losers.iter().partition(|(_, own)| *own == grant.potential);
+    let (equal, less): (Vec<_>, Vec<_>) = losers.iter().partition(|(_, own)| *own == grant.request.potential);
     let less: Vec<String> = less.iter().map(|(leaf, own)| format!("{} ({own:.3})", names.node(*leaf))).collect();
     let whose = match is_named {
-        true => format!("The potential of {}, {:.3},", names.node(grant.leaf), grant.potential),
-        false => format!("Its potential of {:.3}", grant.potential),
+        true => format!("The potential of {}, {:.3},", names.node(grant.leaf()), grant.request.potential),
+        false => format!("Its potential of {:.3}", grant.request.potential),
     };
     let ties = phrase::nodes(equal.iter().map(|(leaf, _)| *leaf), names);
     let come = if equal.len() == 1 { "comes" } else { "come" };
@@ -39,17 +39,23 @@ pub(super) fn beats(grant: &Grant, losers: &[(NodeId, f64)], is_named: bool, nam
 }
 
 /// What became of a behavior that ended, after its name or "it": "is done after 4.15 s."
-pub(super) fn ended(leaf: NodeId, end: End, took_s: Option<f64>, going: Going, names: &Names) -> Vec<String> {
+pub(super) fn ended(
+    leaf: NodeId,
+    end: End,
+    took_s: Option<f64>,
+    consequences: Consequences,
+    names: &Names,
+) -> Vec<String> {
     let after = took_s.map(|took_s| format!(" after {took_s:.2} s")).unwrap_or_default();
     let mut said = vec![match end {
         End::Succeeded => format!("is done{after}."),
         End::Canceled => format!("is cancelled{after}."),
         End::Failed(fault) => format!("fails{after}: {}.", phrase::fault_sentence(fault, names)),
     }];
-    if let Some(done) = going.completed.filter(|done| done.node != leaf) {
+    if let Some(done) = consequences.completed.filter(|done| done.node != leaf) {
         said.push(format!("With it {} is complete.", phrase::part(done.node, names)));
     }
-    if let Some(failed) = going.failed.filter(|failed| *failed != leaf) {
+    if let Some(failed) = consequences.failed.filter(|failed| *failed != leaf) {
         said.push(format!("With it {} fails.", phrase::part(failed, names)));
     }
     said

@@ -80,9 +80,9 @@ impl Standing {
                     for leaf in self.skipped(grant) {
                         self.states.insert(leaf, LeafState::Skipped);
                     }
-                    self.states.insert(grant.leaf, LeafState::Active);
-                    self.started.insert(grant.leaf, *at);
-                    self.begun.insert(grant.leaf);
+                    self.states.insert(grant.leaf(), LeafState::Active);
+                    self.started.insert(grant.leaf(), *at);
+                    self.begun.insert(grant.leaf());
                 }
                 if let Some(reopened) = reopened {
                     self.states.remove(&reopened.leaf);

@@ -103,7 +103,7 @@ impl Progress {
 
 /// A behavior with the resources that it has alone, or with all where it has none alone.
 fn granting(grant: &Grant, names: &Names) -> String {
-    let name = names.node(grant.leaf);
+    let name = names.node(grant.leaf());
     let alone = grant.bindings.iter().filter(|binding| binding.access == Access::Exclusive);
     let mut resources: Vec<&str> = alone.map(|binding| names.resource(binding.resource)).collect();
     if resources.is_empty() {

@@ -8,7 +8,7 @@ mod tests;
 use std::collections::{BTreeMap, BTreeSet};
 
 use ambidex_model::{
-    Binding, Change, ControllerId, End, Grant, NodeEntry, NodeId, ObjectId, Record, ResourceId, Tally, Whereabouts,
+    Binding, Change, ControllerId, End, Grant, Location, NodeEntry, NodeId, ObjectId, Record, ResourceId, Tally,
 };
 
 use super::crew::Crew;
@@ -61,7 +61,7 @@ impl Progress {
     }
 
     fn grant(&mut self, grant: &Grant) {
-        self.running.insert(grant.leaf, grant.bindings.clone());
+        self.running.insert(grant.leaf(), grant.bindings.clone());
         let Some(header) = &self.tally.header else {
             return;
         };
@@ -77,7 +77,7 @@ impl Progress {
             return;
         };
         self.holding.retain(|_, held| *held != object);
-        if let Whereabouts::In(resource) = at {
+        if let Location::In(resource) = at {
             self.holding.insert(resource, object);
         }
     }

@@ -88,7 +88,7 @@ fn each_resource_says_who_uses_it_and_how_far_it_is() {
 fn absent_controllers_and_held_objects_are_told() {
     let mut progress = Progress::default();
     check(&progress, 80, &["no mission yet"]);
-    let held = Change::Object(ObjectId(0), Whereabouts::In(ResourceId(2)));
+    let held = Change::Object(ObjectId(0), Location::In(ResourceId(2)));
     let (at, change) = (seconds(9.0), held);
     let mut records = vec![Record::Header(Box::new(sample::header()))];
     records.extend((1..4).map(|id| controller(id, ControllerMessage::Attached)));

@@ -46,10 +46,10 @@ impl Status {
         match record {
             Record::Header(header) => self.begin(header),
             Record::Sent { from, message, .. } => self.sent(*from, message),
-            Record::Released { leaf, going, changes, .. } => {
+            Record::Released { leaf, consequences, changes, .. } => {
                 self.crew.release(*leaf);
                 self.say(*leaf, None);
-                self.failed.extend(going.failed);
+                self.failed.extend(consequences.failed);
                 changes.iter().for_each(|change| self.world.apply(*change));
             }
             Record::World { change, .. } => self.world.apply(*change),

@@ -18,7 +18,7 @@ impl Status {
         let holder = |lease: &Lease| HolderRow {
             node: names.node(lease.holder).to_owned(),
             behavior: names.node(lease.behavior).to_owned(),
-            hold: lease.hold,
+            kind: lease.kind,
         };
         ResourceRow {
             name: names.resource(id).to_owned(),

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::LeafState;
-use ambidex_model::{Hold, Mode};
+use ambidex_model::{LeaseKind, Mode};
 
 /// Whether the process that writes the journal lives. No record tells it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -156,7 +156,7 @@ pub struct HolderRow {
     /// The behavior that got it.
     pub behavior: String,
     /// Because it runs, for what it was done for, or because the world is so.
-    pub hold: Hold,
+    pub kind: LeaseKind,
 }
 
 /// A controller.

@@ -2,7 +2,7 @@
 
 use crate::Palette;
 use crate::text::{MIN_WIDTH, clip, columns, count, fit, flow, hang, listed};
-use ambidex_model::{Hold, Mode};
+use ambidex_model::{LeaseKind, Mode};
 
 use super::outline::Outline;
 use super::page::{Page, Row};
@@ -105,7 +105,7 @@ impl Snapshot {
 
 fn resource_cells(row: &ResourceRow, palette: &Palette) -> [Cell; 6] {
     let plain = Palette::plain().strong;
-    let style = match row.holders.iter().any(|holder| holder.hold == Hold::Running) {
+    let style = match row.holders.iter().any(|holder| holder.kind == LeaseKind::Running) {
         true => palette.active,
         false => plain,
     };
@@ -127,14 +127,14 @@ fn resource_cells(row: &ResourceRow, palette: &Palette) -> [Cell; 6] {
 
 /// `pick 1 + pick 2 running, object 3 keeps an intention (move 3-1)`.
 fn holders(holders: &[HolderRow]) -> String {
-    let of = |hold| holders.iter().filter(move |holder| holder.hold == hold);
-    let names = |hold| listed(of(hold).map(|holder| holder.node.as_str()));
+    let of = |kind| holders.iter().filter(move |holder| holder.kind == kind);
+    let names = |kind| listed(of(kind).map(|holder| holder.node.as_str()));
     let running =
-        Some(names(Hold::Running)).filter(|names| !names.is_empty()).map(|names| format!("{names} (running)"));
-    let kept = |hold: Hold, word: &'static str| {
-        of(hold).map(move |holder| format!("{} ({word} since {})", holder.node, holder.behavior))
+        Some(names(LeaseKind::Running)).filter(|names| !names.is_empty()).map(|names| format!("{names} (running)"));
+    let kept = |kind: LeaseKind, word: &'static str| {
+        of(kind).map(move |holder| format!("{} ({word} since {})", holder.node, holder.behavior))
     };
-    let kept = kept(Hold::Intention, "intention").chain(kept(Hold::Physical, "physical"));
+    let kept = kept(LeaseKind::Intention, "intention").chain(kept(LeaseKind::Physical, "physical"));
     running.into_iter().chain(kept).collect::<Vec<_>>().join(", ")
 }
 
@@ -184,7 +184,7 @@ fn world_lines(world: &WorldRow, width: usize) -> Vec<String> {
         lines.extend(labeled("objects", objects(world)));
     }
     if !world.facts.is_empty() {
-        let holds = |holds: bool| if holds { "holds" } else { "does not hold" };
+        let holds = |holds: bool| if holds { "holds" } else { "does not kind" };
         let facts = world.facts.iter().map(|fact| format!("{} {}", fact.name, holds(fact.holds)));
         lines.extend(labeled("facts", facts.collect()));
     }

@@ -1,8 +1,8 @@
 //! The world: where the mission starts, what controllers say, and what root changed since.
 
 use ambidex_model::{
-    Change, ControllerId, ControllerMessage, ControllerState, FromController, Header, Names, ObjectId, Pose,
-    ResourceId, Whereabouts,
+    Change, ControllerId, ControllerMessage, ControllerState, FromController, Header, Location, Names, ObjectId, Pose,
+    ResourceId,
 };
 
 use super::snapshot::{FactRow, ObjectRow, WorldRow};
@@ -11,7 +11,7 @@ use super::snapshot::{FactRow, ObjectRow, WorldRow};
 #[derive(Debug, Clone, Default)]
 pub(super) struct World {
     base: Option<Pose>,
-    objects: Vec<Whereabouts>,
+    objects: Vec<Location>,
     facts: Vec<bool>,
     movers: Vec<Option<ControllerId>>,
 }
@@ -21,7 +21,7 @@ impl World {
         let names = &header.names;
         let mut world = Self {
             base: None,
-            objects: vec![Whereabouts::Unknown; names.objects.len()],
+            objects: vec![Location::Unknown; names.objects.len()],
             facts: vec![false; names.facts.len()],
             movers: header.movers.clone(),
         };
@@ -42,8 +42,8 @@ impl World {
                 }
             }
             Change::Emptied(resource) => {
-                let held = |at: &&mut Whereabouts| **at == Whereabouts::In(resource);
-                self.objects.iter_mut().filter(held).for_each(|at| *at = Whereabouts::Unknown);
+                let held = |at: &&mut Location| **at == Location::In(resource);
+                self.objects.iter_mut().filter(held).for_each(|at| *at = Location::Unknown);
             }
             Change::Fact(fact, holds) => {
                 if let Some(known) = self.facts.get_mut(fact.index()) {
@@ -69,7 +69,7 @@ impl World {
                 let moved = (0..self.movers.len()).filter(|&index| self.movers[index] == Some(controller));
                 for resource in moved.map(ResourceId::from).collect::<Vec<_>>() {
                     self.apply(match holds {
-                        Some(object) => Change::Object(object, Whereabouts::In(resource)),
+                        Some(object) => Change::Object(object, Location::In(resource)),
                         None => Change::Emptied(resource),
                     });
                 }
@@ -79,15 +79,15 @@ impl World {
     }
 
     pub(super) fn held_by(&self, resource: ResourceId) -> Option<ObjectId> {
-        self.objects.iter().position(|&at| at == Whereabouts::In(resource)).map(ObjectId::from)
+        self.objects.iter().position(|&at| at == Location::In(resource)).map(ObjectId::from)
     }
 
     pub(super) fn row(&self, names: &Names) -> WorldRow {
-        let object = |(name, at): (&String, &Whereabouts)| {
+        let object = |(name, at): (&String, &Location)| {
             let (at, held_by) = match *at {
-                Whereabouts::At(place) => (Some(names.place(place).to_owned()), None),
-                Whereabouts::In(resource) => (None, Some(names.resource(resource).to_owned())),
-                Whereabouts::Unknown => (None, None),
+                Location::At(place) => (Some(names.place(place).to_owned()), None),
+                Location::In(resource) => (None, Some(names.resource(resource).to_owned())),
+                Location::Unknown => (None, None),
             };
             ObjectRow { name: name.clone(), at, held_by }
         };

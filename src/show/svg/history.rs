@@ -1,8 +1,8 @@
 //! What a timeline is drawn from, folded from records: phases by behavior, leases by resource, rounds.
 
 use ambidex_model::{
-    ChannelId, End, EntryKind, Fault, Going, Grant, Header, Hold, Lease, MissionEnd, NodeId, Record, Resource, Tally,
-    Time,
+    ChannelId, Consequences, End, EntryKind, Fault, Grant, Header, Lease, LeaseKind, MissionEnd, NodeId, Record,
+    Resource, Tally, Time,
 };
 
 /// A running fold of records for a timeline.
@@ -63,7 +63,7 @@ pub(super) struct Lane {
 pub(super) struct Held {
     pub(super) holder: NodeId,
     pub(super) behavior: NodeId,
-    pub(super) hold: Hold,
+    pub(super) kind: LeaseKind,
     /// The node that it was inherited from.
     pub(super) inherited: Option<NodeId>,
     pub(super) from: Time,
@@ -87,7 +87,7 @@ impl History {
                     self.enter(reopened.leaf, *at, Phase::Reopened);
                 }
             }
-            Record::Released { at, leaf, end, going, .. } => self.release(*at, *leaf, *end, *going),
+            Record::Released { at, leaf, end, consequences, .. } => self.release(*at, *leaf, *end, *consequences),
             Record::Resource { at, resource, state } => {
                 if let Some(lane) = self.lanes.get_mut(resource.index()) {
                     lane.change(*at, state);
@@ -179,17 +179,17 @@ impl History {
                 Some(Phase::Active | Phase::Done | Phase::Skipped) | None => {}
             }
         }
-        self.enter(grant.leaf, at, Phase::Active);
+        self.enter(grant.leaf(), at, Phase::Active);
     }
 
-    fn release(&mut self, at: Time, leaf: NodeId, end: End, going: Going) {
+    fn release(&mut self, at: Time, leaf: NodeId, end: End, consequences: Consequences) {
         let phase = match end {
             End::Succeeded => Phase::Done,
-            End::Failed(fault) => Phase::Failed { fault, is_final: going.failed.is_some() },
+            End::Failed(fault) => Phase::Failed { fault, is_final: consequences.failed.is_some() },
             End::Canceled => Phase::Canceled,
         };
         self.enter(leaf, at, phase);
-        let settled = going.failed.into_iter().chain(going.completed.map(|completed| completed.node));
+        let settled = consequences.failed.into_iter().chain(consequences.completed.map(|completed| completed.node));
         for top in settled {
             let end = self.ends.get(top.index()).copied().unwrap_or(top);
             for below in (top.0..end.0).map(NodeId) {
@@ -241,7 +241,7 @@ impl Lane {
 
     fn change(&mut self, at: Time, state: &Resource) {
         let is_same = |held: &Held, lease: &Lease| {
-            (held.holder, held.behavior, held.hold) == (lease.holder, lease.behavior, lease.hold)
+            (held.holder, held.behavior, held.kind) == (lease.holder, lease.behavior, lease.kind)
         };
         let is_kept = |held: &Held| state.leases().iter().any(|lease| is_same(held, lease));
         let (open, gone): (Vec<Held>, Vec<Held>) = self.open.drain(..).partition(is_kept);
@@ -254,8 +254,8 @@ impl Lane {
                 continue;
             }
             let slot = (0..).find(|slot| self.open.iter().all(|held| held.slot != *slot)).unwrap_or_default();
-            let (holder, behavior, hold, inherited) = (lease.holder, lease.behavior, lease.hold, lease.from);
-            self.open.push(Held { holder, behavior, hold, inherited, from: at, to: None, slot });
+            let (holder, behavior, kind, inherited) = (lease.holder, lease.behavior, lease.kind, lease.from);
+            self.open.push(Held { holder, behavior, kind, inherited, from: at, to: None, slot });
         }
         self.share(at, state.channel());
     }

@@ -21,8 +21,9 @@ fn phases(history: &History, name: &str) -> Vec<(f64, Phase)> {
 }
 
 fn failed_for_good(at_s: f64, name: &str, top: &str) -> Record {
-    let (end, going) = (End::Failed(Fault::TimedOut), Going { completed: None, failed: Some(named(top)) });
-    Record::Released { at: seconds(at_s), leaf: named(name), end, going, changes: Vec::new() }
+    let (end, consequences) =
+        (End::Failed(Fault::TimedOut), Consequences { completed: None, failed: Some(named(top)) });
+    Record::Released { at: seconds(at_s), leaf: named(name), end, consequences, changes: Vec::new() }
 }
 
 fn lease(holder: &str, hold: &str) -> serde_json::Value {
@@ -121,7 +122,8 @@ fn leases_at_one_time_never_share_a_slot() {
 
 #[test]
 fn records_of_things_that_no_header_names_do_no_harm() {
-    let strange = Grant { leaf: NodeId(999), ..grant("pick 1", &[0], &[], &[]) };
+    let mut strange = grant("pick 1", &[0], &[], &[]);
+    std::sync::Arc::make_mut(&mut strange.request).leaf = NodeId(999);
     let records = [
         shared(0.0, &[]),
         decided(0.0, 1, vec![strange]),

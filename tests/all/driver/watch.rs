@@ -3,15 +3,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use ambidex::model::{
-    Access, End, Goal, Going, Grant, Hold, Keep, MissionEnd, MissionSpec, NodeId, NodeKind, Record, ResourceTable,
-    Situation,
+    Access, Consequences, End, Goal, Grant, LeaseKind, MissionEnd, MissionSpec, NodeId, NodeKind, Record,
+    ResourceTable, Retention, WorldState,
 };
 use ambidex::tree::{Down, Input, Root, Up};
 
 /// Follows a run from outside.
 pub struct Watch {
     mission: MissionSpec,
-    before: Option<(ResourceTable, Situation)>,
+    before: Option<(ResourceTable, WorldState)>,
     /// Nodes that were activated and have not answered.
     unanswered: BTreeSet<NodeId>,
     /// Nodes that answered and have heard no verdict.
@@ -85,7 +85,7 @@ impl Watch {
         match record {
             Record::Decided { granted, refused, reopened, .. } => {
                 for leaf in std::mem::take(&mut self.asking) {
-                    let is_granted = granted.iter().any(|grant| grant.leaf == leaf);
+                    let is_granted = granted.iter().any(|grant| grant.leaf() == leaf);
                     let is_refused = refused.iter().any(|blocked| blocked.leaf == leaf);
                     assert!(
                         is_granted != is_refused || self.is_cancelling,
@@ -105,7 +105,7 @@ impl Watch {
                     }
                 }
             }
-            Record::Released { leaf, end, going, .. } => self.release(*leaf, *end, going),
+            Record::Released { leaf, end, consequences, .. } => self.release(*leaf, *end, consequences),
             Record::Header(_) | Record::Sent { .. } | Record::World { .. } | Record::Resource { .. } => {}
             Record::Controller { .. } | Record::Ended { .. } => {}
         }
@@ -118,7 +118,7 @@ impl Watch {
 
     /// The table, the world and what runs, against each other and against what was granted.
     pub fn check(&mut self, handled: NodeId, root: &Root, goals: &BTreeMap<NodeId, Goal>, end: Option<MissionEnd>) {
-        let now = (root.table(), root.situation());
+        let now = (root.table(), root.world_state());
         if handled != NodeId(0) {
             let before = self.before.as_ref().expect("root began");
             assert!((&before.0, &before.1) == now, "{handled:?} wrote what is root's");
@@ -144,9 +144,9 @@ impl Watch {
     }
 
     fn check_alone(&self, grant: &Grant, root: &Root) {
-        for other in root.running().values().filter(|other| other.leaf != grant.leaf) {
-            let both = other.changes.iter().find(|object| grant.changes.contains(object));
-            assert!(both.is_none(), "{both:?} is changed by {:?} and {:?}", grant.leaf, other.leaf);
+        for other in root.running().values().filter(|other| other.leaf() != grant.leaf()) {
+            let both = other.request.changes.iter().find(|object| grant.request.changes.contains(object));
+            assert!(both.is_none(), "{both:?} is changed by {:?} and {:?}", grant.leaf(), other.leaf());
             for (a, b) in grant.bindings.iter().flat_map(|a| other.bindings.iter().map(move |b| (a, b))) {
                 let shares = a.access == b.access && a.access != Access::Exclusive;
                 assert!(a.resource != b.resource || shares, "{a:?} and {b:?} go on at once");
@@ -154,23 +154,23 @@ impl Watch {
         }
         for binding in &grant.bindings {
             let resource = root.table().resource(binding.resource);
-            assert_eq!(resource.access(), Some(binding.access), "{:?}", grant.leaf);
+            assert_eq!(resource.access(), Some(binding.access), "{:?}", grant.leaf());
             let mut leases = resource.leases().iter();
-            assert!(leases.any(|lease| lease.holder == grant.leaf && lease.hold == Hold::Running));
+            assert!(leases.any(|lease| lease.holder == grant.leaf() && lease.kind == LeaseKind::Running));
         }
     }
 
     fn check_leases(&self, root: &Root) {
         for (id, lease) in root.table().leases() {
-            let is_known = match lease.hold {
-                Hold::Running => self.granted.contains_key(&lease.behavior) && lease.holder == lease.behavior,
-                Hold::Intention => {
+            let is_known = match lease.kind {
+                LeaseKind::Running => self.granted.contains_key(&lease.behavior) && lease.holder == lease.behavior,
+                LeaseKind::Intention => {
                     let kind = &self.mission.tree.nodes[lease.holder.index()];
                     *kind == NodeKind::Then
                         && !self.done.contains(&lease.holder)
                         && self.may_leave(lease.behavior, id.0)
                 }
-                Hold::Physical => self.may_leave(lease.behavior, id.0) || root.situation().held_by(id).is_some(),
+                LeaseKind::Physical => self.may_leave(lease.behavior, id.0) || root.world_state().held_by(id).is_some(),
             };
             assert!(is_known, "nobody keeps {lease:?} on {id:?}");
         }
@@ -190,7 +190,7 @@ impl Watch {
 
     fn skip(&mut self, grant: &Grant) {
         let topology = &self.mission.tree.topology;
-        for skip in &grant.skips {
+        for skip in &grant.request.skips {
             let then = topology.parent(skip.from);
             assert_eq!(self.mission.tree.nodes[then.index()], NodeKind::Then, "only a THEN skips");
             let skipped = topology.children(then).filter(|child| skip.contains(*child));
@@ -200,7 +200,7 @@ impl Watch {
 
     fn start(&mut self, grant: &Grant) {
         let topology = &self.mission.tree.topology;
-        let mut child = grant.leaf;
+        let mut child = grant.leaf();
         while child.0 > 0 {
             let node = topology.parent(child);
             assert!(!self.done.contains(&child), "{child:?} is done and runs again");
@@ -225,8 +225,8 @@ impl Watch {
             }
             child = node;
         }
-        let before = self.granted.insert(grant.leaf, grant.clone());
-        assert!(before.is_none(), "{:?} is granted while it runs", grant.leaf);
+        let before = self.granted.insert(grant.leaf(), grant.clone());
+        assert!(before.is_none(), "{:?} is granted while it runs", grant.leaf());
     }
 
     /// Whether a node is done, also if root does not know yet.
@@ -241,10 +241,10 @@ impl Watch {
             }
     }
 
-    fn release(&mut self, leaf: NodeId, end: End, going: &Going) {
+    fn release(&mut self, leaf: NodeId, end: End, consequences: &Consequences) {
         let grant = self.granted.remove(&leaf).expect("only what was granted ends");
         self.ended.remove(&leaf);
-        let keeps = |keep| !matches!(keep, Keep::Release);
+        let keeps = |keep| !matches!(keep, Retention::Release);
         for binding in &grant.bindings {
             if end == End::Succeeded && keeps(binding.keep) {
                 self.left.insert((leaf, binding.resource.0));
@@ -252,8 +252,8 @@ impl Watch {
                 self.left.remove(&(leaf, binding.resource.0));
             }
         }
-        assert_eq!(end == End::Succeeded, going.completed.is_some());
-        let Some(completed) = going.completed else {
+        assert_eq!(end == End::Succeeded, consequences.completed.is_some());
+        let Some(completed) = consequences.completed else {
             return;
         };
         let topology = &self.mission.tree.topology;

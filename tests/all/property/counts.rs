@@ -78,7 +78,7 @@ impl Counts {
                 self.rounds += 1;
                 self.grants += granted.len() as u64;
                 self.side_by_side += u64::from(granted.len() > 1);
-                self.skips += granted.iter().map(|grant| grant.skips.len() as u64).sum::<u64>();
+                self.skips += granted.iter().map(|grant| grant.request.skips.len() as u64).sum::<u64>();
                 for blocked in refused {
                     *self.reasons.entry(variant(&blocked.reason)).or_default() += 1;
                 }
@@ -87,7 +87,7 @@ impl Counts {
                     self.went_back += u64::from(reopened.lapsed.is_none());
                 }
             }
-            Record::Released { going, .. } => self.failures += u64::from(going.failed.is_some()),
+            Record::Released { consequences, .. } => self.failures += u64::from(consequences.failed.is_some()),
             Record::Header(_) | Record::Sent { .. } | Record::World { .. } | Record::Resource { .. } => {}
             Record::Controller { .. } | Record::Ended { .. } => {}
         }

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use ambidex::model::{
-    Access, BehaviorSpec, ChannelId, Claim, Condition, EffectTerm, FactId, Keep, MissionSpec, NodeId, ObjectId,
-    Obstacle, PlaceId, Potential, ResourceId, TypeId, Wanted, Whereabouts,
+    Access, BehaviorSpec, ChannelId, Claim, Condition, EffectTerm, FactId, Location, MissionSpec, NodeId, ObjectId,
+    Obstacle, PlaceId, Potential, ResourceId, Retention, Selector, TypeId,
 };
 use ambidex::tree::{Allocator, Greedy, Serial};
 use nalgebra::Point3;
@@ -19,7 +19,7 @@ const DEPTH: usize = 6;
 /// A mission with all that will happen to it.
 pub struct Case {
     pub seed: u64,
-    pub mission: MissionSpec,
+    pub mission: Arc<MissionSpec>,
     pub clashing: Vec<(NodeId, NodeId)>,
     pub is_serial: bool,
     pub plan: Plan,
@@ -48,7 +48,7 @@ impl Case {
             clashing,
             is_serial: rng.is(12),
             plan: Plan::new(seed, is_wild, &mission, |place| Some(place) != blocked),
-            mission,
+            mission: Arc::new(mission),
         }
     }
 
@@ -75,7 +75,7 @@ struct Maker<'a> {
     body: Body,
     places: usize,
     blocked: Option<PlaceId>,
-    objects: Vec<Whereabouts>,
+    objects: Vec<Location>,
     /// Objects that nobody fetches yet.
     idle: Vec<ObjectId>,
     leaves: usize,
@@ -97,9 +97,9 @@ impl<'a> Maker<'a> {
         let blocked = (is_wild && rng.is(40)).then(|| PlaceId::from(rng.below(places)));
         let count = if body.grippers == 0 { rng.below(2) } else { 1 + rng.below(4) };
         let objects = (0..count).map(|_| match rng.below(20) {
-            0 if is_wild => Whereabouts::Unknown,
-            1 if is_wild && body.grippers > 0 => Whereabouts::In(ResourceId(0)),
-            _ => Whereabouts::At(rng.below(places).into()),
+            0 if is_wild => Location::Unknown,
+            1 if is_wild && body.grippers > 0 => Location::In(ResourceId(0)),
+            _ => Location::At(rng.below(places).into()),
         });
         let objects: Vec<_> = objects.collect();
         let idle = (0..count).map(ObjectId::from).collect();
@@ -140,8 +140,8 @@ impl<'a> Maker<'a> {
         let index = self.rng.below(self.idle.len());
         let object = if !self.is_wild || self.rng.is(80) { self.idle.swap_remove(index) } else { self.idle[index] };
         let from = match self.objects[object.index()] {
-            Whereabouts::At(place) => place,
-            Whereabouts::In(_) | Whereabouts::Unknown => self.place(),
+            Location::At(place) => place,
+            Location::In(_) | Location::Unknown => self.place(),
         };
         let to = self.place();
         let (body, places) = (self.body, self.places);
@@ -220,10 +220,10 @@ impl<'a> Maker<'a> {
             let stand = support::place(place.index(), self.places).stand;
             needs.push(Condition::At { place, stand, tolerance_m: support::TOLERANCE_M });
             if self.body.bases > 0 && self.rng.is(70) {
-                let wanted = Wanted::Named(self.body.first(BASE).expect("a base"));
+                let wanted = Selector::Named(self.body.first(BASE).expect("a base"));
                 let access = Access::Shared(support::at_channel(place));
                 spec.claims.retain(|claim| self.types(claim) != Some(BASE));
-                spec.claims.push(support::claim(wanted, access, Keep::Release));
+                spec.claims.push(support::claim(wanted, access, Retention::Release));
             }
         }
         if self.is_wild && self.rng.is(25) {
@@ -250,48 +250,48 @@ impl<'a> Maker<'a> {
         let kept =
             if access == Access::Exclusive && self.rng.is(50) { Access::Shared(self.channel(there)) } else { access };
         let keep = match self.rng.below(100) {
-            0..70 => Keep::Release,
-            70..97 => Keep::Intention(kept),
-            _ if !self.is_wild => Keep::Release,
-            _ => Keep::Physical(kept),
+            0..70 => Retention::Release,
+            70..97 => Retention::Intention(kept),
+            _ if !self.is_wild => Retention::Release,
+            _ => Retention::Physical(kept),
         };
         let claim = support::claim(self.wanted(), access, keep);
         assert!(claim.is_sound(), "{claim:?}");
         claim
     }
 
-    fn wanted(&mut self) -> Wanted {
+    fn wanted(&mut self) -> Selector {
         let all = self.body.spec().resources.len();
         let of = self.ty();
         match self.rng.below(20) {
-            0..5 if all > 0 && self.is_wild => Wanted::Named(self.rng.below(all).into()),
-            0..3 => self.body.first(of).map_or(Wanted::Any(of), Wanted::Named),
+            0..5 if all > 0 && self.is_wild => Selector::Named(self.rng.below(all).into()),
+            0..3 => self.body.first(of).map_or(Selector::Any(of), Selector::Named),
             3..5 => match self.body.first(of) {
                 Some(resource) if self.is_wild && !self.objects.is_empty() && self.rng.is(50) => {
-                    Wanted::Empty { resource, reaches: Some(self.rng.below(self.objects.len()).into()) }
+                    Selector::Empty { resource, reaches: Some(self.rng.below(self.objects.len()).into()) }
                 }
-                Some(resource) => Wanted::Empty { resource, reaches: None },
-                None => Wanted::Any(of),
+                Some(resource) => Selector::Empty { resource, reaches: None },
+                None => Selector::Any(of),
             },
-            5..9 => Wanted::AnyEmpty { of, reaches: None },
+            5..9 => Selector::AnyEmpty { of, reaches: None },
             9..11 if self.is_wild && !self.objects.is_empty() => {
-                Wanted::AnyEmpty { of: GRIPPER, reaches: Some(self.rng.below(self.objects.len()).into()) }
+                Selector::AnyEmpty { of: GRIPPER, reaches: Some(self.rng.below(self.objects.len()).into()) }
             }
             11 if self.is_wild && !self.objects.is_empty() => {
-                Wanted::Holding(self.rng.below(self.objects.len()).into())
+                Selector::Holding(self.rng.below(self.objects.len()).into())
             }
-            _ => Wanted::Any(of),
+            _ => Selector::Any(of),
         }
     }
 
     /// The types of which a claim may take one.
     fn types(&self, claim: &Claim) -> Option<TypeId> {
-        match claim.wanted {
-            Wanted::Named(resource) | Wanted::Empty { resource, .. } => {
+        match claim.selector {
+            Selector::Named(resource) | Selector::Empty { resource, .. } => {
                 Some(self.body.spec().resources[resource.index()].ty)
             }
-            Wanted::AnyEmpty { of, .. } | Wanted::Any(of) => Some(of),
-            Wanted::Holding(_) => None,
+            Selector::AnyEmpty { of, .. } | Selector::Any(of) => Some(of),
+            Selector::Holding(_) => None,
         }
     }
 

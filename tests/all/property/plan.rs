@@ -3,8 +3,7 @@
 use std::time::Duration;
 
 use ambidex::model::{
-    Change, EffectTerm, End, FactId, Fault, Grant, MissionSpec, ObjectId, Outcome, PlaceId, Report, Time, Wanted,
-    Whereabouts,
+    Change, EffectTerm, End, FactId, Fault, Grant, Location, MissionSpec, ObjectId, Outcome, PlaceId, Selector, Time,
 };
 
 use crate::driver::Rng;
@@ -33,7 +32,7 @@ impl Plan {
                 0 if is_clear(place) => Change::Base(mission.world.places[place.index()].stand),
                 1 if !mission.start.objects.is_empty() => {
                     let object = ObjectId::from(rng.below(mission.start.objects.len()));
-                    Change::Object(object, Whereabouts::At(place))
+                    Change::Object(object, Location::At(place))
                 }
                 2 => Change::Fact(FactId::from(rng.below(mission.start.facts.len())), rng.is(70)),
                 3 if !mission.robot.resources.is_empty() => {
@@ -55,42 +54,42 @@ impl Plan {
 
     /// How long an attempt takes and how it ends.
     pub fn attempt(&self, mission: &MissionSpec, grant: &Grant, attempt: u64) -> (Duration, Outcome) {
-        let mut rng = Rng::of(&[self.seed, 3, u64::from(grant.leaf.0), attempt]);
+        let mut rng = Rng::of(&[self.seed, 3, u64::from(grant.leaf().0), attempt]);
         let lasts = Duration::from_millis(100 + rng.below(5000) as u64);
         let end = if rng.is(self.failing) { End::Failed(Fault::TimedOut) } else { End::Succeeded };
         let is_odd = end != End::Succeeded || rng.is(self.odd);
-        let reports = if is_odd { self.odd_reports(mission, grant, &mut rng) } else { Vec::new() };
-        (lasts, Outcome { end, reports })
+        let changes = if is_odd { self.odd_changes(mission, grant, &mut rng) } else { Vec::new() };
+        (lasts, Outcome { end, changes })
     }
 
     /// What a goal that is told to stop says in the end.
     pub fn stopped(&self, mission: &MissionSpec, grant: &Grant) -> Outcome {
-        let mut rng = Rng::of(&[self.seed, 4, u64::from(grant.leaf.0)]);
-        Outcome { end: End::Canceled, reports: self.odd_reports(mission, grant, &mut rng) }
+        let mut rng = Rng::of(&[self.seed, 4, u64::from(grant.leaf().0)]);
+        Outcome { end: End::Canceled, changes: self.odd_changes(mission, grant, &mut rng) }
     }
 
     /// Base somewhere else, object in the gripper all the same, or lost.
-    fn odd_reports(&self, mission: &MissionSpec, grant: &Grant, rng: &mut Rng) -> Vec<Report> {
-        let spec = mission.tree.behavior(grant.leaf).expect("only leaves run");
-        let mut reports = Vec::new();
+    fn odd_changes(&self, mission: &MissionSpec, grant: &Grant, rng: &mut Rng) -> Vec<Change> {
+        let spec = mission.tree.behavior(grant.leaf()).expect("only leaves run");
+        let mut changes = Vec::new();
         for effect in &spec.effects {
             match *effect {
                 EffectTerm::Stands(mut pose) if rng.is(60) => {
                     pose.at.x += 0.1 * rng.below(8) as f64;
-                    reports.push(Report::BaseAt(pose));
+                    changes.push(Change::Base(pose));
                 }
                 EffectTerm::Taken(object, claim) if rng.is(50) => {
-                    reports.push(Report::Holds(grant.bindings[claim].resource, Some(object)));
+                    changes.push(Change::Object(object, Location::In(grant.bindings[claim].resource)));
                 }
                 EffectTerm::Stands(_) | EffectTerm::Taken(..) | EffectTerm::Lies(..) | EffectTerm::Fact(..) => {}
             }
         }
         for (claim, binding) in std::iter::zip(&spec.claims, &grant.bindings) {
-            if self.drops && matches!(claim.wanted, Wanted::Holding(_)) && rng.is(50) {
-                reports.push(Report::Holds(binding.resource, None));
+            if self.drops && matches!(claim.selector, Selector::Holding(_)) && rng.is(50) {
+                changes.push(Change::Emptied(binding.resource));
             }
         }
-        reports
+        changes
     }
 
     /// When a cancel comes: after so many messages.

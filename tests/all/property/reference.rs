@@ -10,7 +10,9 @@ mod world;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use ambidex::model::{Grant, MissionEnd, MissionSpec, NodeId, NodeKind, Reason, Reopened, ResourceId, Situation, Span};
+use ambidex::model::{
+    Grant, MissionEnd, MissionSpec, NodeId, NodeKind, NodeRange, Reason, Reopened, ResourceId, WorldState,
+};
 
 pub use leases::{Held, Row};
 
@@ -23,7 +25,7 @@ pub struct Model<'a> {
     pub clashing: &'a [(NodeId, NodeId)],
     /// Who holds what, by resource.
     pub rows: Vec<Row>,
-    pub situation: Situation,
+    pub world_state: WorldState,
     pub running: BTreeMap<NodeId, Grant>,
     pub done: BTreeSet<NodeId>,
     pub end: Option<MissionEnd>,
@@ -79,7 +81,7 @@ impl<'a> Model<'a> {
             is_serial,
             clashing,
             rows: vec![Row::default(); mission.robot.resources.len()],
-            situation: mission.start.clone(),
+            world_state: mission.start.clone(),
             running: BTreeMap::new(),
             done: BTreeSet::new(),
             end: None,
@@ -107,8 +109,8 @@ impl<'a> Model<'a> {
         self.mission.tree.topology.children(node).collect()
     }
 
-    fn below(&self, node: NodeId) -> Span {
-        Span { from: node, to: self.mission.tree.topology.end(node) }
+    fn below(&self, node: NodeId) -> NodeRange {
+        NodeRange { from: node, to: self.mission.tree.topology.end(node) }
     }
 
     fn runs_below(&self, node: NodeId) -> bool {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use ambidex::model::{Change, End, Going, Grant, MissionEnd, NodeId, Outcome, Reason, Record, Situation, Time};
+use ambidex::model::{Change, Consequences, End, Grant, MissionEnd, NodeId, Outcome, Reason, Record, Time, WorldState};
 use ambidex::tree::{Begin, Input, Settings};
 use ambidex::world::{Compatible, Use};
 
@@ -24,7 +24,7 @@ const ROOT: NodeId = NodeId(0);
 struct Apart(Vec<(NodeId, NodeId)>);
 
 impl Compatible for Apart {
-    fn check(&self, _: &Situation, uses: &[Use]) -> Result<(), Reason> {
+    fn check(&self, _: &WorldState, uses: &[Use]) -> Result<(), Reason> {
         let Some(last) = uses.last().map(|last| last.leaf) else {
             return Ok(());
         };
@@ -108,8 +108,8 @@ fn give(driver: &mut Driver, event: &Event) {
 }
 
 fn begin(driver: &mut Driver, case: &Case) {
-    let situation = case.mission.start.clone();
-    driver.give(ROOT, Input::Begin(Box::new(Begin { situation })));
+    let world_state = case.mission.start.clone();
+    driver.give(ROOT, Input::Begin(Box::new(Begin { world_state })));
 }
 
 fn rounds(driver: &Driver) -> usize {
@@ -197,7 +197,7 @@ fn all_at_once(case: &Case, cancel_after: usize) -> Counts {
 pub fn against_reference(case: &Case) -> Counts {
     let mut model = Model::new(&case.mission, case.is_serial, &case.clashing);
     let driver = in_order(case, 0, |driver, event, records| {
-        let (going, mut goes_on) = match event {
+        let (consequences, mut goes_on) = match event {
             None => (None, true),
             Some(Event::World(change)) => (None, model.world(*change)),
             Some(Event::Ended(leaf, outcome)) => (Some((*leaf, outcome.end, model.ended(*leaf, outcome))), true),
@@ -208,7 +208,7 @@ pub fn against_reference(case: &Case) -> Counts {
             decisions.push(decision);
             goes_on = again;
         }
-        compare(case, driver, event, records, &model, going, &decisions);
+        compare(case, driver, event, records, &model, consequences, &decisions);
     });
     let mut counts = counts(&driver);
     counts.rechoices = u64::from(model.rechoices);
@@ -221,11 +221,11 @@ fn compare(
     event: Option<&Event>,
     records: &[Record],
     model: &Model<'_>,
-    going: Option<(NodeId, End, Going)>,
+    consequences: Option<(NodeId, End, Consequences)>,
     decisions: &[Decision],
 ) {
     let said = records.iter().filter_map(|record| match record {
-        Record::Released { leaf, end, going, .. } => Some(format!("{leaf:?} {end:?} {going:?}")),
+        Record::Released { leaf, end, consequences, .. } => Some(format!("{leaf:?} {end:?} {consequences:?}")),
         Record::Decided { granted, refused, reopened, .. } => Some(decided(
             case,
             granted.iter(),
@@ -237,8 +237,10 @@ fn compare(
         Record::Resource { .. } | Record::Controller { .. } => None,
     });
     let said: Vec<String> = said.collect();
-    let mut expected: Vec<String> =
-        going.map(|(leaf, end, going)| format!("{leaf:?} {end:?} {going:?}")).into_iter().collect();
+    let mut expected: Vec<String> = consequences
+        .map(|(leaf, end, consequences)| format!("{leaf:?} {end:?} {consequences:?}"))
+        .into_iter()
+        .collect();
     expected.extend(decisions.iter().map(|decision| {
         let refused = decision.refused.iter().map(|(&leaf, refusal)| (leaf, &refusal.reason));
         decided(case, decision.granted.values(), refused, decision.reopened.as_ref())
@@ -262,13 +264,13 @@ fn compare_state(driver: &Driver, model: &Model<'_>, seen: &str) {
         let leases = resource.leases().iter().map(|lease| Held {
             holder: lease.holder,
             behavior: lease.behavior,
-            hold: lease.hold,
+            kind: lease.kind,
             from: lease.from,
         });
         let (row, core) = (&model.rows[id.index()], (resource.access(), leases.collect()));
         assert!((row.access, row.leases.clone()) == core, "{}\n{id:?}: core {core:?}, reference {row:?}", seen);
     }
-    assert!(*driver.root().situation() == model.situation, "{}\nreference {:?}", seen, model.situation);
+    assert!(*driver.root().world_state() == model.world_state, "{}\nreference {:?}", seen, model.world_state);
     assert!(driver.root().running().keys().eq(model.running.keys()), "{seen}");
 }
 
@@ -280,7 +282,12 @@ fn decided<'a>(
     reopened: Option<&ambidex::model::Reopened>,
 ) -> String {
     let name = |leaf: NodeId| case.mission.names.node(leaf).to_owned();
-    let granted: Vec<_> = granted.map(|grant| format!("{} {grant:?}", name(grant.leaf))).collect();
+    let granted: Vec<_> = granted
+        .map(|Grant { request, bindings }| {
+            let (changes, skips) = (&request.changes, &request.skips);
+            format!("{} {} {bindings:?} {changes:?} {skips:?}", name(request.leaf), request.potential)
+        })
+        .collect();
     let refused = refused.map(|(leaf, reason)| {
         let reason = match reason {
             Reason::Outbid { .. } | Reason::Clash { .. } | Reason::AlreadyDone { .. } => variant(reason),

@@ -1,6 +1,6 @@
 //! Who is asked, who is chosen, what is skipped (`semantics` 3 to 5).
 
-use ambidex::model::{BehaviorSpec, Change, EffectTerm, FactId, ObjectId, PlaceId, Potential, ResourceId, Wanted};
+use ambidex::model::{BehaviorSpec, Change, EffectTerm, FactId, ObjectId, PlaceId, Potential, ResourceId, Selector};
 
 use super::Event::{Fails, Ok, World};
 use super::words::*;
@@ -75,14 +75,14 @@ fn a_grant_is_followed_by_another_round() {
         leaf(
             "big",
             BehaviorSpec {
-                claims: [4, 5].map(|id| claim(Wanted::Named(ResourceId(id)), EXCLUSIVE, FREE)).to_vec(),
+                claims: [4, 5].map(|id| claim(Selector::Named(ResourceId(id)), EXCLUSIVE, FREE)).to_vec(),
                 potential: Potential::Constant(5.0),
                 ..blank("big")
             },
         ),
         leaf(
             "small",
-            BehaviorSpec { claims: vec![claim(Wanted::Named(ResourceId(5)), EXCLUSIVE, FREE)], ..blank("small") },
+            BehaviorSpec { claims: vec![claim(Selector::Named(ResourceId(5)), EXCLUSIVE, FREE)], ..blank("small") },
         ),
     ]);
     let outer = leaf("owner", with_potential(tool_spec(EXCLUSIVE, FREE), 9.0));
@@ -95,9 +95,9 @@ fn algorithm_1() {
         let claims = vec![claim(wanted, EXCLUSIVE, FREE)];
         leaf(name, with_potential(BehaviorSpec { claims, ..blank("any") }, value))
     };
-    let named = |id| Wanted::Named(ResourceId(id));
+    let named = |id| Selector::Named(ResourceId(id));
     // "Any of type" is matched as a whole: the first moves aside for the second.
-    check(and([any("a", 2.0, Wanted::Any(TOOL)), any("b", 1.0, named(4))]), &[], "a + b");
+    check(and([any("a", 2.0, Selector::Any(TOOL)), any("b", 1.0, named(4))]), &[], "a + b");
     // Greatest potential first, tree order among equals.
     check(and([any("a", 1.0, named(4)), any("b", 1.0, named(4))]), &[], "a");
     check(and([any("a", 1.0, named(4)), any("b", 2.0, named(4))]), &[], "b");

@@ -1,6 +1,6 @@
-//! Going back, failing, and what is left then (`semantics` 2 and 6).
+//! Consequences back, failing, and what is left then (`semantics` 2 and 6).
 
-use ambidex::model::{BehaviorSpec, Change, Condition, FactId, Report, ResourceId};
+use ambidex::model::{BehaviorSpec, Change, Condition, FactId, ResourceId};
 
 use super::Event::{Fails, FailsWith, Ok, World};
 use super::words::*;
@@ -46,7 +46,7 @@ fn a_failed_place_keeps_what_it_holds() {
     let run = check(carry(), &[&before[..], &[Fails("place 0")]].concat(), &format!("{steps}, place 0"));
     assert!(run.table().starts_with("gripper#1: place 0"), "{}", run.table());
     // Empty, it is free; nothing leads on from there, the THEN goes back once, and that is a stall.
-    let lost = FailsWith("place 0", Report::Holds(ResourceId(1), None));
+    let lost = FailsWith("place 0", Change::Emptied(ResourceId(1)));
     let events = [&before[..], &[lost]].concat();
     let run = check(carry(), &events, &format!("{steps}, back move a, move a"));
     assert_eq!(run.table(), "base#3: move a");

@@ -1,6 +1,8 @@
 //! How leases move, rest and lapse (`semantics` 2).
 
-use ambidex::model::{Access, BehaviorSpec, Change, ChannelId, EffectTerm, FactId, Keep, ObjectId, ResourceId, Wanted};
+use ambidex::model::{
+    Access, BehaviorSpec, Change, ChannelId, EffectTerm, FactId, ObjectId, ResourceId, Retention, Selector,
+};
 
 use super::Event::{Ok, World};
 use super::words::*;
@@ -12,8 +14,8 @@ fn a_grant_moves_leases() {
     // What the move kept moves to the pick; what the pick does not claim stays with the THEN.
     let keeping = BehaviorSpec {
         claims: vec![
-            claim(Wanted::Named(ResourceId(4)), EXCLUSIVE, GO),
-            claim(Wanted::Named(ResourceId(5)), EXCLUSIVE, GO),
+            claim(Selector::Named(ResourceId(4)), EXCLUSIVE, GO),
+            claim(Selector::Named(ResourceId(5)), EXCLUSIVE, GO),
         ],
         ..blank("keep")
     };
@@ -43,7 +45,7 @@ fn a_move_keeps_its_base_for_its_heir() {
 fn an_intention_rests_only_with_a_then() {
     let tree = and([tool("keep", EXCLUSIVE, GO), free("other")]);
     assert_eq!(check(tree, &[Ok("keep")], "keep + other").table(), "");
-    let physical = and([tool("keep", EXCLUSIVE, Keep::Physical(EXCLUSIVE)), free("other")]);
+    let physical = and([tool("keep", EXCLUSIVE, Retention::Physical(EXCLUSIVE)), free("other")]);
     assert_eq!(check(physical, &[Ok("keep")], "keep + other").table(), "tool#4: keep");
 }
 
@@ -60,7 +62,7 @@ fn an_intention_lapses_when_waiting_would_not_help() {
     let holds = World(Change::Fact(FactId(0), true));
     check(tree(), &[Ok("keep"), holds, Ok("keep")], "keep + news, lapses keep, keep, heir");
     // An heir that waits for what runs keeps it.
-    let second = Wanted::Named(ResourceId(5));
+    let second = Selector::Named(ResourceId(5));
     let busy = BehaviorSpec { claims: vec![claim(second, EXCLUSIVE, FREE)], ..blank("busy") };
     let waits = leaf("heir", busy.clone());
     let tree = and([then([tool("keep", EXCLUSIVE, GO), waits]), leaf("busy", with_potential(busy, 9.0))]);
@@ -70,7 +72,7 @@ fn an_intention_lapses_when_waiting_would_not_help() {
 #[test]
 fn of_several_intentions_the_last_lapses() {
     let stuck = || leaf("stuck", needing(blank("stuck"), 0));
-    let second = BehaviorSpec { claims: vec![claim(Wanted::Named(ResourceId(5)), EXCLUSIVE, GO)], ..blank("second") };
+    let second = BehaviorSpec { claims: vec![claim(Selector::Named(ResourceId(5)), EXCLUSIVE, GO)], ..blank("second") };
     let tree = then([tool("first", EXCLUSIVE, GO), then([leaf("second", second), stuck()])]);
     let events = [Ok("first"), Ok("second")];
     check(tree, &events, "first, second, lapses second, lapses first, stalled");
@@ -79,10 +81,10 @@ fn of_several_intentions_the_last_lapses() {
 #[test]
 fn a_lapse_waits_for_the_preferred_wherever_it_is_bound() {
     // The AND gives gripper 0 to `best`, root the nearer gripper 1; `heir` needs both.
-    let wanted = Wanted::AnyEmpty { of: GRIPPER, reaches: Some(ObjectId(0)) };
+    let wanted = Selector::AnyEmpty { of: GRIPPER, reaches: Some(ObjectId(0)) };
     let best = BehaviorSpec { claims: vec![claim(wanted, EXCLUSIVE, FREE)], ..blank("best") };
     let best = needing(with_potential(best, 9.0), 1);
-    let both = [1, 0].map(|gripper| claim(Wanted::Named(ResourceId(gripper)), EXCLUSIVE, FREE));
+    let both = [1, 0].map(|gripper| claim(Selector::Named(ResourceId(gripper)), EXCLUSIVE, FREE));
     let heir = BehaviorSpec { claims: both.to_vec(), ..blank("heir") };
     let effects = vec![EffectTerm::Fact(FactId(1), true)];
     let keep = BehaviorSpec { effects, ..tool_spec(EXCLUSIVE, GO) };
@@ -93,11 +95,11 @@ fn a_lapse_waits_for_the_preferred_wherever_it_is_bound() {
 
 #[test]
 fn leases_in_what_is_skipped_count_as_inherited() {
-    let holding = tool("hold", EXCLUSIVE, Keep::Physical(EXCLUSIVE));
+    let holding = tool("hold", EXCLUSIVE, Retention::Physical(EXCLUSIVE));
     let tree = then([and([holding, leaf("met", fact(FactId(0)))]), tool("use", EXCLUSIVE, FREE)]);
     let slow = leaf("met", needing(fact(FactId(0)), 3));
     let tree_slow =
-        then([and([tool("hold", EXCLUSIVE, Keep::Physical(EXCLUSIVE)), slow]), tool("use", EXCLUSIVE, FREE)]);
+        then([and([tool("hold", EXCLUSIVE, Retention::Physical(EXCLUSIVE)), slow]), tool("use", EXCLUSIVE, FREE)]);
     let holds = World(Change::Fact(FactId(0), true));
     check(tree_slow, &[holds, Ok("hold"), Ok("use")], "hold, use, done");
     check(tree, &[Ok("met"), Ok("hold"), Ok("use")], "hold + met, use, done");

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use ambidex::model::{
-    Access, BehaviorSpec, Change, ChannelId, Condition, ControllerKind, FactId, Keep, MissionSpec, NodeId, ObjectId,
-    Obstacle, PlaceId, Potential, Reason, ResourceId, Situation, Wanted, Whereabouts,
+    Access, BehaviorSpec, Change, ChannelId, Condition, ControllerKind, FactId, Location, MissionSpec, NodeId,
+    ObjectId, Obstacle, PlaceId, Potential, Reason, ResourceId, Retention, Selector, WorldState,
 };
 use ambidex::tree::{Serial, Settings};
 use ambidex::world::{Compatible, Use};
@@ -23,7 +23,7 @@ const LYING: ObjectId = ObjectId(0);
 const GRIPPED: ObjectId = ObjectId(1);
 
 fn run(tree: Tree, settings: Settings, events: &[Event]) -> Run {
-    let objects = vec![Whereabouts::At(PlaceId(0)), Whereabouts::In(ResourceId(1))];
+    let objects = vec![Location::At(PlaceId(0)), Location::In(ResourceId(1))];
     let mut mission = mission(robot(2, 1), PLACES, objects, vec![false; 2], &tree);
     let walled = mission.world.places[3].stand.at;
     let corner = |by: f64| Point3::new(walled.x + by, walled.y + by, by + 0.4);
@@ -43,8 +43,8 @@ fn check_with(settings: Settings, tree: Tree, events: &[Event], expected: &str) 
     assert_eq!(reason.as_deref(), Some(expected));
 }
 
-fn wants(wanted: Wanted) -> BehaviorSpec {
-    BehaviorSpec { claims: vec![claim(wanted, X, FREE)], ..blank("wants") }
+fn wants(selector: Selector) -> BehaviorSpec {
+    BehaviorSpec { claims: vec![claim(selector, X, FREE)], ..blank("wants") }
 }
 
 fn it(spec: BehaviorSpec) -> Tree {
@@ -91,26 +91,30 @@ fn of_the_world() {
 
 #[test]
 fn of_resources() {
-    let any = |of| Wanted::Any(of);
-    check(and([first(wants(Wanted::Named(TOOL_4))), it(wants(Wanted::Named(TOOL_4)))]), &[], "tool#4 is held by first");
+    let any = |of| Selector::Any(of);
+    check(
+        and([first(wants(Selector::Named(TOOL_4))), it(wants(Selector::Named(TOOL_4)))]),
+        &[],
+        "tool#4 is held by first",
+    );
     check(and([first(wants(any(TOOL))), it(wants(any(TOOL)))]), &[], "every tool is held or full");
     check(it(wants(any(WING))), &[], "the robot has no wing");
-    let empty = |resource, reaches| wants(Wanted::Empty { resource: ResourceId(resource), reaches });
+    let empty = |resource, reaches| wants(Selector::Empty { resource: ResourceId(resource), reaches });
     check(it(empty(0, Some(LYING))), &[], "no free resource reaches object0");
     check(it(empty(1, None)), &[], "every gripper is held or full");
-    let both = and([first(wants(Wanted::Named(ResourceId(0)))), it(empty(0, None))]);
+    let both = and([first(wants(Selector::Named(ResourceId(0)))), it(empty(0, None))]);
     check(both, &[], "gripper#0 is held by first");
     let never = BehaviorSpec { potential: Potential::Constant(0.0), ..blank("never") };
     check(it(never), &[], "its potential is 0, which means that it is not to run");
-    check(it(wants(Wanted::Holding(LYING))), &[], "object0 is in no gripper of its own line");
-    let far = Wanted::AnyEmpty { of: GRIPPER, reaches: Some(LYING) };
+    check(it(wants(Selector::Holding(LYING))), &[], "object0 is in no gripper of its own line");
+    let far = Selector::AnyEmpty { of: GRIPPER, reaches: Some(LYING) };
     check(it(wants(far)), &[], "no free resource reaches object0");
     // Of claims that cannot be served together the type that is short is named.
-    let three = [Wanted::Any(HEAD), Wanted::Any(HEAD), Wanted::Any(BASE)];
-    let claims = three.map(|wanted| claim(wanted, X, FREE)).to_vec();
+    let three = [Selector::Any(HEAD), Selector::Any(HEAD), Selector::Any(BASE)];
+    let claims = three.map(|selector| claim(selector, X, FREE)).to_vec();
     check(it(BehaviorSpec { claims, ..blank("three") }), &[], "every head is held or full");
     // Both grippers are held: a move that counts them has nothing to go there for.
-    let claims = [0, 1].map(|id| claim(Wanted::Named(ResourceId(id)), X, FREE)).to_vec();
+    let claims = [0, 1].map(|id| claim(Selector::Named(ResourceId(id)), X, FREE)).to_vec();
     let holds = first(BehaviorSpec { claims, ..blank("holds") });
     let late = then([leaf("begin", blank("begin")), it(move_to(robot(2, 1), PlaceId(0), PLACES))]);
     check(and([holds, late]), &[Succeeds("begin")], "no gripper would be available to it there");
@@ -119,18 +123,18 @@ fn of_resources() {
 #[test]
 fn of_grippers_that_would_reach() {
     // Of those that would reach the one that runs is named: it is worth waiting for.
-    let keep = Keep::Physical(X);
-    let kept = BehaviorSpec { claims: vec![claim(Wanted::Named(ResourceId(0)), X, keep)], ..blank("kept") };
+    let keep = Retention::Physical(X);
+    let kept = BehaviorSpec { claims: vec![claim(Selector::Named(ResourceId(0)), X, keep)], ..blank("kept") };
     let body = Body { grippers: 3, ..robot(2, 1) };
-    let near = Wanted::AnyEmpty { of: GRIPPER, reaches: Some(LYING) };
+    let near = Selector::AnyEmpty { of: GRIPPER, reaches: Some(LYING) };
     let tree = and([
         then([leaf("keeps", kept), leaf("waits", blank("waits"))]),
-        then([leaf("go", blank("go")), leaf("runs", wants(Wanted::Named(ResourceId(1)))), leaf("end", blank("end"))]),
+        then([leaf("go", blank("go")), leaf("runs", wants(Selector::Named(ResourceId(1)))), leaf("end", blank("end"))]),
         then([leaf("begin", blank("begin")), it(wants(near))]),
     ]);
     let there = World(Change::Base(support::place(0, PLACES).stand));
     let events = [there, Succeeds("keeps"), Succeeds("go"), Succeeds("begin")];
-    let objects = vec![Whereabouts::At(PlaceId(0)), Whereabouts::Unknown];
+    let objects = vec![Location::At(PlaceId(0)), Location::Unknown];
     let mut mission = mission(body, PLACES, objects, vec![false; 2], &tree);
     reach_only(&mut mission, &[0, 1]);
     let run = Run::new(mission, Settings::default(), &events);
@@ -144,7 +148,7 @@ fn of_other_behaviors() {
     check(and([first(changing()), it(changing())]), &[], "first changes object0 too");
     // In the round that grants both there is no following one that says otherwise: a THEN's retry hides it.
     let run =
-        run(and([first(wants(Wanted::Named(TOOL_4))), it(wants(Wanted::Named(TOOL_4)))]), Settings::default(), &[]);
+        run(and([first(wants(Selector::Named(TOOL_4))), it(wants(Selector::Named(TOOL_4)))]), Settings::default(), &[]);
     let first_round = run.driver.records.iter().find_map(|record| match record {
         ambidex::model::Record::Decided { refused, .. } => refused.first().cloned(),
         _ => None,
@@ -163,8 +167,8 @@ fn of_other_behaviors() {
 
 #[test]
 fn of_lapses() {
-    let keep = Keep::Intention(Access::Shared(ChannelId(1)));
-    let spec = BehaviorSpec { claims: vec![claim(Wanted::Named(TOOL_4), X, keep)], ..blank("keeps") };
+    let keep = Retention::Intention(Access::Shared(ChannelId(1)));
+    let spec = BehaviorSpec { claims: vec![claim(Selector::Named(TOOL_4), X, keep)], ..blank("keeps") };
     let lacks = BehaviorSpec { precondition: Condition::Fact(FactId(0), true), ..blank("lacks") };
     let tree = then([it(spec), leaf("heir", lacks)]);
     check(tree, &[Succeeds("it")], "already done for heir, which still lacks: \"fact0\" does not hold");
@@ -174,7 +178,7 @@ fn of_lapses() {
 struct Never(NodeId, NodeId);
 
 impl Compatible for Never {
-    fn check(&self, _: &Situation, uses: &[Use]) -> Result<(), Reason> {
+    fn check(&self, _: &WorldState, uses: &[Use]) -> Result<(), Reason> {
         let is_there = |leaf| uses.iter().any(|used| used.leaf == leaf);
         match is_there(self.0) && is_there(self.1) {
             true => Err(Reason::Clash { with: self.0 }),
@@ -185,7 +189,7 @@ impl Compatible for Never {
 
 #[test]
 fn of_rules_and_allocators() {
-    let tree = || and([first(wants(Wanted::Named(TOOL_4))), it(wants(Wanted::Named(ResourceId(2))))]);
+    let tree = || and([first(wants(Selector::Named(TOOL_4))), it(wants(Selector::Named(ResourceId(2))))]);
     let rules = Arc::new(Never(NodeId(2), NodeId(3)));
     check_with(Settings { rules, ..Settings::default() }, tree(), &[], "it would be in the way of first");
     let allocator = Arc::new(Serial);

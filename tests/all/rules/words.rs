@@ -1,7 +1,7 @@
 //! What the rows are made of: missions on one robot, and short names for behaviors.
 
 use ambidex::model::{
-    Access, BehaviorSpec, ChannelId, Condition, FactId, Keep, ObjectId, PlaceId, Potential, Wanted, Whereabouts,
+    Access, BehaviorSpec, ChannelId, Condition, FactId, Location, ObjectId, PlaceId, Potential, Retention, Selector,
 };
 use ambidex::tree::Settings;
 
@@ -10,11 +10,11 @@ use crate::support::{Body, TOOL, Tree, blank, claim, mission, move_to, pick, put
 
 pub(super) const PLACES: usize = 4;
 pub(super) const EXCLUSIVE: Access = Access::Exclusive;
-pub(super) const GO: Keep = Keep::Intention(Access::Shared(ChannelId(1)));
+pub(super) const GO: Retention = Retention::Intention(Access::Shared(ChannelId(1)));
 
 pub(super) fn check(tree: Tree, events: &[Event], expected: &str) -> Run {
     let (body, places) = (robot(2, 2), [0, 0, 1].map(PlaceId));
-    let objects = places.map(Whereabouts::At).to_vec();
+    let objects = places.map(Location::At).to_vec();
     let mission = mission(body, PLACES, objects, vec![false; 4], &tree);
     let run = Run::new(mission, Settings::default(), events);
     assert_eq!(run.steps(), expected);
@@ -40,12 +40,12 @@ pub(super) fn drop_at(name: &str, object: u32, at: u32, retries: u32) -> Tree {
 }
 
 /// A behavior with one claim on the first tool.
-pub(super) fn tool(name: &str, access: Access, keep: Keep) -> Tree {
+pub(super) fn tool(name: &str, access: Access, keep: Retention) -> Tree {
     leaf(name, tool_spec(access, keep))
 }
 
-pub(super) fn tool_spec(access: Access, keep: Keep) -> BehaviorSpec {
-    let first = Wanted::Named(body().first(TOOL).expect("two tools"));
+pub(super) fn tool_spec(access: Access, keep: Retention) -> BehaviorSpec {
+    let first = Selector::Named(body().first(TOOL).expect("two tools"));
     BehaviorSpec { claims: vec![claim(first, access, keep)], ..blank("tool") }
 }
 

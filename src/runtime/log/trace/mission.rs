@@ -2,7 +2,9 @@
 
 use tracing::{debug, error, info, warn};
 
-use ambidex_model::{Change, End, Going, Grant, Header, MissionEnd, Names, NodeId, Reopened, Resource, ResourceId};
+use ambidex_model::{
+    Change, Consequences, End, Grant, Header, MissionEnd, Names, NodeId, Reopened, Resource, ResourceId,
+};
 
 use super::MISSION;
 use ambidex_record::words;
@@ -23,7 +25,7 @@ pub(super) fn decided(at_s: f64, round: u32, granted: &[Grant], refused: usize, 
         debug!(target: MISSION, round, refused, at_s, "nothing granted");
         return;
     }
-    let leaves = granted.iter().map(|grant| grant.leaf);
+    let leaves = granted.iter().map(|grant| grant.leaf());
     info!(
         target: MISSION,
         round,
@@ -36,8 +38,8 @@ pub(super) fn decided(at_s: f64, round: u32, granted: &[Grant], refused: usize, 
         debug!(
             target: MISSION,
             round,
-            leaf = names.node(grant.leaf),
-            potential = grant.potential,
+            leaf = names.node(grant.leaf()),
+            potential = grant.request.potential,
             claims = %words::bindings(&grant.bindings, names),
             at_s,
             "grant"
@@ -60,8 +62,15 @@ pub(super) fn reopened(at_s: f64, round: u32, reopened: &Reopened, names: &Names
     );
 }
 
-pub(super) fn released(at_s: f64, leaf: NodeId, end: End, going: Going, changes: &[Change], names: &Names) {
-    let (completes, fails) = (going.completed.map(|completion| completion.node), going.failed);
+pub(super) fn released(
+    at_s: f64,
+    leaf: NodeId,
+    end: End,
+    consequences: Consequences,
+    changes: &[Change],
+    names: &Names,
+) {
+    let (completes, fails) = (consequences.completed.map(|completion| completion.node), consequences.failed);
     macro_rules! released {
         ($level:ident) => {
             $level!(

@@ -33,8 +33,8 @@ pub fn emit(record: &Record, names: &Names) {
                 mission::reopened(at.seconds(), *round, reopened, names);
             }
         }
-        Record::Released { at, leaf, end, going, changes } => {
-            mission::released(at.seconds(), *leaf, *end, *going, changes, names)
+        Record::Released { at, leaf, end, consequences, changes } => {
+            mission::released(at.seconds(), *leaf, *end, *consequences, changes, names)
         }
         Record::World { at, change } => mission::changed(at.seconds(), change, names),
         Record::Resource { at, resource, state } => mission::used(at.seconds(), *resource, state, names),

@@ -95,7 +95,10 @@ fn a_release_says_how_and_what_follows() {
         samples::sent(Message::Release {
             leaf: NodeId(2),
             end: End::Succeeded,
-            going: Going { completed: Some(Completion { node: NodeId(2), heir: Some(NodeId(1)) }), failed: None },
+            consequences: Consequences {
+                completed: Some(Completion { node: NodeId(2), heir: Some(NodeId(1)) }),
+                failed: None,
+            },
         }),
         &["TRACE ambidex::tree release round=[3] from=[root] to=[both] at_s=[1.5] \
            leaf=[pick 1] end=[succeeded] completes=[pick 1] heir=[both]"],
@@ -105,8 +108,8 @@ fn a_release_says_how_and_what_follows() {
             at: Time(2_000_000),
             leaf: NodeId(2),
             end: End::Failed(Fault::Aborted(ControllerId(1))),
-            going: Going { completed: None, failed: Some(NodeId(1)) },
-            changes: vec![Change::Object(ObjectId(0), Whereabouts::Unknown)],
+            consequences: Consequences { completed: None, failed: Some(NodeId(1)) },
+            changes: vec![Change::Object(ObjectId(0), Location::Unknown)],
         },
         &["WARN ambidex::mission goal ended leaf=[pick 1] end=[failed: aborted] \
            controller=[left_arm] fails=[both] changes=[cup nobody knows where] at_s=[2.0]"],

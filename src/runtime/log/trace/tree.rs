@@ -2,7 +2,7 @@
 
 use tracing::{debug, trace};
 
-use ambidex_model::{End, Going, Message, Names, NodeId};
+use ambidex_model::{Consequences, End, Message, Names, NodeId};
 
 use super::TREE;
 use ambidex_record::words;
@@ -43,7 +43,7 @@ pub(super) fn sent(edge: &Edge, message: &Message, names: &Names) {
         ),
         Message::Reopen { leaf } => tell!(trace, edge, names, leaf = names.node(*leaf), "reopen"),
         Message::Cancel => tell!(trace, edge, names, "cancel"),
-        Message::Release { leaf, end, going } => release(edge, *leaf, *end, *going, names),
+        Message::Release { leaf, end, consequences } => release(edge, *leaf, *end, *consequences, names),
     }
 }
 
@@ -80,10 +80,10 @@ fn answer(edge: &Edge, message: &Message, names: &Names) {
     }
 }
 
-fn release(edge: &Edge, leaf: NodeId, end: End, going: Going, names: &Names) {
-    let completes = going.completed.map(|completion| completion.node);
-    let heir = going.completed.and_then(|completion| completion.heir);
-    let fails = going.failed;
+fn release(edge: &Edge, leaf: NodeId, end: End, consequences: Consequences, names: &Names) {
+    let completes = consequences.completed.map(|completion| completion.node);
+    let heir = consequences.completed.and_then(|completion| completion.heir);
+    let fails = consequences.failed;
     tell!(
         trace,
         edge,

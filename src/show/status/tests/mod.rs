@@ -64,8 +64,8 @@ fn answer(from: &str, running: bool, potential: Option<f64>) -> Record {
     Record::Sent { at: seconds(7.4), round: 2, from: named(from), to: named("object 1"), message }
 }
 
-fn held(resource: u32, access: Access, leases: &[(&str, &str, Hold)]) -> Record {
-    let lease = |(holder, behavior, hold): &(&str, &str, Hold)| serde_json::json!({"holder": named(holder), "behavior": named(behavior), "hold": hold, "from": null});
+fn held(resource: u32, access: Access, leases: &[(&str, &str, LeaseKind)]) -> Record {
+    let lease = |(holder, behavior, hold): &(&str, &str, LeaseKind)| serde_json::json!({"holder": named(holder), "behavior": named(behavior), "hold": hold, "from": null});
     let leases: Vec<_> = leases.iter().map(lease).collect();
     let state = serde_json::json!({"access": access, "leases": leases});
     let state = serde_json::from_value(state).expect("a resource as the journal has it");
@@ -89,11 +89,11 @@ fn picking() -> Vec<Record> {
         held(
             0,
             Access::Shared(ChannelId(0)),
-            &[("pick 1", "pick 1", Hold::Running), ("pick 2", "pick 2", Hold::Running)],
+            &[("pick 1", "pick 1", LeaseKind::Running), ("pick 2", "pick 2", LeaseKind::Running)],
         ),
-        held(2, Access::Exclusive, &[("pick 1", "pick 1", Hold::Running)]),
-        held(3, Access::Exclusive, &[("object 4", "pick 4", Hold::Physical)]),
-        Record::World { at: seconds(7.4), change: Change::Object(ObjectId(3), Whereabouts::In(ResourceId(3))) },
+        held(2, Access::Exclusive, &[("pick 1", "pick 1", LeaseKind::Running)]),
+        held(3, Access::Exclusive, &[("object 4", "pick 4", LeaseKind::Physical)]),
+        Record::World { at: seconds(7.4), change: Change::Object(ObjectId(3), Location::In(ResourceId(3))) },
         goal(0, "pick 1", Mode::Maintain, Command::Stand),
         controller(7.4, 0, ControllerMessage::Joined { leaf: named("pick 2"), id: id(1) }),
         goal(2, "pick 1", Mode::Achieve, Command::Grasp { object: ObjectId(0), at }),
@@ -136,7 +136,7 @@ fn a_node_tells_state_potential_and_reason() {
 #[test]
 fn a_failure_is_told_of_leaf_and_nodes() {
     let aborted = End::Failed(Fault::Aborted(ControllerId(2)));
-    let going = Going { completed: None, failed: Some(named("all objects")) };
+    let consequences = Consequences { completed: None, failed: Some(named("all objects")) };
     let mut records = picking();
     records.push(released(9.0, "pick 1", aborted));
     let again = snapshot(&records, LIVES);
@@ -147,7 +147,7 @@ fn a_failure_is_told_of_leaf_and_nodes() {
     assert_eq!(pick(&again), (LeafState::Waiting, "left_arm gave up".into()), "it is tried again");
     records.extend([
         decided(9.0, 3, vec![grant("pick 1", &[0, 1], &[2], &[])]),
-        Record::Released { at: seconds(9.5), leaf: named("pick 1"), end: aborted, going, changes: Vec::new() },
+        Record::Released { at: seconds(9.5), leaf: named("pick 1"), end: aborted, consequences, changes: Vec::new() },
         released(9.6, "pick 2", End::Canceled),
         Record::Ended { at: seconds(9.6), end: MissionEnd::Failed(named("pick 1")) },
     ]);
@@ -251,7 +251,7 @@ fn a_journal_of_odd_ids_is_no_reason_to_break() {
     header.start = None;
     let at = seconds(1.0);
     records.extend([
-        Record::World { at, change: Change::Object(ObjectId(far), Whereabouts::In(ResourceId(far))) },
+        Record::World { at, change: Change::Object(ObjectId(far), Location::In(ResourceId(far))) },
         Record::World { at, change: Change::Fact(FactId(far), true) },
         Record::Resource { at, resource: ResourceId(far), state: Resource::default() },
         Record::Sent { at, round: 1, from: NodeId(far), to: NodeId(far), message: Message::Activation },

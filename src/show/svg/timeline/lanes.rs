@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use ambidex_model::{Header, Hold, ResourceId, Time};
+use ambidex_model::{Header, LeaseKind, ResourceId, Time};
 
 use super::super::fit::{self, CHANNEL, INNER};
 use super::super::history::{Held, Lane};
@@ -39,8 +39,8 @@ impl Place<'_> {
     }
 
     /// How leases were held that occur.
-    pub(super) fn holds(&self) -> BTreeSet<Hold> {
-        self.lane.leases().map(|held| held.hold).collect()
+    pub(super) fn holds(&self) -> BTreeSet<LeaseKind> {
+        self.lane.leases().map(|held| held.kind).collect()
     }
 
     pub(super) fn is_shared(&self) -> bool {
@@ -100,28 +100,30 @@ impl Place<'_> {
     fn lease(&self, header: &Header, held: &Held, scale: &Scale, top: f64) -> Shape {
         let (from, to) = (scale.x(held.from), self.x(scale, held.to));
         let frame = Frame { x: from, y: top + held.slot as f64 * SLOT, width: to - from, height: SLOT - 1.0 };
-        let mut shapes = vec![Shape::rect(class(held.hold), frame, 1.5)];
+        let mut shapes = vec![Shape::rect(class(held.kind), frame, 1.5)];
         let holder = header.names.node(held.holder);
-        let (texts, ink) = match held.hold {
-            Hold::Running => (vec![header.names.node(held.behavior).to_owned()], "inner-active"),
-            Hold::Physical | Hold::Intention => (vec![format!("kept by {holder}"), holder.to_owned()], "inner"),
+        let (texts, ink) = match held.kind {
+            LeaseKind::Running => (vec![header.names.node(held.behavior).to_owned()], "inner-active"),
+            LeaseKind::Physical | LeaseKind::Intention => {
+                (vec![format!("kept by {holder}"), holder.to_owned()], "inner")
+            }
         };
         if let Some(text) = fit::first_that_fits(&texts, INNER, frame.width - 2.0) {
             let at = (from + frame.width / 2.0, frame.y + SLOT - 4.0);
             shapes.push(Shape::text(&format!("{ink} middle"), at, text));
         }
-        if held.to.is_none() && held.hold == Hold::Running {
+        if held.to.is_none() && held.kind == LeaseKind::Running {
             shapes.push(mark(Mark::RunsOn, (to - 4.2, frame.y + SLOT / 2.0 - 0.5), 4.2));
         }
         Shape::group("lease", shapes).titled(&said(header, self.resource, held))
     }
 }
 
-pub(super) fn class(hold: Hold) -> &'static str {
-    match hold {
-        Hold::Running => "active",
-        Hold::Physical => "kept-physical",
-        Hold::Intention => "kept-intention",
+pub(super) fn class(kind: LeaseKind) -> &'static str {
+    match kind {
+        LeaseKind::Running => "active",
+        LeaseKind::Physical => "kept-physical",
+        LeaseKind::Intention => "kept-intention",
     }
 }
 
@@ -129,10 +131,10 @@ pub(super) fn class(hold: Hold) -> &'static str {
 fn said(header: &Header, resource: ResourceId, held: &Held) -> String {
     let name = |node| header.names.node(node);
     let (holder, behavior) = (name(held.holder), name(held.behavior));
-    let what = match held.hold {
-        Hold::Running => format!("used by {behavior}"),
-        Hold::Physical => format!("kept by {holder} since the world is so after {behavior}"),
-        Hold::Intention => format!("kept by {holder} for what {behavior} was done for"),
+    let what = match held.kind {
+        LeaseKind::Running => format!("used by {behavior}"),
+        LeaseKind::Physical => format!("kept by {holder} since the world is so after {behavior}"),
+        LeaseKind::Intention => format!("kept by {holder} for what {behavior} was done for"),
     };
     let inherited = held.inherited.map_or_else(String::new, |from| format!(", inherited from {}", name(from)));
     let until = held.to.map_or_else(|| "the end".to_owned(), |to| to.to_string());

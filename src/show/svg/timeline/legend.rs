@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use ambidex_model::Hold;
+use ambidex_model::LeaseKind;
 
 use super::super::fit::{self, NOTE};
 use super::super::marks::{Mark, mark};
@@ -23,7 +23,7 @@ const GAP: f64 = 14.0;
 enum Sample {
     Bar(Bar),
     Sign(Mark),
-    Lease(Hold),
+    Lease(LeaseKind),
     Channel,
     Step,
     Round,
@@ -59,11 +59,11 @@ fn samples(panels: &[Panel]) -> Vec<Sample> {
     let leaves = panels.iter().flat_map(|panel| panel.leaves.iter().map(|leaf| (panel.history, *leaf)));
     let signs: BTreeSet<Mark> = leaves.flat_map(|(history, leaf)| rows::signs(history, leaf)).collect();
     let lanes = || panels.iter().flat_map(|panel| &panel.lanes);
-    let holds: BTreeSet<Hold> = lanes().flat_map(Place::holds).collect();
+    let holds: BTreeSet<LeaseKind> = lanes().flat_map(Place::holds).collect();
     let bars = Bar::ALL.into_iter().map(Sample::Bar);
     let signs = signs.into_iter().map(Sample::Sign);
     // What runs is active, as everywhere.
-    let kept = holds.into_iter().filter(|hold| *hold != Hold::Running).map(Sample::Lease);
+    let kept = holds.into_iter().filter(|hold| *hold != LeaseKind::Running).map(Sample::Lease);
     let channel = lanes().any(Place::is_shared).then_some(Sample::Channel);
     bars.chain(signs).chain(kept).chain(channel).chain([Sample::Step, Sample::Round]).collect()
 }
@@ -84,9 +84,9 @@ impl Sample {
                 Mark::Reopened => "not done any more",
                 Mark::RunsOn => "active when the log ends",
             },
-            Self::Lease(Hold::Running) => "used",
-            Self::Lease(Hold::Physical) => "kept: an object is in it",
-            Self::Lease(Hold::Intention) => "kept for what comes next",
+            Self::Lease(LeaseKind::Running) => "used",
+            Self::Lease(LeaseKind::Physical) => "kept: an object is in it",
+            Self::Lease(LeaseKind::Intention) => "kept for what comes next",
             Self::Channel => "shared on a channel",
             Self::Step => "step begins",
             Self::Round => "round",

@@ -1,6 +1,6 @@
 //! When an intention lapses and when a THEN goes back (`semantics` 2).
 
-use ambidex::model::{Blocked, Grant, Hold, NodeId, NodeKind, Reason, Reopened, ResourceId};
+use ambidex::model::{Blocked, Grant, LeaseKind, NodeId, NodeKind, Reason, Reopened, ResourceId};
 
 use super::{Decision, Model, Refusal, Row};
 
@@ -8,7 +8,7 @@ impl Model<'_> {
     pub(super) fn lapse(&mut self, decision: &Decision) -> Option<Reopened> {
         let mut last: Option<(NodeId, NodeId, ResourceId)> = None;
         for (index, row) in self.rows.iter().enumerate() {
-            for held in row.leases.iter().filter(|held| held.hold == Hold::Intention) {
+            for held in row.leases.iter().filter(|held| held.kind == LeaseKind::Intention) {
                 let key = (held.holder, held.behavior, ResourceId::from(index));
                 if self.is_hopeless(held.holder, decision) && last.is_none_or(|last| last < key) {
                     last = Some(key);
@@ -64,9 +64,9 @@ impl Model<'_> {
 
     /// What was kept for a skipped node is kept for the THEN that skipped it.
     pub(super) fn keep_skipped(&mut self, grant: &Grant, rows: &[Row]) {
-        for skip in &grant.skips {
+        for skip in &grant.request.skips {
             let leases = rows.iter().flat_map(|row| &row.leases);
-            let inside = leases.filter(|held| held.hold == Hold::Intention && skip.contains(held.holder));
+            let inside = leases.filter(|held| held.kind == LeaseKind::Intention && skip.contains(held.holder));
             let then = self.parent(skip.from);
             self.keepers.extend(inside.map(|held| (then, held.behavior)));
         }
@@ -91,7 +91,7 @@ impl Model<'_> {
             let is_done = self.done.iter().any(|&node| below.contains(node));
             let mut leases = self.rows.iter().flat_map(|row| &row.leases);
             let is_held = leases.any(|held| {
-                let is_kept = held.hold == Hold::Intention && below.contains(held.behavior);
+                let is_kept = held.kind == LeaseKind::Intention && below.contains(held.behavior);
                 is_kept || below.contains(held.holder)
             });
             if !is_done && !is_held && !self.runs_below(child) {

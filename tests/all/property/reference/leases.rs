@@ -1,6 +1,6 @@
 //! The table of leases and how they move (`semantics` 2 and 6).
 
-use ambidex::model::{Access, Grant, Hold, Keep, NodeId, ResourceId, Span};
+use ambidex::model::{Access, Grant, LeaseKind, NodeId, NodeRange, ResourceId, Retention};
 
 use super::Model;
 
@@ -9,7 +9,7 @@ use super::Model;
 pub struct Held {
     pub holder: NodeId,
     pub behavior: NodeId,
-    pub hold: Hold,
+    pub kind: LeaseKind,
     pub from: Option<NodeId>,
 }
 
@@ -33,7 +33,7 @@ impl Row {
 
     /// Of two leases with one holder the physical one stays, then that of the later behavior.
     fn put(&mut self, held: Held, access: Access) {
-        let rank = |held: &Held| (held.hold != Hold::Intention, held.behavior);
+        let rank = |held: &Held| (held.kind != LeaseKind::Intention, held.behavior);
         let rival = self.leases.iter().position(|other| other.holder == held.holder);
         match rival {
             Some(rival) if rank(&self.leases[rival]) >= rank(&held) => {}
@@ -47,7 +47,7 @@ impl Row {
 
 impl Model<'_> {
     /// Whether a lease of `holder` is the leaf's own, inherited, or inside what was skipped on the way.
-    pub(super) fn is_own(&self, leaf: NodeId, skips: &[Span], holder: NodeId) -> bool {
+    pub(super) fn is_own(&self, leaf: NodeId, skips: &[NodeRange], holder: NodeId) -> bool {
         self.upward(leaf).contains(&holder) || skips.iter().any(|skip| skip.contains(holder))
     }
 
@@ -55,7 +55,7 @@ impl Model<'_> {
     pub(super) fn in_the_way(
         &self,
         leaf: NodeId,
-        skips: &[Span],
+        skips: &[NodeRange],
         resource: ResourceId,
         access: Access,
     ) -> Option<NodeId> {
@@ -68,22 +68,22 @@ impl Model<'_> {
     /// Whether a running behavior has the resource.
     pub(super) fn is_run(&self, resource: ResourceId) -> bool {
         let leases = &self.rows[resource.index()].leases;
-        leases.iter().any(|held| held.hold == Hold::Running)
+        leases.iter().any(|held| held.kind == LeaseKind::Running)
     }
 
     pub(super) fn take(&mut self, grant: &Grant) {
-        for skip in &grant.skips {
+        for skip in &grant.request.skips {
             let then = self.parent(skip.from);
             self.move_all(|holder| skip.contains(holder), Some(then), then);
         }
-        let line = self.upward(grant.leaf);
+        let line = self.upward(grant.leaf());
         for binding in &grant.bindings {
             let row = &mut self.rows[binding.resource.index()];
             let inherited = row.take_out(|held| line.contains(&held.holder));
             let held = Held {
-                holder: grant.leaf,
-                behavior: grant.leaf,
-                hold: Hold::Running,
+                holder: grant.leaf(),
+                behavior: grant.leaf(),
+                kind: LeaseKind::Running,
                 from: inherited.iter().map(|held| held.holder).max(),
             };
             row.put(held, binding.access);
@@ -94,14 +94,14 @@ impl Model<'_> {
     pub(super) fn hand_over(&mut self, grant: &Grant, completed: NodeId, then: Option<NodeId>) {
         for binding in &grant.bindings {
             let row = &mut self.rows[binding.resource.index()];
-            row.take_out(|held| held.holder == grant.leaf);
+            row.take_out(|held| held.holder == grant.leaf());
             let kept = match binding.keep {
-                Keep::Release => None,
-                Keep::Intention(access) => then.map(|_| (Hold::Intention, access)),
-                Keep::Physical(access) => Some((Hold::Physical, access)),
+                Retention::Release => None,
+                Retention::Intention(access) => then.map(|_| (LeaseKind::Intention, access)),
+                Retention::Physical(access) => Some((LeaseKind::Physical, access)),
             };
-            if let Some((hold, access)) = kept {
-                let held = Held { holder: then.unwrap_or(completed), behavior: grant.leaf, hold, from: None };
+            if let Some((kind, access)) = kept {
+                let held = Held { holder: then.unwrap_or(completed), behavior: grant.leaf(), kind, from: None };
                 row.put(held, access);
             }
         }
@@ -119,7 +119,7 @@ impl Model<'_> {
             let access = row.access;
             for held in row.take_out(|held| ended.contains(held.holder)) {
                 let from = held.from.filter(|&from| !ended.contains(from));
-                let back = Held { holder: from.unwrap_or(above), hold: Hold::Physical, from: None, ..held };
+                let back = Held { holder: from.unwrap_or(above), kind: LeaseKind::Physical, from: None, ..held };
                 if let Some(access) = access.filter(|_| is_full) {
                     row.put(back, access);
                 }
@@ -132,14 +132,14 @@ impl Model<'_> {
     }
 
     pub(super) fn end_physical(&mut self, resource: ResourceId) {
-        self.rows[resource.index()].take_out(|held| held.hold == Hold::Physical);
+        self.rows[resource.index()].take_out(|held| held.kind == LeaseKind::Physical);
     }
 
     fn move_all(&mut self, is_moved: impl Fn(NodeId) -> bool, then: Option<NodeId>, else_to: NodeId) {
         for row in &mut self.rows {
             let access = row.access;
             for held in row.take_out(|held| is_moved(held.holder)) {
-                if then.is_none() && held.hold == Hold::Intention {
+                if then.is_none() && held.kind == LeaseKind::Intention {
                     continue;
                 }
                 let holder = then.unwrap_or(else_to);

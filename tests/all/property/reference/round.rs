@@ -1,6 +1,6 @@
 //! One round: a recursive walk down, Algorithm 1 on the way up (`semantics` 4 and 5).
 
-use ambidex::model::{Access, Binding, Grant, Keep, NodeId, NodeKind, Reason, ResourceId, Span};
+use ambidex::model::{Access, Binding, Grant, NodeId, NodeKind, NodeRange, Reason, ResourceId, Retention};
 
 use super::{Ask, Decision, Model, Refusal};
 
@@ -19,15 +19,15 @@ impl Model<'_> {
         let (accepted, refused) = self.merge(answer.asks);
         decision.refused.extend(refused);
         for grant in self.bind(&accepted) {
-            decision.granted.insert(grant.leaf, grant);
+            decision.granted.insert(grant.leaf(), grant);
         }
         let rows = self.rows.clone();
         for ask in &accepted {
-            let grant = decision.granted[&ask.grant.leaf].clone();
+            let grant = decision.granted[&ask.grant.leaf()].clone();
             self.take(&grant);
             self.settle_grant(&grant, &decision);
             self.keep_skipped(&grant, &rows);
-            self.running.insert(grant.leaf, grant);
+            self.running.insert(grant.leaf(), grant);
         }
         if !answer.is_satisfied {
             decision.reopened = self.lapse(&decision).or_else(|| self.go_back(&decision));
@@ -37,7 +37,7 @@ impl Model<'_> {
         (decision, goes_on)
     }
 
-    fn ask(&self, node: NodeId, skips: &[Span]) -> Answer {
+    fn ask(&self, node: NodeId, skips: &[NodeRange]) -> Answer {
         if let Some(&(failed, _)) = self.ending.get(&node) {
             return self.ending_answer(node, failed);
         }
@@ -52,7 +52,7 @@ impl Model<'_> {
         answer
     }
 
-    fn ask_leaf(&self, leaf: NodeId, skips: &[Span]) -> Answer {
+    fn ask_leaf(&self, leaf: NodeId, skips: &[NodeRange]) -> Answer {
         let refused = |refusal| Answer { refused: vec![(leaf, refusal)], ..Answer::default() };
         if self.running.contains_key(&leaf) {
             return Answer::default();
@@ -72,7 +72,7 @@ impl Model<'_> {
         }
     }
 
-    fn ask_and(&self, node: NodeId, skips: &[Span]) -> Answer {
+    fn ask_and(&self, node: NodeId, skips: &[NodeRange]) -> Answer {
         let mut whole = Answer { is_satisfied: true, ..Answer::default() };
         for child in self.not_done(node) {
             let answer = self.ask(child, skips);
@@ -86,13 +86,13 @@ impl Model<'_> {
         whole
     }
 
-    fn ask_or(&self, node: NodeId, skips: &[Span]) -> Answer {
+    fn ask_or(&self, node: NodeId, skips: &[NodeRange]) -> Answer {
         let options = match self.committed.get(&node) {
             Some(&child) => vec![child],
             None => self.children(node).into_iter().filter(|child| !self.failed.contains(child)).collect(),
         };
         let mut answers: Vec<_> = options.into_iter().map(|child| (child, self.ask(child, skips))).collect();
-        let best_of = |answer: &Answer| answer.asks.iter().map(|ask| ask.grant.potential).fold(0.0, f64::max);
+        let best_of = |answer: &Answer| answer.asks.iter().map(|ask| ask.grant.request.potential).fold(0.0, f64::max);
         let mut chosen = answers.iter().position(|(_, answer)| answer.is_satisfied);
         let is_satisfied = chosen.is_some();
         let mut best = 0.0;
@@ -109,7 +109,7 @@ impl Model<'_> {
                 match winner {
                     Some(chosen) if chosen != *child => {
                         let reason = Reason::Alternative { chosen };
-                        whole.refused.push((ask.grant.leaf, reason.into()));
+                        whole.refused.push((ask.grant.leaf(), reason.into()));
                     }
                     Some(_) | None => whole.asks.push(ask),
                 }
@@ -118,13 +118,13 @@ impl Model<'_> {
         whole
     }
 
-    fn ask_then(&self, node: NodeId, skips: &[Span]) -> Answer {
+    fn ask_then(&self, node: NodeId, skips: &[NodeRange]) -> Answer {
         let mut whole = Answer::default();
         let remaining = self.not_done(node);
         for (index, &child) in remaining.iter().enumerate() {
             let mut skips = skips.to_vec();
             if index > 0 {
-                skips.push(Span { from: remaining[0], to: child });
+                skips.push(NodeRange { from: remaining[0], to: child });
             }
             let answer = self.ask(child, &skips);
             whole.refused.extend(answer.refused);
@@ -153,14 +153,14 @@ impl Model<'_> {
     /// Algorithm 1; serially, the best that is possible while nothing runs.
     fn merge(&self, mut asks: Vec<Ask>) -> (Vec<Ask>, Vec<(NodeId, Refusal)>) {
         asks.sort_by(|a, b| {
-            let by_potential = b.grant.potential.total_cmp(&a.grant.potential);
-            by_potential.then(b.is_heir.cmp(&a.is_heir)).then(a.grant.leaf.cmp(&b.grant.leaf))
+            let by_potential = b.grant.request.potential.total_cmp(&a.grant.request.potential);
+            by_potential.then(b.is_heir.cmp(&a.is_heir)).then(a.grant.leaf().cmp(&b.grant.leaf()))
         });
         let (mut accepted, mut refused): (Vec<Ask>, _) = (Vec::new(), Vec::new());
         for ask in asks {
-            let first = accepted.first().map(|other| other.grant.leaf);
+            let first = accepted.first().map(|other| other.grant.leaf());
             let owner = first.or(self.running.keys().next().copied()).filter(|_| self.is_serial);
-            let leaf = ask.grant.leaf;
+            let leaf = ask.grant.leaf();
             let refusal = match owner {
                 Some(by) => Some(on(Reason::WholeRobot { by }, by)),
                 None => self.incompatible(&accepted, &ask),
@@ -174,10 +174,10 @@ impl Model<'_> {
     }
 
     fn incompatible(&self, accepted: &[Ask], ask: &Ask) -> Option<Refusal> {
-        for &object in &ask.grant.changes {
+        for &object in &ask.grant.request.changes {
             let mut others = accepted.iter().map(|other| &other.grant);
-            if let Some(other) = others.find(|other| other.changes.contains(&object)) {
-                let with = other.leaf;
+            if let Some(other) = others.find(|other| other.request.changes.contains(&object)) {
+                let with = other.leaf();
                 return Some(on(Reason::SameObject { object, with }, with));
             }
         }
@@ -186,15 +186,15 @@ impl Model<'_> {
         self.for_each_choice(&all, &mut |_| fits = true);
         if !fits {
             let (by, resource) = (NodeId(0), ResourceId(0));
-            let (own, theirs) = (ask.grant.potential, 0.0);
+            let (own, theirs) = (ask.grant.request.potential, 0.0);
             let wanted = ask.serving.iter().flatten().map(|(id, _)| *id);
             return Some(Refusal {
                 resources: wanted.collect(),
                 ..Reason::Outbid { by, resource, own, theirs }.into()
             });
         }
-        let others = self.running.keys().copied().chain(accepted.iter().map(|other| other.grant.leaf));
-        let clash = others.into_iter().find(|&other| self.clashes(other, ask.grant.leaf))?;
+        let others = self.running.keys().copied().chain(accepted.iter().map(|other| other.grant.leaf()));
+        let clash = others.into_iter().find(|&other| self.clashes(other, ask.grant.leaf()))?;
         Some(on(Reason::Clash { with: clash }, clash))
     }
 
@@ -207,9 +207,9 @@ impl Model<'_> {
         let claims: Vec<Claimed<'_>> = asks
             .iter()
             .flat_map(|ask| {
-                let claims = &self.behavior(ask.grant.leaf).claims;
+                let claims = &self.behavior(ask.grant.leaf()).claims;
                 let serving = std::iter::zip(claims, &ask.serving);
-                serving.map(|(claim, serving)| (ask.grant.leaf, claim.access, serving.as_slice()))
+                serving.map(|(claim, serving)| (ask.grant.leaf(), claim.access, serving.as_slice()))
             })
             .collect();
         choose(&claims, &mut Vec::new(), found);
@@ -227,7 +227,7 @@ impl Model<'_> {
         let mut chosen = best.map(|(_, chosen)| chosen).unwrap_or_default().into_iter();
         let mut grants: Vec<Grant> = accepted.iter().map(|ask| ask.grant.clone()).collect();
         for grant in &mut grants {
-            for claim in &self.behavior(grant.leaf).claims {
+            for claim in &self.behavior(grant.leaf()).claims {
                 grant.bindings.push(Binding {
                     resource: chosen.next().expect("a resource for every claim"),
                     access: claim.access,
@@ -246,7 +246,7 @@ impl Model<'_> {
             let resource = ResourceId::from(index);
             let is_claimed = grant.bindings.iter().any(|binding| binding.resource == resource);
             if row.leases.is_empty() && !is_claimed {
-                grant.bindings.push(Binding { resource, access: Access::Exclusive, keep: Keep::Release });
+                grant.bindings.push(Binding { resource, access: Access::Exclusive, keep: Retention::Release });
             }
         }
     }

@@ -1,8 +1,8 @@
 //! What events change: grants, ends, the world (`semantics` 4 and 6).
 
 use ambidex::model::{
-    Change, Completion, EffectTerm, End, Going, Grant, Hold, Keep, MissionEnd, NodeId, NodeKind, Outcome, Reason,
-    Report, ResourceId, Whereabouts,
+    Change, Completion, Consequences, EffectTerm, End, Grant, LeaseKind, Location, MissionEnd, NodeId, NodeKind,
+    Outcome, Reason, ResourceId, Retention,
 };
 
 use super::{Decision, Model};
@@ -12,26 +12,26 @@ const TOP: NodeId = NodeId(1);
 impl Model<'_> {
     /// What was skipped to come to a granted behavior is done, and an OR above it has chosen.
     pub(super) fn settle_grant(&mut self, grant: &Grant, decision: &Decision) {
-        for skip in &grant.skips {
+        for skip in &grant.request.skips {
             let then = self.parent(skip.from);
             let children = self.children(then).into_iter();
             self.done.extend(children.filter(|child| skip.contains(*child)));
             for (&leaf, refusal) in decision.refused.range(skip.from..skip.to) {
                 let mut claims = self.behavior(leaf).claims.iter();
-                let keeps = claims.any(|claim| matches!(claim.keep, Keep::Intention(_)));
+                let keeps = claims.any(|claim| matches!(claim.keep, Retention::Intention(_)));
                 if keeps && refusal.reason == Reason::Satisfied {
                     self.keepers.insert((then, leaf));
                 }
             }
         }
-        for pair in self.upward(grant.leaf).windows(2) {
+        for pair in self.upward(grant.leaf()).windows(2) {
             if let [child, node] = *pair
                 && self.kind(node) == &NodeKind::Or
             {
                 self.committed.insert(node, child);
             }
         }
-        self.silent.remove(&grant.leaf);
+        self.silent.remove(&grant.leaf());
     }
 
     pub(super) fn end_of_round(&mut self, is_satisfied: bool, goes_on: bool) {
@@ -51,48 +51,44 @@ impl Model<'_> {
 
     /// The world is different from outside; true if a round follows.
     pub fn world(&mut self, change: Change) -> bool {
-        let before = (self.situation.clone(), self.rows.clone());
+        let before = (self.world_state.clone(), self.rows.clone());
         self.change(&[change]);
-        let is_different = (&self.situation, &self.rows) != (&before.0, &before.1);
+        let is_different = (&self.world_state, &self.rows) != (&before.0, &before.1);
         self.progress += u64::from(is_different);
         is_different
     }
 
     /// A behavior ended: what that completes and what fails with it.
-    pub fn ended(&mut self, leaf: NodeId, outcome: &Outcome) -> Going {
+    pub fn ended(&mut self, leaf: NodeId, outcome: &Outcome) -> Consequences {
         let grant = self.running.remove(&leaf).expect("only what runs ends");
         let mut changes = Vec::new();
         if outcome.end == End::Succeeded {
             let effects = self.behavior(leaf).effects.iter();
             changes.extend(effects.map(|effect| match *effect {
-                EffectTerm::Lies(object, place) => Change::Object(object, Whereabouts::At(place)),
+                EffectTerm::Lies(object, place) => Change::Object(object, Location::At(place)),
                 EffectTerm::Taken(object, claim) => {
-                    Change::Object(object, Whereabouts::In(grant.bindings[claim].resource))
+                    Change::Object(object, Location::In(grant.bindings[claim].resource))
                 }
                 EffectTerm::Stands(pose) => Change::Base(pose),
                 EffectTerm::Fact(fact, holds) => Change::Fact(fact, holds),
             }));
         }
-        changes.extend(outcome.reports.iter().map(|report| match *report {
-            Report::BaseAt(pose) => Change::Base(pose),
-            Report::Holds(resource, Some(object)) => Change::Object(object, Whereabouts::In(resource)),
-            Report::Holds(resource, None) => Change::Emptied(resource),
-        }));
-        let going = self.going(leaf, outcome.end);
+        changes.extend(&outcome.changes);
+        let consequences = self.consequences(leaf, outcome.end);
         let emptied = self.change_objects(&changes);
-        if let Some(Completion { node, heir }) = going.completed {
+        if let Some(Completion { node, heir }) = consequences.completed {
             self.hand_over(&grant, node, heir);
             self.forget_keepers(node);
             let leases = self.rows.iter().flat_map(|row| &row.leases);
-            let kept = leases.filter(|held| held.hold == Hold::Intention);
+            let kept = leases.filter(|held| held.kind == LeaseKind::Intention);
             let kept: Vec<_> = kept.map(|held| (held.holder, held.behavior)).collect();
             self.keepers.extend(kept);
             self.progress += u64::from(self.ever_completed.insert(leaf));
         }
-        if going.completed.is_none() || going.failed.is_some() {
-            self.take_back(leaf, going.failed);
+        if consequences.completed.is_none() || consequences.failed.is_some() {
+            self.take_back(leaf, consequences.failed);
         }
-        if let Some(failed) = going.failed {
+        if let Some(failed) = consequences.failed {
             self.forget_keepers(failed);
             let below = self.below(failed);
             self.keepers.retain(|(_, leaf)| !below.contains(*leaf));
@@ -101,11 +97,11 @@ impl Model<'_> {
         if self.end == Some(MissionEnd::Done) {
             self.finish(MissionEnd::Done);
         }
-        going
+        consequences
     }
 
     /// Done and failed flags from the leaf upward.
-    fn going(&mut self, leaf: NodeId, end: End) -> Going {
+    fn consequences(&mut self, leaf: NodeId, end: End) -> Consequences {
         let mut completed = None;
         let mut failed = None;
         let mut cause = leaf;
@@ -145,7 +141,7 @@ impl Model<'_> {
         } else if failed == Some(TOP) {
             self.finish(MissionEnd::Failed(cause));
         }
-        Going { completed, failed }
+        Consequences { completed, failed }
     }
 
     fn fail_child(&mut self, node: NodeId, child: NodeId, cause: NodeId) {
@@ -190,13 +186,13 @@ impl Model<'_> {
         let mut emptied: Vec<_> = grippers().filter(|id| self.held_object(*id).is_some()).collect();
         for &change in changes {
             match change {
-                Change::Base(pose) => self.situation.base = pose,
-                Change::Object(object, at) => self.situation.objects[object.index()] = at,
-                Change::Fact(fact, holds) => self.situation.facts[fact.index()] = holds,
+                Change::Base(pose) => self.world_state.base = pose,
+                Change::Object(object, at) => self.world_state.objects[object.index()] = at,
+                Change::Fact(fact, holds) => self.world_state.facts[fact.index()] = holds,
                 Change::Emptied(gripper) => {
                     emptied.push(gripper);
                     if let Some(object) = self.held_object(gripper) {
-                        self.situation.objects[object.index()] = Whereabouts::Unknown;
+                        self.world_state.objects[object.index()] = Location::Unknown;
                     }
                 }
             }

@@ -1,8 +1,10 @@
 //! What one behavior sees: conditions, potential, reach, and the resources that would serve it.
 
+use std::sync::Arc;
+
 use ambidex::model::{
-    BehaviorSpec, Claim, Condition, ControllerKind, Grant, Hold, NodeId, ObjectId, PlaceId, Pose, Potential, Reason,
-    ResourceId, Span, Task, TypeId, Wanted, Whereabouts,
+    BehaviorSpec, Claim, Condition, ControllerKind, Grant, LeaseKind, Location, NodeId, NodeRange, ObjectId, PlaceId,
+    Pose, Potential, Reason, Request, ResourceId, Selector, Task, TypeId,
 };
 
 use super::{Ask, Model, Refusal};
@@ -15,17 +17,17 @@ impl Model<'_> {
     }
 
     pub(super) fn held_object(&self, gripper: ResourceId) -> Option<ObjectId> {
-        let objects = &self.situation.objects;
-        let index = objects.iter().position(|&at| at == Whereabouts::In(gripper))?;
+        let objects = &self.world_state.objects;
+        let index = objects.iter().position(|&at| at == Location::In(gripper))?;
         Some(ObjectId::from(index))
     }
 
-    pub(super) fn is_satisfied(&self, leaf: NodeId, skips: &[Span]) -> bool {
+    pub(super) fn is_satisfied(&self, leaf: NodeId, skips: &[NodeRange]) -> bool {
         self.unmet(&self.behavior(leaf).satisfied, leaf, skips).is_none()
     }
 
     /// The request of a leaf whose goal is not met, or the first thing that is wrong.
-    pub(super) fn request(&self, leaf: NodeId, skips: &[Span]) -> Result<Ask, Refusal> {
+    pub(super) fn request(&self, leaf: NodeId, skips: &[NodeRange]) -> Result<Ask, Refusal> {
         let spec = self.behavior(leaf);
         if let Some(refusal) = self.unmet(&spec.precondition, leaf, skips) {
             return Err(refusal);
@@ -33,14 +35,14 @@ impl Model<'_> {
         let potential = self.potential(&spec.potential, leaf, skips)?;
         for &object in &spec.changes {
             let mut others = self.running.values();
-            if let Some(other) = others.find(|other| other.changes.contains(&object)) {
-                let with = other.leaf;
+            if let Some(other) = others.find(|other| other.request.changes.contains(&object)) {
+                let with = other.leaf();
                 return Err(on(Reason::SameObject { object, with }, with));
             }
         }
         for term in &spec.commands {
             if let Task::Grasp(object) = term.task
-                && !matches!(self.situation.objects[object.index()], Whereabouts::At(_))
+                && !matches!(self.world_state.objects[object.index()], Location::At(_))
             {
                 return Err(Reason::OutOfReach { object }.into());
             }
@@ -54,14 +56,18 @@ impl Model<'_> {
             .rows
             .iter()
             .flat_map(|row| &row.leases)
-            .any(|held| held.hold == Hold::Intention && self.is_own(leaf, skips, held.holder));
+            .any(|held| held.kind == LeaseKind::Intention && self.is_own(leaf, skips, held.holder));
         Ok(Ask {
             grant: Grant {
-                leaf,
-                potential,
+                request: Arc::new(Request {
+                    leaf,
+                    potential,
+                    heir: is_heir,
+                    claims: Vec::new(),
+                    changes: spec.changes.clone(),
+                    skips: skips.to_vec(),
+                }),
                 bindings: Vec::new(),
-                changes: spec.changes.clone(),
-                skips: skips.to_vec(),
             },
             is_heir,
             serving,
@@ -69,8 +75,8 @@ impl Model<'_> {
     }
 
     /// What is not so of a condition.
-    fn unmet(&self, condition: &Condition, leaf: NodeId, skips: &[Span]) -> Option<Refusal> {
-        let whereabouts = |object: &ObjectId| self.situation.objects[object.index()];
+    fn unmet(&self, condition: &Condition, leaf: NodeId, skips: &[NodeRange]) -> Option<Refusal> {
+        let whereabouts = |object: &ObjectId| self.world_state.objects[object.index()];
         let (is_met, reason) = match condition {
             Condition::All(parts) => {
                 return parts.iter().find_map(|part| self.unmet(part, leaf, skips));
@@ -80,30 +86,30 @@ impl Model<'_> {
                 if let Some(by) = self.driver() {
                     return Some(on(Reason::Driving { by }, by));
                 }
-                let is_near = distance_m(self.situation.base, *stand) <= *tolerance_m;
+                let is_near = distance_m(self.world_state.base, *stand) <= *tolerance_m;
                 (is_near, Reason::NotAt { place: *place })
             }
             Condition::Path { place, stand } => (self.is_clear(*stand), Reason::NoPath { place: *place }),
             Condition::Held(object) => {
                 let is_held = match whereabouts(object) {
-                    Whereabouts::In(gripper) => {
+                    Location::In(gripper) => {
                         let leases = &self.rows[gripper.index()].leases;
                         leases.iter().any(|held| self.is_own(leaf, skips, held.holder))
                     }
-                    Whereabouts::At(_) | Whereabouts::Unknown => false,
+                    Location::At(_) | Location::Unknown => false,
                 };
                 (is_held, Reason::NotHeld { object: *object })
             }
             Condition::Free(object) => match whereabouts(object) {
-                Whereabouts::In(by) => (false, Reason::Taken { object: *object, by }),
-                Whereabouts::At(_) | Whereabouts::Unknown => return None,
+                Location::In(by) => (false, Reason::Taken { object: *object, by }),
+                Location::At(_) | Location::Unknown => return None,
             },
             Condition::Lies(object, place) => {
-                let is_there = whereabouts(object) == Whereabouts::At(*place);
+                let is_there = whereabouts(object) == Location::At(*place);
                 (is_there, Reason::Elsewhere { object: *object, place: *place })
             }
             Condition::Fact(fact, holds) => {
-                let is_so = self.situation.facts[fact.index()] == *holds;
+                let is_so = self.world_state.facts[fact.index()] == *holds;
                 (is_so, Reason::Fact { fact: *fact, holds: *holds })
             }
         };
@@ -126,13 +132,13 @@ impl Model<'_> {
         })
     }
 
-    fn potential(&self, potential: &Potential, leaf: NodeId, skips: &[Span]) -> Result<f64, Refusal> {
+    fn potential(&self, potential: &Potential, leaf: NodeId, skips: &[NodeRange]) -> Result<f64, Refusal> {
         let (each, over, scale_by) = match *potential {
             Potential::Constant(0.0) => return Err(Reason::Unwanted.into()),
             Potential::Constant(value) => (value, 1.0, None),
             Potential::Scaled { value, by } => (value, 1.0, Some(by)),
             Potential::Nearness { to, floor_m, scale_by } => {
-                (1.0, distance_m(self.situation.base, to).max(floor_m), scale_by)
+                (1.0, distance_m(self.world_state.base, to).max(floor_m), scale_by)
             }
         };
         let mut count = 1;
@@ -157,28 +163,28 @@ impl Model<'_> {
     }
 
     /// The resources that would serve a claim now.
-    fn serving(&self, claim: &Claim, leaf: NodeId, skips: &[Span]) -> Result<Serving, Refusal> {
+    fn serving(&self, claim: &Claim, leaf: NodeId, skips: &[NodeRange]) -> Result<Serving, Refusal> {
         let fits = |id: &ResourceId| self.in_the_way(leaf, skips, *id, claim.access).is_none();
         let held = |resource: ResourceId| {
             let by = self.in_the_way(leaf, skips, resource, claim.access)?;
             let channel = self.rows[resource.index()].access.and_then(|access| access.channel());
             Some(Refusal { resources: vec![resource], ..Reason::Held { resource, by, channel }.into() })
         };
-        let (of, must_be_empty, reaches) = match claim.wanted {
-            Wanted::Named(resource) => {
+        let (of, must_be_empty, reaches) = match claim.selector {
+            Selector::Named(resource) => {
                 return held(resource).map_or(Ok(vec![(resource, 0.0)]), Err);
             }
-            Wanted::Holding(object) => match self.situation.objects[object.index()] {
-                Whereabouts::In(resource) => {
+            Selector::Holding(object) => match self.world_state.objects[object.index()] {
+                Location::In(resource) => {
                     return held(resource).map_or(Ok(vec![(resource, 0.0)]), Err);
                 }
-                Whereabouts::At(_) | Whereabouts::Unknown => {
+                Location::At(_) | Location::Unknown => {
                     return Err(Reason::NotHeld { object }.into());
                 }
             },
-            Wanted::Any(of) => (of, false, None),
-            Wanted::AnyEmpty { of, reaches } => (of, true, reaches),
-            Wanted::Empty { resource, reaches } => {
+            Selector::Any(of) => (of, false, None),
+            Selector::AnyEmpty { of, reaches } => (of, true, reaches),
+            Selector::Empty { resource, reaches } => {
                 let of = self.mission.robot.resources[resource.index()].ty;
                 return match (held(resource), reaches) {
                     (Some(refusal), _) => Err(refusal),
@@ -239,7 +245,7 @@ impl Model<'_> {
     }
 
     fn reach_m(&self, resource: ResourceId, object: ObjectId) -> Option<f64> {
-        let Whereabouts::At(place) = self.situation.objects[object.index()] else {
+        let Location::At(place) = self.world_state.objects[object.index()] else {
             return None;
         };
         let controller = self.mission.robot.resources[resource.index()].controller;
@@ -248,7 +254,7 @@ impl Model<'_> {
             return Some(0.0);
         };
         let spot = self.spot(object, place);
-        let base = self.situation.base;
+        let base = self.world_state.base;
         let (sin, cos) = base.heading.sin_cos();
         let x = base.at.x + cos * arm.shoulder.x - sin * arm.shoulder.y;
         let y = base.at.y + sin * arm.shoulder.x + cos * arm.shoulder.y;

@@ -4,8 +4,9 @@ use std::thread::JoinHandle;
 
 use super::super::stop::Stopper;
 use super::*;
-use crate::{ClockOrigin, DaemonPort, Heard, Link};
+use crate::{DaemonPort, Heard, Link};
 use ambidex_model::motion::Progress;
+use ambidex_model::session::{ClockOrigin, Presence};
 use ambidex_model::{
     BaseSpec, Command, CommandId, ControllerKind, ControllerState, FromController, Mode, PartEnd, Pose, Rejection,
     ToController,
@@ -72,14 +73,32 @@ impl Controller for Cart {
 
 pub(super) struct Daemon {
     pub(super) port: DaemonPort,
+    presence: Presence,
     generation: u32,
 }
 
 impl Daemon {
     pub(super) fn new(instance: &Instance, epoch: u64) -> Self {
-        let station = Station::open(instance.lock_daemon().unwrap()).unwrap();
-        let port = DaemonPort::open(&station, "cart", epoch, ClockOrigin::now()).unwrap();
-        Self { port, generation: 0 }
+        let node = IpcNode::open(instance.lock_daemon().unwrap()).unwrap();
+        let port = DaemonPort::open(&node, "cart", epoch, ClockOrigin(monotonic_ns())).unwrap();
+        Self { port, presence: Presence::new(epoch), generation: 0 }
+    }
+
+    /// Beats and takes what has come.
+    pub(super) fn hear(&mut self) -> Vec<Heard> {
+        self.port.beat();
+        let heard = self.port.drain();
+        for heard in &heard {
+            if let Heard::Pulse(pulse) = heard {
+                self.presence.hear(pulse, monotonic_ns());
+            }
+        }
+        heard
+    }
+
+    /// The controller's process while it shows that it lives.
+    pub(super) fn pid(&self) -> Option<u32> {
+        self.presence.pid(monotonic_ns())
     }
 
     /// Hears until `wanted` has come; panics when it does not.
@@ -87,8 +106,7 @@ impl Daemon {
         let begun = Instant::now();
         let mut heard = Vec::new();
         while begun.elapsed() < PATIENCE {
-            self.port.beat();
-            heard.extend(self.port.drain());
+            heard.extend(self.hear());
             if heard.iter().any(&wanted) {
                 return heard;
             }
@@ -100,7 +118,7 @@ impl Daemon {
     }
 
     pub(super) fn attach(&mut self) {
-        self.until("a pulse", |heard| matches!(heard, Heard::State { .. }));
+        self.until("a pulse", |heard| matches!(heard, Heard::Pulse(_)));
         self.generation += 1;
         let generation = self.generation;
         let start = ControllerState::Base { pose: Pose::new(4.0, 0.0, 0.0), velocity: Vector3::zeros() };
@@ -159,7 +177,7 @@ fn a_goal_is_accepted_followed_and_ends() {
     let (controller, stopper) = cart(&instance, false);
     let mut daemon = Daemon::new(&instance, 1);
     daemon.attach();
-    assert_eq!(daemon.port.is_attached(), Some(std::process::id()));
+    assert_eq!(daemon.pid(), Some(std::process::id()));
 
     let id = daemon.goal(1, Mode::Achieve, drive());
     let (end, lasted, heard) = daemon.result(id);
@@ -169,7 +187,7 @@ fn a_goal_is_accepted_followed_and_ends() {
         .iter()
         .filter_map(|heard| match heard {
             Heard::Message(message) => Some(message),
-            Heard::State { .. } | Heard::Refused(_) | Heard::Closed(_) => None,
+            Heard::Pulse(_) | Heard::Refused(_) | Heard::Closed(_) => None,
         })
         .collect();
     assert!(matches!(messages[0], FromController::Accepted { .. }));

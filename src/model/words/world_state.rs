@@ -7,7 +7,7 @@ use super::{FactId, ObjectId, PlaceId, Pose, ResourceId};
 /// Where an object is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Whereabouts {
+pub enum Location {
     /// At a place.
     At(PlaceId),
     /// In a gripper.
@@ -18,11 +18,11 @@ pub enum Whereabouts {
 
 /// The changing part of the world: robot pose, objects, facts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Situation {
+pub struct WorldState {
     /// Pose of the base in the map frame.
     pub base: Pose,
     /// Where each object is, by object.
-    pub objects: Vec<Whereabouts>,
+    pub objects: Vec<Location>,
     /// Which facts hold, by fact.
     pub facts: Vec<bool>,
 }
@@ -34,17 +34,17 @@ pub enum Change {
     /// The base is here now.
     Base(Pose),
     /// The object is here now.
-    Object(ObjectId, Whereabouts),
+    Object(ObjectId, Location),
     /// The gripper is empty now; what was in it is nobody knows where.
     Emptied(ResourceId),
     /// The fact holds or not.
     Fact(FactId, bool),
 }
 
-impl Situation {
+impl WorldState {
     /// What the resource holds.
     pub fn held_by(&self, resource: ResourceId) -> Option<ObjectId> {
-        self.objects.iter().position(|&at| at == Whereabouts::In(resource)).map(ObjectId::from)
+        self.objects.iter().position(|&at| at == Location::In(resource)).map(ObjectId::from)
     }
 
     /// Applies a change; true if anything is different now.
@@ -53,7 +53,7 @@ impl Situation {
             Change::Base(pose) => std::mem::replace(&mut self.base, pose) != pose,
             Change::Object(object, at) => std::mem::replace(&mut self.objects[object.index()], at) != at,
             Change::Emptied(resource) => match self.held_by(resource) {
-                Some(object) => self.apply(Change::Object(object, Whereabouts::Unknown)),
+                Some(object) => self.apply(Change::Object(object, Location::Unknown)),
                 None => false,
             },
             Change::Fact(fact, holds) => std::mem::replace(&mut self.facts[fact.index()], holds) != holds,

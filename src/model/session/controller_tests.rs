@@ -3,8 +3,8 @@
 use nalgebra::Point3;
 
 use super::*;
-use ambidex_model::motion::Progress;
-use ambidex_model::{BaseSpec, Command, PartEnd};
+use crate::motion::Progress;
+use crate::{BaseSpec, PartEnd};
 
 const MS: u64 = 1_000_000;
 const EPOCH: u64 = 5;

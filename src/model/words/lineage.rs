@@ -6,14 +6,14 @@ use super::{NodeId, Topology};
 
 /// A run of nodes in preorder, `from` included, `to` not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Span {
+pub struct NodeRange {
     /// The first node.
     pub from: NodeId,
     /// The first node behind it.
     pub to: NodeId,
 }
 
-impl Span {
+impl NodeRange {
     /// Whether `node` lies in the run.
     pub fn contains(&self, node: NodeId) -> bool {
         (self.from..self.to).contains(&node)
@@ -28,16 +28,16 @@ impl Span {
 
 /// The line of a node: itself, its ancestors, and what was skipped to reach it.
 #[derive(Debug, Clone, Copy)]
-pub struct Line<'a> {
+pub struct Lineage<'a> {
     /// The shape of the tree.
     pub topology: &'a Topology,
     /// The node.
     pub node: NodeId,
     /// Children skipped tentatively on the way down; leases held in them count as inherited.
-    pub skips: &'a [Span],
+    pub skips: &'a [NodeRange],
 }
 
-impl Line<'_> {
+impl Lineage<'_> {
     /// Whether a lease of `holder` is the node's own or inherited.
     pub fn contains(&self, holder: NodeId) -> bool {
         self.topology.is_within(self.node, holder) || self.skips.iter().any(|skip| skip.contains(holder))

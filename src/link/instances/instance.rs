@@ -1,17 +1,15 @@
 //! A named instance of the robot: where its files lie and what its transport is configured with.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use iceoryx2::prelude::{Config, FileName, Path as TransportPath, SemanticString};
 
-use super::clock::monotonic_ns;
-use super::error::IpcError;
-use super::lock::{Lock, Present, segments};
+use super::paths::{base, prefix_of, segments};
+use crate::clock::monotonic_ns;
+use crate::error::IpcError;
 
 const NAME_MAX: usize = 32;
-/// Every file of every instance in shared memory begins with this.
-pub(super) const PREFIX: &str = "ambidex_";
 
 /// One robot's runtime and controllers. Processes of two instances do not meet.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -45,43 +43,18 @@ impl Instance {
         &self.name
     }
 
-    /// Takes the place of the instance's only daemon, until the lock is dropped or the process ends in any way.
-    ///
-    /// # Errors
-    /// [`IpcError::DaemonRuns`] if it is taken.
-    pub fn lock_daemon(&self) -> Result<Lock, IpcError> {
-        Lock::daemon(self)
-    }
-
-    /// Takes the place of the only controller of that name, until the lock is dropped or the process ends in any way.
-    ///
-    /// # Errors
-    /// [`IpcError::ControllerRuns`] if it is taken, [`IpcError::ControllerName`] if it is no name.
-    pub fn lock_controller(&self, name: &str) -> Result<Lock, IpcError> {
-        check_controller_name(name)?;
-        Lock::controller(self, name)
-    }
-
-    /// The daemon that lives in the instance, if any. Asking makes nothing and keeps nobody from anything.
-    ///
-    /// # Errors
-    /// [`IpcError::GateHeld`] or [`IpcError::File`] if the lock cannot be looked at.
-    pub fn daemon(&self) -> Result<Option<Present>, IpcError> {
-        Lock::present(self)
-    }
-
     /// Whether a file of the instance is left anywhere, be it alive or not.
     pub fn has_left_anything(&self) -> bool {
         self.dir().exists() || !segments(&self.prefix()).is_empty()
     }
 
     /// The folder of the instance. It is named by a tag, since paths of sockets are short.
-    pub(super) fn dir(&self) -> PathBuf {
+    pub(crate) fn dir(&self) -> PathBuf {
         base().join(self.tag())
     }
 
     /// What the instance's files in shared memory begin with.
-    pub(super) fn prefix(&self) -> String {
+    pub(crate) fn prefix(&self) -> String {
         prefix_of(&self.tag())
     }
 
@@ -91,7 +64,7 @@ impl Instance {
     }
 
     /// The configuration that every process of the instance must use.
-    pub(super) fn config(&self) -> Result<Config, IpcError> {
+    pub(crate) fn config(&self) -> Result<Config, IpcError> {
         let dir = self.dir();
         let unfit = || IpcError::Path(dir.clone());
         let mut config = Config::default();
@@ -107,29 +80,12 @@ impl Instance {
     }
 }
 
-pub(super) fn check_controller_name(name: &str) -> Result<(), IpcError> {
+pub(crate) fn check_controller_name(name: &str) -> Result<(), IpcError> {
     let fits = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-' || byte == b'_';
     if is_name(name, fits) {
         return Ok(());
     }
     Err(IpcError::ControllerName(name.to_owned()))
-}
-
-/// The folder of all instances of this user.
-pub(super) fn base() -> PathBuf {
-    let uid = rustix::process::getuid().as_raw();
-    let shared = shared_memory();
-    let root = if shared.is_dir() { shared.to_owned() } else { std::env::temp_dir() };
-    root.join(format!("ambidex-{uid}"))
-}
-
-/// Where the system shows its segments of shared memory as files.
-pub(super) fn shared_memory() -> &'static Path {
-    Path::new("/dev/shm")
-}
-
-pub(super) fn prefix_of(tag: &str) -> String {
-    format!("{PREFIX}{tag}_")
 }
 
 fn is_name(name: &str, fits: impl Fn(u8) -> bool) -> bool {

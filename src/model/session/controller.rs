@@ -4,9 +4,9 @@
 
 use std::time::Duration;
 
-use crate::{Beat, ClockOrigin, DEAD_MAN, PULSE_EVERY, Pulse, Received};
-use ambidex_model::motion::{Controller, Executor, STEP};
-use ambidex_model::{CommandId, ControllerKind, ControllerState, FromController, Mode, Rejection, Time, ToController};
+use super::{Beat, ClockOrigin, DEAD_MAN, PULSE_EVERY, Pulse, Received};
+use crate::motion::{Controller, Executor, STEP};
+use crate::{Command, CommandId, ControllerKind, ControllerState, FromController, Mode, Rejection, Time, ToController};
 
 /// The shortest wait between two wakes in motion, wall time.
 const WAKE_MIN: Duration = Duration::from_millis(1);
@@ -15,7 +15,7 @@ const FEEDBACK_EVERY: Duration = Duration::from_millis(100);
 
 /// A controller and whatever daemon it serves.
 #[derive(Debug)]
-pub(super) struct Session<C> {
+pub struct Session<C> {
     executor: Executor<C>,
     daemon: Option<Daemon>,
     attached: Option<Attachment>,
@@ -29,9 +29,11 @@ pub(super) struct Session<C> {
 
 /// A message for the daemon of that epoch.
 #[derive(Debug, PartialEq)]
-pub(super) struct Reply {
-    pub(super) epoch: u64,
-    pub(super) message: FromController,
+pub struct Reply {
+    /// The daemon.
+    pub epoch: u64,
+    /// What it is told.
+    pub message: FromController,
 }
 
 #[derive(Debug)]
@@ -55,7 +57,8 @@ struct Attachment {
 }
 
 impl<C: Controller> Session<C> {
-    pub(super) fn new(body: C) -> Self {
+    /// A controller that serves nobody yet.
+    pub fn new(body: C) -> Self {
         Self {
             executor: Executor::new(body),
             daemon: None,
@@ -68,25 +71,26 @@ impl<C: Controller> Session<C> {
     }
 
     /// A daemon lives.
-    pub(super) fn hear_beat(&mut self, beat: Beat) {
+    pub fn hear_beat(&mut self, beat: Beat) {
         let is_known = self.daemon.as_ref().is_some_and(|daemon| daemon.epoch == beat.epoch && daemon.is_gone);
         self.daemon = Some(Daemon { epoch: beat.epoch, heard_ns: beat.sent_ns, is_gone: is_known });
     }
 
     /// The process of the daemon that was heard last has ended.
-    pub(super) fn hear_end(&mut self) {
+    pub fn hear_end(&mut self) {
         if let Some(daemon) = &mut self.daemon {
             daemon.is_gone = true;
         }
     }
 
     /// The controller is to end: it brakes, and is [`at_rest`](Self::is_at_rest) by and by.
-    pub(super) fn stop(&mut self) {
+    pub fn stop(&mut self) {
         self.is_stopping = true;
         self.executor.cancel();
     }
 
-    pub(super) fn take(&mut self, received: Received, now_ns: u64) {
+    /// Takes a message from a daemon.
+    pub fn take(&mut self, received: Received, now_ns: u64) {
         let Received { message, epoch, origin } = received;
         match message {
             ToController::Configure { generation, speed, limits, start } => self.take_configuration(Attachment {
@@ -101,17 +105,14 @@ impl<C: Controller> Session<C> {
             }),
             ToController::Goal { id, mode, command } => match self.start(epoch, id, mode, &command, now_ns) {
                 Ok(at) => self.reply(epoch, FromController::Accepted { id, at }),
-                Err(why) => {
-                    tracing::warn!(?id, %why, "a command was rejected");
-                    self.reply(epoch, FromController::Rejected { id, why });
-                }
+                Err(why) => self.reply(epoch, FromController::Rejected { id, why }),
             },
             ToController::Cancel { id } => self.take_cancel(epoch, id),
         }
     }
 
     /// Moves on to the moment; returns whether the state changed.
-    pub(super) fn tick(&mut self, now_ns: u64) -> bool {
+    pub fn tick(&mut self, now_ns: u64) -> bool {
         let is_orphan = self.attached.is_some() && self.is_deserted(now_ns);
         if is_orphan || self.next.is_some() {
             self.executor.cancel();
@@ -120,7 +121,6 @@ impl<C: Controller> Session<C> {
         self.feed_back(now_ns);
         if !self.executor.is_busy() {
             if is_orphan {
-                tracing::info!("the daemon is gone");
                 self.attached = None;
             }
             if let Some(next) = self.next.take() {
@@ -130,21 +130,23 @@ impl<C: Controller> Session<C> {
         has_moved
     }
 
-    pub(super) fn replies(&mut self) -> Vec<Reply> {
+    /// What is to be told since the last call, in order.
+    pub fn replies(&mut self) -> Vec<Reply> {
         std::mem::take(&mut self.replies)
     }
 
-    pub(super) fn is_attached(&self) -> bool {
+    /// Whether it serves a daemon.
+    pub fn is_attached(&self) -> bool {
         self.attached.is_some()
     }
 
     /// Whether nothing moves.
-    pub(super) fn is_at_rest(&self) -> bool {
+    pub fn is_at_rest(&self) -> bool {
         !self.executor.is_busy()
     }
 
     /// State and its moment, as they are published.
-    pub(super) fn pulse(&self) -> Pulse {
+    pub fn pulse(&self) -> Pulse {
         let attached = self.attached.as_ref();
         Pulse {
             epoch: attached.map_or(0, |attachment| attachment.epoch),
@@ -155,7 +157,7 @@ impl<C: Controller> Session<C> {
     }
 
     /// How long nothing need be done if nothing comes, wall time.
-    pub(super) fn rest(&self) -> Duration {
+    pub fn rest(&self) -> Duration {
         match &self.attached {
             Some(attachment) if self.executor.is_busy() => STEP.div_f64(attachment.speed).clamp(WAKE_MIN, PULSE_EVERY),
             Some(_) | None => PULSE_EVERY,
@@ -172,7 +174,6 @@ impl<C: Controller> Session<C> {
             self.next = Some(next);
             return;
         }
-        tracing::warn!(epoch = next.epoch, generation = next.generation, "a stale configuration was rejected");
         let id = CommandId { generation: next.generation, number: 0 };
         let why = Rejection::Stale;
         self.reply(next.epoch, FromController::Rejected { id, why });
@@ -182,7 +183,6 @@ impl<C: Controller> Session<C> {
         let state = self.executor.configure(&next.limits, next.start);
         next.step = step_at(next.origin, next.speed, now_ns);
         let (epoch, generation) = (next.epoch, next.generation);
-        tracing::info!(epoch, generation, speed = next.speed, "attached");
         self.attached = Some(next);
         self.reply(epoch, FromController::Configured { generation, state });
     }
@@ -192,7 +192,7 @@ impl<C: Controller> Session<C> {
         epoch: u64,
         id: CommandId,
         mode: Mode,
-        command: &ambidex_model::Command,
+        command: &Command,
         now_ns: u64,
     ) -> Result<Time, Rejection> {
         let attachment = self.attached.as_mut().ok_or(Rejection::NotConfigured)?;
@@ -217,11 +217,9 @@ impl<C: Controller> Session<C> {
     fn take_cancel(&mut self, epoch: u64, id: CommandId) {
         let is_epoch = |attachment: &Attachment| attachment.epoch == epoch;
         let is_ours = self.attached.as_ref().is_some_and(is_epoch);
+        // A cancel may cross the result on its way.
         if is_ours && self.executor.is_doing(id) {
             self.executor.cancel();
-        } else {
-            // It may have crossed the result on its way.
-            tracing::debug!(epoch, ?id, "a cancel for what is not under way");
         }
     }
 
@@ -241,7 +239,7 @@ impl<C: Controller> Session<C> {
         };
         let target = attachment.step_at(now_ns);
         if attachment.is_late(target) {
-            tracing::warn!("slept for longer than the dead-man allows; the command is canceled");
+            // Whoever sleeps for longer than the dead-man allows moves no further.
             attachment.step = target;
             self.executor.cancel();
             return false;
@@ -301,5 +299,5 @@ fn step_us() -> u64 {
 }
 
 #[cfg(test)]
-#[path = "session_tests.rs"]
+#[path = "controller_tests.rs"]
 mod tests;

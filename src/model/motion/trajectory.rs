@@ -86,7 +86,7 @@ impl<const N: usize> Leg<N> {
 
 /// A command under way.
 #[derive(Debug, Clone, PartialEq)]
-struct Course<const N: usize> {
+struct Trajectory<const N: usize> {
     legs: Vec<(Leg<N>, u64)>,
     leg: usize,
     tick: u64,
@@ -108,7 +108,7 @@ enum Finish {
 pub(super) struct Mover<const N: usize> {
     position: SVector<f64, N>,
     velocity: SVector<f64, N>,
-    course: Option<Course<N>>,
+    trajectory: Option<Trajectory<N>>,
 }
 
 /// What one step brought.
@@ -123,7 +123,7 @@ pub(super) struct Stepped {
 impl<const N: usize> Mover<N> {
     /// At rest.
     pub(super) fn at(position: SVector<f64, N>) -> Self {
-        Self { position, velocity: SVector::zeros(), course: None }
+        Self { position, velocity: SVector::zeros(), trajectory: None }
     }
 
     /// Where it is.
@@ -138,7 +138,7 @@ impl<const N: usize> Mover<N> {
 
     /// Whether a command is under way.
     pub(super) fn is_busy(&self) -> bool {
-        self.course.is_some()
+        self.trajectory.is_some()
     }
 
     /// Begins to follow legs; the first begins where the point is.
@@ -147,7 +147,7 @@ impl<const N: usize> Mover<N> {
             return Err(Rejection::Busy);
         }
         let legs = legs.into_iter().map(|leg| leg.ticks().map(|ticks| (leg, ticks))).collect::<Result<Vec<_>, _>>()?;
-        self.course = Some(Course {
+        self.trajectory = Some(Trajectory {
             leg: 0,
             tick: 0,
             past_ticks: 0,
@@ -163,37 +163,37 @@ impl<const N: usize> Mover<N> {
 
     /// Brakes from now on; nothing when no command is under way.
     pub(super) fn cancel(&mut self) {
-        let Some(course) = &mut self.course else {
+        let Some(trajectory) = &mut self.trajectory else {
             return;
         };
-        if course.end == Finish::Cancel {
+        if trajectory.end == Finish::Cancel {
             return;
         }
-        course.end = Finish::Cancel;
-        let brake = match course.legs.get(course.leg) {
-            Some((leg, _)) => leg.braked_at(seconds(course.tick)),
+        trajectory.end = Finish::Cancel;
+        let brake = match trajectory.legs.get(trajectory.leg) {
+            Some((leg, _)) => leg.braked_at(seconds(trajectory.tick)),
             None => Leg::wait(self.position, 0.0),
         };
         let ticks = brake.ticks().unwrap_or(1);
-        course.past_ticks += course.tick;
-        course.all_ticks = course.all_ticks.max(course.past_ticks + ticks);
-        course.legs.truncate(course.leg);
-        course.legs.push((brake, ticks));
-        course.tick = 0;
+        trajectory.past_ticks += trajectory.tick;
+        trajectory.all_ticks = trajectory.all_ticks.max(trajectory.past_ticks + ticks);
+        trajectory.legs.truncate(trajectory.leg);
+        trajectory.legs.push((brake, ticks));
+        trajectory.tick = 0;
     }
 
     /// Moves on by one step.
     pub(super) fn step(&mut self) -> Stepped {
-        let Some(course) = &mut self.course else {
+        let Some(trajectory) = &mut self.trajectory else {
             return Stepped { progress: Progress::Idle, passed: None };
         };
-        let (sample, passed) = course.step();
+        let (sample, passed) = trajectory.step();
         if let Some((position, velocity)) = sample {
             (self.position, self.velocity) = (position, velocity);
         }
-        let progress = course.progress();
+        let progress = trajectory.progress();
         if let Progress::Ended(_) = progress {
-            self.course = None;
+            self.trajectory = None;
         }
         Stepped { progress, passed }
     }
@@ -201,7 +201,7 @@ impl<const N: usize> Mover<N> {
 
 type Sample<const N: usize> = (SVector<f64, N>, SVector<f64, N>);
 
-impl<const N: usize> Course<N> {
+impl<const N: usize> Trajectory<N> {
     fn step(&mut self) -> (Option<Sample<N>>, Option<usize>) {
         let Some((leg, ticks)) = self.legs.get(self.leg) else {
             return (None, None);

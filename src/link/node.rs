@@ -2,30 +2,26 @@
 
 use std::sync::Arc;
 
-use iceoryx2::prelude::{Node, NodeBuilder, SignalHandlingMode, ipc_threadsafe};
+use iceoryx2::prelude::{Node, NodeBuilder, SignalHandlingMode};
 
-use super::error::IpcError;
-use super::instance::Instance;
-use super::janitor;
-use super::lock::Lock;
-
-/// The transport: shared memory whose ports may be used from any thread.
-pub(super) type Transport = ipc_threadsafe::Service;
+use crate::error::IpcError;
+use crate::instances::{Instance, Lock, Transport};
+use crate::janitor;
 
 /// A place in an instance. Cheap to clone; ports hold one, so that the lock outlives them.
 #[derive(Debug, Clone)]
-pub struct Station {
-    seat: Arc<Seat>,
+pub struct IpcNode {
+    inner: Arc<Inner>,
 }
 
 /// Node before lock: whoever gets the lock next finds no node of ours.
 #[derive(Debug)]
-struct Seat {
+struct Inner {
     node: Node<Transport>,
     lock: Lock,
 }
 
-impl Station {
+impl IpcNode {
     /// Enters the instance whose lock is held, after removing what dead processes left in it.
     ///
     /// # Errors
@@ -39,16 +35,16 @@ impl Station {
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Transport>()
             .map_err(|source| IpcError::Node { instance: instance.name().to_owned(), source: Box::new(source) })?;
-        let seat = Arc::new(Seat { node, lock });
-        Ok(Self { seat })
+        let inner = Arc::new(Inner { node, lock });
+        Ok(Self { inner })
     }
 
     /// The instance.
     pub fn instance(&self) -> &Instance {
-        self.seat.lock.instance()
+        self.inner.lock.instance()
     }
 
     pub(super) fn node(&self) -> &Node<Transport> {
-        &self.seat.node
+        &self.inner.node
     }
 }

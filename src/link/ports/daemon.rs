@@ -2,21 +2,20 @@
 
 use std::fmt;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, RawFd};
-use std::time::Duration;
 
 use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::RequestSendError;
 use iceoryx2::port::{LoanError, SendError};
 
-use super::clock::{ClockOrigin, monotonic_ns};
-use super::error::IpcError;
-use super::instance::check_controller_name;
-use super::link::{Heard, Link, LinkError};
-use super::services::{BeatPublisher, Bell, Ear, Goals, Pulses, Services, ring};
-use super::station::{Station, Transport};
-use super::wire::{WIRE_VERSION, WireBeat, WireId, WirePulse, WireRequest, WireResponse, request_kind};
-use super::{DEAD_MAN, wire_in, wire_out};
-use ambidex_model::{FromController, Rejection, Time, ToController};
+use super::services::{BeatPublisher, Goals, Listener, Notifier, Pulses, Services, ring};
+use crate::clock::monotonic_ns;
+use crate::error::IpcError;
+use crate::instances::{Transport, check_controller_name};
+use crate::link::{Heard, Link, LinkError};
+use crate::node::IpcNode;
+use crate::wire::{WIRE_VERSION, WireBeat, WireId, WirePulse, WireRequest, WireResponse, read, request_kind, write};
+use ambidex_model::session::ClockOrigin;
+use ambidex_model::{FromController, Rejection, ToController};
 
 type Stream = PendingResponse<Transport, WireRequest, (), WireResponse, ()>;
 
@@ -26,14 +25,13 @@ pub struct DaemonPort {
     goals: Goals,
     pulses: Pulses,
     beats: BeatPublisher,
-    bell: Bell,
-    ear: Ear,
+    notifier: Notifier,
+    listener: Listener,
     controller: String,
     epoch: u64,
     origin: ClockOrigin,
     generation: u32,
-    seen: Option<Seen>,
-    _station: Station,
+    _node: IpcNode,
 }
 
 /// A request whose stream is open.
@@ -42,12 +40,6 @@ struct Asked {
     kind: u32,
     id: WireId,
     is_answered: bool,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Seen {
-    pid: u32,
-    sent_ns: u64,
 }
 
 impl DaemonPort {
@@ -60,13 +52,13 @@ impl DaemonPort {
     ///
     /// # Panics
     /// When the epoch is 0, which stands for no daemon.
-    pub fn open(station: &Station, controller: &str, epoch: u64, origin: ClockOrigin) -> Result<Self, IpcError> {
+    pub fn open(node: &IpcNode, controller: &str, epoch: u64, origin: ClockOrigin) -> Result<Self, IpcError> {
         assert_ne!(epoch, 0, "an epoch of 0 stands for no daemon");
         check_controller_name(controller)?;
-        let services = Services::new(station, controller);
+        let services = Services::new(node, controller);
         let mut port = Self {
-            ear: services.daemon_ear()?,
-            bell: services.controller_bell()?,
+            listener: services.daemon_listener()?,
+            notifier: services.controller_notifier()?,
             pulses: services.pulses()?,
             beats: services.beat_publisher()?,
             goals: services.client()?,
@@ -75,11 +67,10 @@ impl DaemonPort {
             epoch,
             origin,
             generation: 0,
-            seen: None,
-            _station: station.clone(),
+            _node: node.clone(),
         };
         port.beat();
-        ring(&port.bell);
+        ring(&port.notifier);
         Ok(port)
     }
 
@@ -94,14 +85,14 @@ impl DaemonPort {
         if stream.number_of_server_connections() == 0 {
             return Err(LinkError::Absent);
         }
-        ring(&self.bell);
+        ring(&self.notifier);
         Ok(stream)
     }
 
     fn hear_pulses(&mut self, heard: &mut Vec<Heard>) {
         loop {
             match self.pulses.receive() {
-                Ok(Some(sample)) => heard.extend(self.hear_pulse(&sample)),
+                Ok(Some(sample)) => heard.push(self.hear_pulse(&sample)),
                 Ok(None) => return,
                 Err(error) => {
                     tracing::warn!(controller = self.controller, %error, "cannot read the pulse");
@@ -111,25 +102,11 @@ impl DaemonPort {
         }
     }
 
-    fn hear_pulse(&mut self, wire: &WirePulse) -> Option<Heard> {
-        // What an earlier, dead controller published may still lie there.
-        let is_fresh = age(wire.sent_ns) < DEAD_MAN;
-        let is_newest = self.seen.is_none_or(|seen| seen.sent_ns <= wire.sent_ns);
-        if !is_fresh || !is_newest {
-            return None;
+    fn hear_pulse(&self, wire: &WirePulse) -> Heard {
+        match read::pulse(wire) {
+            Ok(pulse) => Heard::Pulse(pulse),
+            Err(why) => self.refuse(why, "a pulse"),
         }
-        let state = match wire_in::pulse(wire) {
-            Ok(state) => state,
-            Err(why) => return Some(self.refuse(why, "a pulse")),
-        };
-        self.seen = Some(Seen { pid: wire.pid, sent_ns: wire.sent_ns });
-        let is_ours = wire.epoch == self.epoch;
-        Some(Heard::State {
-            at: if is_ours { Time(wire.at_us) } else { Time::ZERO },
-            state,
-            pid: wire.pid,
-            generation: if is_ours { wire.generation } else { 0 },
-        })
     }
 
     fn hear_streams(&mut self, heard: &mut Vec<Heard>) {
@@ -153,13 +130,13 @@ impl DaemonPort {
             }
         }
         if !is_open && !asked.is_answered && asked.kind == request_kind::GOAL {
-            heard.push(Heard::Closed(wire_in::command_id(asked.id)));
+            heard.push(Heard::Closed(read::command_id(asked.id)));
         }
         is_open
     }
 
     fn hear_response(&self, asked: &mut Asked, wire: &WireResponse) -> Heard {
-        let message = match wire_in::response(wire) {
+        let message = match read::response(wire) {
             Ok(message) => message,
             Err(why) => return self.refuse(why, "a response"),
         };
@@ -212,20 +189,24 @@ impl Link for DaemonPort {
             // The controller takes a configuration only from a daemon whose beat it has.
             self.beat();
         }
-        let wire = wire_out::request(message, self.epoch, self.origin, self.generation)?;
+        let wire = write::request(message, self.epoch, self.origin, self.generation)?;
         let stream = self.post(wire)?;
         self.streams.push(Asked { stream, kind: wire.kind, id: wire.id, is_answered: false });
         Ok(())
     }
 
     fn drain(&mut self) -> Vec<Heard> {
-        if let Err(error) = self.ear.try_wait(|_| {}) {
+        if let Err(error) = self.listener.try_wait(|_| {}) {
             tracing::warn!(controller = self.controller, %error, "cannot listen");
         }
         let mut heard = Vec::new();
         self.hear_streams(&mut heard);
         self.hear_pulses(&mut heard);
         heard
+    }
+
+    fn epoch(&self) -> u64 {
+        self.epoch
     }
 
     fn beat(&mut self) {
@@ -236,11 +217,6 @@ impl Link for DaemonPort {
         }
     }
 
-    fn is_attached(&self) -> Option<u32> {
-        let seen = self.seen?;
-        (age(seen.sent_ns) < DEAD_MAN).then_some(seen.pid)
-    }
-
     fn forget(&mut self) {
         self.streams.clear();
     }
@@ -248,13 +224,13 @@ impl Link for DaemonPort {
 
 impl AsRawFd for DaemonPort {
     fn as_raw_fd(&self) -> RawFd {
-        super::fd_of(&self.ear).as_raw_fd()
+        super::fd_of(&self.listener).as_raw_fd()
     }
 }
 
 impl AsFd for DaemonPort {
     fn as_fd(&self) -> BorrowedFd<'_> {
-        super::fd_of(&self.ear)
+        super::fd_of(&self.listener)
     }
 }
 
@@ -264,13 +240,8 @@ impl fmt::Debug for DaemonPort {
             .field("controller", &self.controller)
             .field("epoch", &self.epoch)
             .field("generation", &self.generation)
-            .field("seen", &self.seen)
             .finish_non_exhaustive()
     }
-}
-
-fn age(sent_ns: u64) -> Duration {
-    Duration::from_nanos(monotonic_ns().saturating_sub(sent_ns))
 }
 
 fn refused(error: RequestSendError) -> LinkError {

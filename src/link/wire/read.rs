@@ -2,28 +2,17 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::clock::ClockOrigin;
-use super::wire::{
+use super::{
     LIMITS_MAX, NO_OBJECT, PATH_MAX, SPEED_MAX, WIRE_VERSION, WireBeat, WireId, WirePose, WirePulse, WireRequest,
     WireResponse, WireState, command, end, mode, rejection, request_kind, response_kind, state_kind,
 };
+use ambidex_model::session::{Beat, ClockOrigin, Pulse, Received, StampedPulse};
 use ambidex_model::{
     ArmSpec, BaseSpec, Command, CommandId, ControllerKind, ControllerState, FromController, HeadSpec, Mode, ObjectId,
     PartEnd, Pose, Rejection, Time, ToController,
 };
 
-/// A request as a controller may believe it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Received {
-    /// The message.
-    pub message: ToController,
-    /// The life of the daemon that sent it.
-    pub epoch: u64,
-    /// Zero of robot time; sent with `Configure` only.
-    pub origin: ClockOrigin,
-}
-
-pub(super) fn request(wire: &WireRequest) -> Result<Received, Rejection> {
+pub(crate) fn request(wire: &WireRequest) -> Result<Received, Rejection> {
     check_version(wire.version)?;
     if wire.id.epoch == 0 || wire.id.generation == 0 {
         return Err(Rejection::Malformed);
@@ -44,7 +33,7 @@ pub(super) fn request(wire: &WireRequest) -> Result<Received, Rejection> {
     Ok(Received { message, epoch: wire.id.epoch, origin: ClockOrigin(wire.origin_ns) })
 }
 
-pub(super) fn response(wire: &WireResponse) -> Result<FromController, Rejection> {
+pub(crate) fn response(wire: &WireResponse) -> Result<FromController, Rejection> {
     check_version(wire.version)?;
     let id = command_id(wire.id);
     Ok(match wire.kind {
@@ -72,23 +61,25 @@ pub(super) fn response(wire: &WireResponse) -> Result<FromController, Rejection>
     })
 }
 
-pub(super) fn pulse(wire: &WirePulse) -> Result<ControllerState, Rejection> {
+pub(crate) fn pulse(wire: &WirePulse) -> Result<StampedPulse, Rejection> {
     check_version(wire.version)?;
     if wire.pid == 0 {
         return Err(Rejection::Malformed);
     }
-    state(&wire.state)
+    let (epoch, generation, at) = (wire.epoch, wire.generation, Time(wire.at_us));
+    let pulse = Pulse { epoch, generation, at, state: state(&wire.state)? };
+    Ok(StampedPulse { pid: wire.pid, sent_ns: wire.sent_ns, pulse })
 }
 
-pub(super) fn beat(wire: &WireBeat) -> Result<(), Rejection> {
+pub(crate) fn beat(wire: &WireBeat) -> Result<Beat, Rejection> {
     check_version(wire.version)?;
     if wire.pid == 0 || wire.epoch == 0 {
         return Err(Rejection::Malformed);
     }
-    Ok(())
+    Ok(Beat { pid: wire.pid, epoch: wire.epoch, sent_ns: wire.sent_ns })
 }
 
-pub(super) fn command_id(id: WireId) -> CommandId {
+pub(crate) fn command_id(id: WireId) -> CommandId {
     CommandId { generation: id.generation, number: id.number }
 }
 
@@ -227,5 +218,5 @@ fn finite(number: f64) -> Result<f64, Rejection> {
 }
 
 #[cfg(test)]
-#[path = "wire_tests.rs"]
+#[path = "tests.rs"]
 mod tests;

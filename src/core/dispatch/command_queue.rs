@@ -2,39 +2,30 @@
 
 use std::collections::{BTreeSet, VecDeque};
 
-use ambidex_model::{Access, Command, CommandId, Mode, NodeId, ResourceId, Time};
-
-/// What is to be done for a part of a goal.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Work {
-    pub(super) resource: ResourceId,
-    pub(super) access: Access,
-    pub(super) mode: Mode,
-    pub(super) command: Command,
-}
+use ambidex_model::{Command, CommandId, Mode, NodeId, Part, Time};
 
 /// A command under way.
 #[derive(Debug)]
 pub(super) struct Active {
     pub(super) id: CommandId,
-    pub(super) work: Work,
+    pub(super) part: Part,
     /// For whom.
     pub(super) holders: BTreeSet<NodeId>,
     /// By when the controller must have taken or ended it.
-    pub(super) due: Option<Time>,
+    pub(super) deadline: Option<Time>,
     pub(super) is_canceled: bool,
 }
 
-/// One controller's work.
+/// One controller's part.
 #[derive(Debug, Default)]
-pub(super) struct Slot {
+pub(super) struct CommandQueue {
     pub(super) current: Option<Active>,
-    pub(super) queue: VecDeque<(NodeId, Work)>,
+    pub(super) waiting: VecDeque<(NodeId, Part)>,
 }
 
-impl Slot {
+impl CommandQueue {
     pub(super) fn is_idle(&self) -> bool {
-        self.current.is_none() && self.queue.is_empty()
+        self.current.is_none() && self.waiting.is_empty()
     }
 
     pub(super) fn knows(&self, id: CommandId) -> bool {
@@ -42,24 +33,24 @@ impl Slot {
     }
 
     pub(super) fn deadline(&self) -> Option<Time> {
-        self.current.as_ref()?.due
+        self.current.as_ref()?.deadline
     }
 
     pub(super) fn accepted(&mut self) {
         if let Some(active) = &mut self.current
             && !active.is_canceled
         {
-            active.due = None;
+            active.deadline = None;
         }
     }
 
-    /// The command that lasts and that this work can share.
-    pub(super) fn shared(&mut self, work: &Work) -> Option<&mut Active> {
+    /// The command that lasts and that this part can share.
+    pub(super) fn shared(&mut self, part: &Part) -> Option<&mut Active> {
         let active = self.current.as_mut()?;
-        let lasts = active.work.mode == Mode::Maintain && work.mode == Mode::Maintain;
-        let is_same = active.work.resource == work.resource
-            && active.work.access.joins(work.access)
-            && is_same(&active.work.command, &work.command);
+        let lasts = active.part.mode == Mode::Maintain && part.mode == Mode::Maintain;
+        let is_same = active.part.resource == part.resource
+            && active.part.access.joins(part.access)
+            && is_same(&active.part.command, &part.command);
         (lasts && is_same && !active.is_canceled).then_some(active)
     }
 }

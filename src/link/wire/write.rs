@@ -2,18 +2,18 @@
 
 use nalgebra::Point3;
 
-use super::clock::ClockOrigin;
-use super::link::LinkError;
-use super::wire::{
+use super::{
     LIMITS_MAX, NO_OBJECT, PATH_MAX, WIRE_VERSION, WireId, WirePose, WireRequest, WireResponse, WireState, command,
     end, mode, rejection, request_kind, response_kind, state_kind,
 };
+use crate::link::LinkError;
+use ambidex_model::session::ClockOrigin;
 use ambidex_model::{
     Command, CommandId, ControllerKind, ControllerState, FromController, Mode, ObjectId, PartEnd, Pose, Rejection,
     ToController,
 };
 
-pub(super) fn request(
+pub(crate) fn request(
     message: &ToController,
     epoch: u64,
     origin: ClockOrigin,
@@ -46,7 +46,7 @@ pub(super) fn request(
     Ok(wire)
 }
 
-pub(super) fn response(message: &FromController, epoch: u64) -> WireResponse {
+pub(crate) fn response(message: &FromController, epoch: u64) -> WireResponse {
     let (id, kind) = match message {
         FromController::Configured { generation, .. } => {
             let id = CommandId { generation: *generation, number: 0 };
@@ -77,7 +77,7 @@ pub(super) fn response(message: &FromController, epoch: u64) -> WireResponse {
 }
 
 /// A refusal of something that could not even be read.
-pub(super) fn refusal(id: WireId, why: Rejection) -> WireResponse {
+pub(crate) fn refusal(id: WireId, why: Rejection) -> WireResponse {
     WireResponse {
         version: WIRE_VERSION,
         kind: response_kind::REJECTED,
@@ -87,7 +87,7 @@ pub(super) fn refusal(id: WireId, why: Rejection) -> WireResponse {
     }
 }
 
-pub(super) fn state(state: &ControllerState) -> WireState {
+pub(crate) fn state(state: &ControllerState) -> WireState {
     match *state {
         ControllerState::Base { pose, velocity } => WireState {
             kind: state_kind::BASE,

@@ -6,14 +6,16 @@ use std::os::fd::{AsFd, BorrowedFd};
 
 use iceoryx2::active_request::ActiveRequest;
 
-use super::clock::monotonic_ns;
-use super::error::IpcError;
-use super::services::{Beats, Bell, Ear, GoalServer, PulsePublisher, Services, ring};
-use super::station::{Station, Transport};
-use super::wire::{WIRE_VERSION, WireId, WirePulse, WireRequest, WireResponse, request_kind, response_kind};
-use super::wire_in::Received;
-use super::{DEAD_MAN, wire_in, wire_out};
-use ambidex_model::{ControllerState, FromController, Rejection, Time};
+use super::services::{Beats, GoalServer, Listener, Notifier, PulsePublisher, Services, ring};
+use crate::clock::monotonic_ns;
+use crate::error::IpcError;
+use crate::instances::Transport;
+use crate::node::IpcNode;
+use crate::wire::{
+    WIRE_VERSION, WireId, WirePulse, WireRequest, WireResponse, read, request_kind, response_kind, write,
+};
+use ambidex_model::session::{Beat, DEAD_MAN, Pulse, Received};
+use ambidex_model::{FromController, Rejection};
 
 type Request = ActiveRequest<Transport, WireRequest, (), WireResponse, ()>;
 
@@ -26,34 +28,10 @@ pub struct ControllerPort {
     server: GoalServer,
     pulses: PulsePublisher,
     beats: Beats,
-    bell: Bell,
-    ear: Ear,
+    notifier: Notifier,
+    listener: Listener,
     controller: String,
-    _station: Station,
-}
-
-/// A sign of life of a daemon.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Beat {
-    /// Its process.
-    pub pid: u32,
-    /// Its life.
-    pub epoch: u64,
-    /// When it was sent, nanoseconds of [`monotonic_ns`].
-    pub sent_ns: u64,
-}
-
-/// What a controller publishes of itself.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pulse {
-    /// The daemon that it is attached to, 0 if none.
-    pub epoch: u64,
-    /// The attachment, 0 if none.
-    pub generation: u32,
-    /// Robot time of the state.
-    pub at: Time,
-    /// The state.
-    pub state: ControllerState,
+    _node: IpcNode,
 }
 
 /// A request that is being answered, and what of the answer could not be sent yet.
@@ -69,18 +47,18 @@ impl ControllerPort {
     ///
     /// # Errors
     /// [`IpcError`] when the services cannot be had.
-    pub fn open(station: &Station, controller: &str) -> Result<Self, IpcError> {
-        let services = Services::new(station, controller);
+    pub fn open(node: &IpcNode, controller: &str) -> Result<Self, IpcError> {
+        let services = Services::new(node, controller);
         Ok(Self {
             // The ear before the server: a goal may come as soon as that is there.
-            ear: services.controller_ear()?,
-            bell: services.daemon_bell()?,
+            listener: services.controller_listener()?,
+            notifier: services.daemon_notifier()?,
             beats: services.beats()?,
             pulses: services.pulse_publisher()?,
             server: services.server()?,
             streams: Vec::new(),
             controller: controller.to_owned(),
-            _station: station.clone(),
+            _node: node.clone(),
         })
     }
 
@@ -90,11 +68,13 @@ impl ControllerPort {
         loop {
             match self.beats.receive() {
                 Ok(Some(sample)) => {
-                    if let Err(why) = wire_in::beat(&sample) {
-                        tracing::warn!(controller = self.controller, %why, "a beat was refused");
-                        continue;
-                    }
-                    let beat = Beat { pid: sample.pid, epoch: sample.epoch, sent_ns: sample.sent_ns };
+                    let beat = match read::beat(&sample) {
+                        Ok(beat) => beat,
+                        Err(why) => {
+                            tracing::warn!(controller = self.controller, %why, "a beat was refused");
+                            continue;
+                        }
+                    };
                     // What an earlier, dead daemon published may still lie there.
                     let age_ns = monotonic_ns().saturating_sub(beat.sent_ns);
                     let is_newest = newest.is_none_or(|other| other.sent_ns < beat.sent_ns);
@@ -113,7 +93,7 @@ impl ControllerPort {
 
     /// Takes every request that has come; those that cannot be believed are refused here.
     pub fn receive(&mut self) -> Vec<Received> {
-        if let Err(error) = self.ear.try_wait(|_| {}) {
+        if let Err(error) = self.listener.try_wait(|_| {}) {
             tracing::warn!(controller = self.controller, %error, "cannot listen");
         }
         let mut received = Vec::new();
@@ -131,14 +111,14 @@ impl ControllerPort {
 
     /// Answers a request of that daemon. What cannot be sent now is sent by [`flush`](Self::flush); feedback is dropped.
     pub fn reply(&mut self, epoch: u64, message: &FromController) {
-        let wire = wire_out::response(message, epoch);
+        let wire = write::response(message, epoch);
         let Some(stream) = self.streams.iter_mut().find(|stream| stream.id == wire.id) else {
             tracing::warn!(controller = self.controller, ?message, "nobody waits for this");
             return;
         };
         stream.push(wire);
         self.flush();
-        ring(&self.bell);
+        ring(&self.notifier);
     }
 
     /// Tries again what could not be sent, and closes the streams that are complete.
@@ -161,13 +141,13 @@ impl ControllerPort {
             reserved: 0,
             sent_ns: monotonic_ns(),
             at_us: pulse.at.0,
-            state: wire_out::state(&pulse.state),
+            state: write::state(&pulse.state),
         };
         if let Err(error) = self.pulses.send_copy(wire) {
             tracing::warn!(controller = self.controller, %error, "cannot publish the state");
         }
         if wakes {
-            ring(&self.bell);
+            ring(&self.notifier);
         }
     }
 
@@ -179,11 +159,11 @@ impl ControllerPort {
             return None;
         }
         let mut stream = Stream { request, id: wire.id, unsent: VecDeque::new(), is_over: false };
-        let received = match wire_in::request(&wire) {
+        let received = match read::request(&wire) {
             Ok(received) => received,
             Err(why) => {
                 tracing::warn!(controller = self.controller, id = ?wire.id, %why, "a request was refused");
-                stream.push(wire_out::refusal(wire.id, why));
+                stream.push(write::refusal(wire.id, why));
                 self.keep(stream);
                 return None;
             }
@@ -194,7 +174,7 @@ impl ControllerPort {
         }
         if self.streams.iter().any(|other| other.id == wire.id) {
             tracing::warn!(controller = self.controller, id = ?wire.id, "an id came twice");
-            stream.push(wire_out::refusal(wire.id, Rejection::Stale));
+            stream.push(write::refusal(wire.id, Rejection::Stale));
             self.keep(stream);
             return None;
         }
@@ -207,7 +187,7 @@ impl ControllerPort {
         stream.id.epoch = 0;
         self.streams.push(stream);
         self.flush();
-        ring(&self.bell);
+        ring(&self.notifier);
     }
 }
 
@@ -240,7 +220,7 @@ impl Stream {
 
 impl AsFd for ControllerPort {
     fn as_fd(&self) -> BorrowedFd<'_> {
-        super::fd_of(&self.ear)
+        super::fd_of(&self.listener)
     }
 }
 

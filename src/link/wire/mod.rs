@@ -1,6 +1,9 @@
 //! What lies in shared memory: plain structures of fixed size, the same in every language. The contract is `docs/wire.md`.
 //!
-//! Nothing in them is to be believed before `wire_in` has checked it.
+//! Nothing in them is to be believed before `read` has checked it.
+
+pub(crate) mod read;
+pub(crate) mod write;
 
 use iceoryx2::prelude::ZeroCopySend;
 

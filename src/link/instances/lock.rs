@@ -8,12 +8,13 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
-use super::error::IpcError;
-use super::instance::{Instance, base, shared_memory};
+use super::instance::{Instance, check_controller_name};
+use super::paths::{base, segments};
+use crate::error::IpcError;
 
-const GATE_WAIT: Duration = Duration::from_secs(5);
-const GATE_POLL: Duration = Duration::from_millis(1);
-const GATE_FILE: &str = ".gate";
+const GLOBAL_WAIT: Duration = Duration::from_secs(5);
+const GLOBAL_POLL: Duration = Duration::from_millis(1);
+const GLOBAL_FILE: &str = ".gate";
 const NAME_FILE: &str = "name";
 const DAEMON_FILE: &str = "daemon.lock";
 
@@ -35,11 +36,11 @@ pub struct Lock {
 }
 
 impl Lock {
-    pub(super) fn daemon(instance: &Instance) -> Result<Self, IpcError> {
+    fn for_daemon(instance: &Instance) -> Result<Self, IpcError> {
         Self::take(instance, DAEMON_FILE, |pid| IpcError::DaemonRuns { instance: instance.name().to_owned(), pid })
     }
 
-    pub(super) fn controller(instance: &Instance, name: &str) -> Result<Self, IpcError> {
+    fn for_controller(instance: &Instance, name: &str) -> Result<Self, IpcError> {
         let file = format!("controller-{name}.lock");
         Self::take(instance, &file, |pid| IpcError::ControllerRuns {
             instance: instance.name().to_owned(),
@@ -49,13 +50,13 @@ impl Lock {
     }
 
     /// The daemon that has the place; asking makes no file and keeps nobody from the place.
-    pub(super) fn present(instance: &Instance) -> Result<Option<Present>, IpcError> {
+    fn present(instance: &Instance) -> Result<Option<Present>, IpcError> {
         let path = instance.dir().join(DAEMON_FILE);
         if !path.exists() {
             return Ok(None);
         }
         // Under the gate nobody tries to take the place, who would be turned away by our trying.
-        let _gate = Gate::join()?;
+        let _global = GlobalLock::join()?;
         let mut file = match File::open(&path) {
             Ok(file) => file,
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
@@ -77,7 +78,7 @@ impl Lock {
     }
 
     fn take(instance: &Instance, file_name: &str, taken: impl FnOnce(u32) -> IpcError) -> Result<Self, IpcError> {
-        let _gate = Gate::enter()?;
+        let _global = GlobalLock::enter()?;
         let dir = instance.dir();
         fs::create_dir_all(&dir).map_err(IpcError::file(&dir))?;
         let name = dir.join(NAME_FILE);
@@ -94,10 +95,37 @@ impl Lock {
     }
 }
 
+impl Instance {
+    /// Takes the place of the instance's only daemon, until the lock is dropped or the process ends in any way.
+    ///
+    /// # Errors
+    /// [`IpcError::DaemonRuns`] if it is taken.
+    pub fn lock_daemon(&self) -> Result<Lock, IpcError> {
+        Lock::for_daemon(self)
+    }
+
+    /// Takes the place of the only controller of that name, until the lock is dropped or the process ends in any way.
+    ///
+    /// # Errors
+    /// [`IpcError::ControllerRuns`] if it is taken, [`IpcError::ControllerName`] if it is no name.
+    pub fn lock_controller(&self, name: &str) -> Result<Lock, IpcError> {
+        check_controller_name(name)?;
+        Lock::for_controller(self, name)
+    }
+
+    /// The daemon that lives in the instance, if any. Asking makes nothing and keeps nobody from anything.
+    ///
+    /// # Errors
+    /// [`IpcError::GlobalLockHeld`] or [`IpcError::File`] if the lock cannot be looked at.
+    pub fn daemon(&self) -> Result<Option<Present>, IpcError> {
+        Lock::present(self)
+    }
+}
+
 impl Drop for Lock {
     fn drop(&mut self) {
         // Without the gate the file stays, and so does the folder: the next sweep takes them.
-        let Ok(_gate) = Gate::enter() else {
+        let Ok(_global) = GlobalLock::enter() else {
             return;
         };
         let _ = fs::remove_file(&self.path);
@@ -111,55 +139,55 @@ impl Drop for Lock {
 
 /// The lock over all instances of a user: while it is held no instance begins, ends or is swept.
 #[derive(Debug)]
-pub(super) struct Gate {
+pub(crate) struct GlobalLock {
     _file: File,
     path: PathBuf,
 }
 
-impl Gate {
-    pub(super) fn enter() -> Result<Self, IpcError> {
+impl GlobalLock {
+    pub(crate) fn enter() -> Result<Self, IpcError> {
         let base = base();
-        let path = base.join(GATE_FILE);
+        let path = base.join(GLOBAL_FILE);
         let begun = Instant::now();
         loop {
             fs::create_dir_all(&base).map_err(IpcError::file(&base))?;
             // Whoever was here before may have removed folder and file since, so a lock counts only on the file that is there.
-            if let Some(file) = lock_gate(&path, true)? {
+            if let Some(file) = lock_global(&path, true)? {
                 return Ok(Self { _file: file, path });
             }
-            wait_for_gate(begun, &path)?;
+            wait_for_global(begun, &path)?;
         }
     }
 
     /// Enters by the gate that is there; none where there is no gate, since then there is no instance.
     fn join() -> Result<Option<Self>, IpcError> {
-        let path = base().join(GATE_FILE);
+        let path = base().join(GLOBAL_FILE);
         let begun = Instant::now();
         while path.exists() {
-            if let Some(file) = lock_gate(&path, false)? {
+            if let Some(file) = lock_global(&path, false)? {
                 return Ok(Some(Self { _file: file, path }));
             }
-            wait_for_gate(begun, &path)?;
+            wait_for_global(begun, &path)?;
         }
         Ok(None)
     }
 }
 
-fn wait_for_gate(begun: Instant, path: &Path) -> Result<(), IpcError> {
-    if begun.elapsed() > GATE_WAIT {
-        return Err(IpcError::GateHeld(path.to_owned()));
+fn wait_for_global(begun: Instant, path: &Path) -> Result<(), IpcError> {
+    if begun.elapsed() > GLOBAL_WAIT {
+        return Err(IpcError::GlobalLockHeld(path.to_owned()));
     }
-    thread::sleep(GATE_POLL);
+    thread::sleep(GLOBAL_POLL);
     Ok(())
 }
 
-impl Drop for Gate {
+impl Drop for GlobalLock {
     fn drop(&mut self) {
         let Some(base) = self.path.parent() else {
             return;
         };
         let is_last =
-            fs::read_dir(base).is_ok_and(|entries| entries.flatten().all(|entry| entry.file_name() == GATE_FILE));
+            fs::read_dir(base).is_ok_and(|entries| entries.flatten().all(|entry| entry.file_name() == GLOBAL_FILE));
         if is_last {
             let _ = fs::remove_file(&self.path);
             let _ = fs::remove_dir(base);
@@ -168,7 +196,7 @@ impl Drop for Gate {
 }
 
 /// Whether no living process holds a lock in the folder. Ask under the gate.
-pub(super) fn is_abandoned(dir: &Path) -> bool {
+pub(crate) fn is_abandoned(dir: &Path) -> bool {
     let Ok(entries) = fs::read_dir(dir) else {
         return false;
     };
@@ -180,30 +208,18 @@ pub(super) fn is_abandoned(dir: &Path) -> bool {
 }
 
 /// Removes the folder and every segment of shared memory of an instance; returns how many segments. Call under the gate.
-pub(super) fn remove_instance(dir: &Path, prefix: &str) -> usize {
+pub(crate) fn remove_instance(dir: &Path, prefix: &str) -> usize {
     let _ = fs::remove_dir_all(dir);
     segments(prefix).into_iter().filter(|path| fs::remove_file(path).is_ok()).count()
 }
 
-/// Segments of shared memory whose names begin with the prefix.
-pub(super) fn segments(prefix: &str) -> Vec<PathBuf> {
-    let Ok(entries) = fs::read_dir(shared_memory()) else {
-        return Vec::new();
-    };
-    entries
-        .flatten()
-        .filter(|entry| entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()))
-        .map(|entry| entry.path())
-        .collect()
-}
-
 /// The name of the instance whose folder that is.
-pub(super) fn name_in(dir: &Path) -> String {
+pub(crate) fn name_in(dir: &Path) -> String {
     fs::read_to_string(dir.join(NAME_FILE))
         .unwrap_or_else(|_| dir.file_name().unwrap_or_default().to_string_lossy().into_owned())
 }
 
-fn lock_gate(path: &Path, creates: bool) -> Result<Option<File>, IpcError> {
+fn lock_global(path: &Path, creates: bool) -> Result<Option<File>, IpcError> {
     let file = match File::options().create(creates).append(true).open(path) {
         Ok(file) => file,
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),

@@ -9,11 +9,12 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Signal, getppid, set_parent_process_death_signal};
 
 use super::error::ServeError;
-use super::session::Session;
 use super::stop::Stop;
 use crate::watch::Pidfd;
-use crate::{ControllerPort, Instance, PULSE_EVERY, Station, monotonic_ns, sweep, tidy};
+use crate::{ControllerPort, Instance, IpcNode, monotonic_ns, sweep, tidy};
+use ambidex_model::FromController;
 use ambidex_model::motion::Controller;
+use ambidex_model::session::{PULSE_EVERY, Session};
 
 /// How long the ports of a dead predecessor may stand in the way.
 const OPEN_WAIT: Duration = Duration::from_secs(2);
@@ -58,9 +59,9 @@ pub fn serve<C: Controller>(
         tracing::warn!(%error, "cannot sweep what dead instances left");
     }
     let lock = instance.lock_controller(name).map_err(ServeError::Place)?;
-    let station = Station::open(lock).map_err(ServeError::Place)?;
+    let node = IpcNode::open(lock).map_err(ServeError::Place)?;
     let server = Server {
-        port: open_port(&station, name)?,
+        port: open_port(&node, name)?,
         session: Session::new(controller),
         daemon: None,
         pulsed: None,
@@ -90,7 +91,11 @@ impl<C: Controller> Server<C> {
             let has_left = self.was_attached && !self.session.is_attached();
             let has_joined = !self.was_attached && self.session.is_attached();
             if has_left {
+                tracing::info!("the daemon is gone");
                 self.port.detach();
+            }
+            if has_joined {
+                tracing::info!("attached");
             }
             self.was_attached = self.session.is_attached();
             self.publish(has_moved, has_replied || has_left || has_joined);
@@ -133,6 +138,9 @@ impl<C: Controller> Server<C> {
     fn speak(&mut self) -> bool {
         let replies = self.session.replies();
         for reply in &replies {
+            if let FromController::Rejected { id, why } = &reply.message {
+                tracing::warn!(?id, %why, "a command was rejected");
+            }
             self.port.reply(reply.epoch, &reply.message);
         }
         self.port.flush();
@@ -182,16 +190,16 @@ impl<C: Controller> Server<C> {
 }
 
 /// A predecessor that was killed may still have its port until its node is cleaned up, here or by the daemon.
-fn open_port(station: &Station, name: &str) -> Result<ControllerPort, ServeError> {
+fn open_port(node: &IpcNode, name: &str) -> Result<ControllerPort, ServeError> {
     let begun = Instant::now();
     loop {
-        match ControllerPort::open(station, name) {
+        match ControllerPort::open(node, name) {
             Ok(port) => return Ok(port),
             Err(error) if begun.elapsed() > OPEN_WAIT => return Err(ServeError::Ports(error)),
             Err(error) => tracing::debug!(%error, "the ports are not free yet"),
         }
         thread::sleep(OPEN_POLL);
-        tidy(station.instance());
+        tidy(node.instance());
     }
 }
 
@@ -208,7 +216,7 @@ fn is_readable(stop: &Stop) -> bool {
 }
 
 #[cfg(test)]
-#[path = "serve_tests.rs"]
+#[path = "tests.rs"]
 mod tests;
 
 #[cfg(test)]

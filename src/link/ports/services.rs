@@ -4,17 +4,16 @@ use std::fmt::Display;
 
 use iceoryx2::port::BackpressureAction;
 use iceoryx2::port::client::Client;
-use iceoryx2::port::listener::Listener;
-use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::server::Server;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{ServiceName, ZeroCopySend};
 use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
 
-use super::error::IpcError;
-use super::station::{Station, Transport};
-use super::wire::{WIRE_VERSION, WireBeat, WirePulse, WireRequest, WireResponse};
+use crate::error::IpcError;
+use crate::instances::Transport;
+use crate::node::IpcNode;
+use crate::wire::{WIRE_VERSION, WireBeat, WirePulse, WireRequest, WireResponse};
 
 /// Requests under way at once: a goal, its cancel and a configuration, and as many of an attachment that is given up.
 pub(super) const REQUESTS_MAX: usize = 16;
@@ -36,20 +35,20 @@ pub(super) type Pulses = Subscriber<Transport, WirePulse, ()>;
 pub(super) type PulsePublisher = Publisher<Transport, WirePulse, ()>;
 pub(super) type Beats = Subscriber<Transport, WireBeat, ()>;
 pub(super) type BeatPublisher = Publisher<Transport, WireBeat, ()>;
-pub(super) type Ear = Listener<Transport>;
-pub(super) type Bell = Notifier<Transport>;
+pub(super) type Listener = iceoryx2::port::listener::Listener<Transport>;
+pub(super) type Notifier = iceoryx2::port::notifier::Notifier<Transport>;
 
 type GoalService = request_response::PortFactory<Transport, WireRequest, (), WireResponse, ()>;
 
 /// The services of one controller.
 pub(super) struct Services<'a> {
-    station: &'a Station,
+    node: &'a IpcNode,
     controller: &'a str,
 }
 
 impl<'a> Services<'a> {
-    pub(super) fn new(station: &'a Station, controller: &'a str) -> Self {
-        Self { station, controller }
+    pub(super) fn new(node: &'a IpcNode, controller: &'a str) -> Self {
+        Self { node, controller }
     }
 
     /// The daemon's side of `goals`.
@@ -89,25 +88,25 @@ impl<'a> Services<'a> {
     }
 
     /// What wakes the daemon.
-    pub(super) fn daemon_ear(&self) -> Result<Ear, IpcError> {
-        self.ear("wake-daemon")
+    pub(super) fn daemon_listener(&self) -> Result<Listener, IpcError> {
+        self.listener("wake-daemon")
     }
 
-    pub(super) fn daemon_bell(&self) -> Result<Bell, IpcError> {
-        self.bell("wake-daemon")
+    pub(super) fn daemon_notifier(&self) -> Result<Notifier, IpcError> {
+        self.notifier("wake-daemon")
     }
 
     /// What wakes the controller.
-    pub(super) fn controller_ear(&self) -> Result<Ear, IpcError> {
-        self.ear("wake-controller")
+    pub(super) fn controller_listener(&self) -> Result<Listener, IpcError> {
+        self.listener("wake-controller")
     }
 
-    pub(super) fn controller_bell(&self) -> Result<Bell, IpcError> {
-        self.bell("wake-controller")
+    pub(super) fn controller_notifier(&self) -> Result<Notifier, IpcError> {
+        self.notifier("wake-controller")
     }
 
     fn goals(&self, name: &str) -> Result<GoalService, IpcError> {
-        self.station
+        self.node
             .node()
             .service_builder(&service_name(name)?)
             .request_response::<WireRequest, WireResponse>()
@@ -129,7 +128,7 @@ impl<'a> Services<'a> {
     where
         T: std::fmt::Debug + ZeroCopySend + 'static,
     {
-        self.station
+        self.node
             .node()
             .service_builder(&service_name(name)?)
             .publish_subscribe::<T>()
@@ -165,7 +164,7 @@ impl<'a> Services<'a> {
     }
 
     fn wake(&self, name: &str) -> Result<event::PortFactory<Transport>, IpcError> {
-        self.station
+        self.node
             .node()
             .service_builder(&service_name(name)?)
             .event()
@@ -177,13 +176,13 @@ impl<'a> Services<'a> {
             .map_err(IpcError::service(name))
     }
 
-    fn ear(&self, what: &str) -> Result<Ear, IpcError> {
+    fn listener(&self, what: &str) -> Result<Listener, IpcError> {
         let name = self.name(what);
         let service = self.wake(&name)?;
         service.listener_builder().create().map_err(IpcError::service(&name))
     }
 
-    fn bell(&self, what: &str) -> Result<Bell, IpcError> {
+    fn notifier(&self, what: &str) -> Result<Notifier, IpcError> {
         let name = self.name(what);
         let service = self.wake(&name)?;
         service.notifier_builder().create().map_err(IpcError::service(&name))
@@ -195,8 +194,8 @@ impl<'a> Services<'a> {
 }
 
 /// Rings at whoever listens. Nobody there, or one who is asleep for long, is no fault: bells are hints.
-pub(super) fn ring(bell: &Bell) {
-    if let Err(error) = bell.notify() {
+pub(super) fn ring(notifier: &Notifier) {
+    if let Err(error) = notifier.notify() {
         tracing::trace!(%error, "nobody could be woken");
     }
 }

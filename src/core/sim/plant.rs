@@ -1,0 +1,80 @@
+//! A controller of the simulation with both sides of its session.
+
+use ambidex_model::motion::Controller;
+use ambidex_model::session::{Attendance, Beat, ClockOrigin, Presence, Received, Session, StampedPulse};
+use ambidex_model::{FromController, Time, ToController};
+
+/// What a simulated controller moves.
+pub type Body = Box<dyn Controller + Send>;
+
+/// The one life of the daemon, and the process that stands for any.
+const EPOCH: u64 = 1;
+const PID: u32 = 1;
+
+/// A controller and what the daemon knows of it.
+pub(super) struct Plant {
+    session: Session<Body>,
+    presence: Presence,
+    life: Life,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Life {
+    Absent,
+    Alive,
+    /// Its process is there and does nothing.
+    Hung,
+    Ended,
+}
+
+/// What came over the link.
+#[derive(Debug, Default)]
+pub(super) struct Exchanged {
+    pub(super) replies: Vec<FromController>,
+    pub(super) attendance: Option<Attendance>,
+}
+
+impl Plant {
+    pub(super) fn new(body: Body) -> Self {
+        Self { session: Session::new(body), presence: Presence::new(EPOCH), life: Life::Absent }
+    }
+
+    pub(super) fn start(&mut self) {
+        self.life = Life::Alive;
+    }
+
+    pub(super) fn hang(&mut self) {
+        self.life = Life::Hung;
+    }
+
+    pub(super) fn end(&mut self) {
+        self.life = Life::Ended;
+    }
+
+    /// Whether it moves, so that it must be stepped.
+    pub(super) fn is_moving(&self) -> bool {
+        self.life == Life::Alive && !self.session.is_at_rest()
+    }
+
+    /// When the daemon gives it up, if that is all that will happen.
+    pub(super) fn silent_at(&self) -> Option<Time> {
+        let at_ns = self.presence.silent_at_ns().filter(|_| self.life == Life::Hung)?;
+        Some(Time(at_ns.div_ceil(1000)))
+    }
+
+    /// Brings the session to this moment, with a message for it if there is one.
+    pub(super) fn exchange(&mut self, now: Time, message: Option<ToController>) -> Exchanged {
+        let now_ns = now.0 * 1000;
+        let mut replies = Vec::new();
+        if self.life == Life::Alive {
+            self.session.hear_beat(Beat { pid: PID, epoch: EPOCH, sent_ns: now_ns });
+            if let Some(message) = message {
+                self.session.take(Received { message, epoch: EPOCH, origin: ClockOrigin(0) }, now_ns);
+            }
+            self.session.tick(now_ns);
+            replies.extend(self.session.replies().into_iter().map(|reply| reply.message));
+            self.presence.hear(&StampedPulse { pid: PID, sent_ns: now_ns, pulse: self.session.pulse() }, now_ns);
+        }
+        Exchanged { replies, attendance: self.presence.attend(now_ns, self.life == Life::Ended) }
+    }
+}

@@ -1,0 +1,18 @@
+//! Named instances of the robot: where they lie, who has which place in them, and how their transport is set.
+
+mod instance;
+mod lock;
+mod paths;
+
+use iceoryx2::prelude::ipc_threadsafe;
+
+pub use instance::Instance;
+pub(crate) use instance::check_controller_name;
+pub(crate) use lock::{GlobalLock, is_abandoned, name_in, remove_instance};
+pub use lock::{Lock, Present};
+#[cfg(test)]
+pub(crate) use paths::shared_memory;
+pub(crate) use paths::{PREFIX, base, prefix_of, segments};
+
+/// The transport: shared memory whose ports may be used from any thread.
+pub(crate) type Transport = ipc_threadsafe::Service;

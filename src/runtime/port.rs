@@ -1,0 +1,102 @@
+//! Links that can be waited for.
+
+use std::io;
+use std::os::fd::{AsFd, OwnedFd};
+use std::task::{Context, Poll, ready};
+
+use tokio::io::Interest;
+use tokio::io::unix::AsyncFd;
+
+use ambidex_link::watch::Pidfd;
+use ambidex_link::{Heard, Link, LinkError};
+use ambidex_model::ToController;
+
+/// What wakes the task of a link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wake {
+    /// Something may have come: [`Link::drain`] it.
+    Heard,
+    /// The process that was [watched](Port::watch) has ended.
+    Ended,
+}
+
+/// A link that can be waited for.
+pub trait Port: Link + Send {
+    /// Ready when there is a reason to look; in a task of tokio.
+    fn poll_wake(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<Wake>>;
+
+    /// Watches the controller's process from now on, and no other.
+    fn watch(&mut self, pid: u32);
+
+    /// Watches no process any more.
+    fn unwatch(&mut self);
+}
+
+/// A link that is readable when something came, as one over shared memory is.
+#[derive(Debug)]
+pub struct Readable<L> {
+    link: L,
+    wakeups: Option<AsyncFd<OwnedFd>>,
+    life: Option<AsyncFd<OwnedFd>>,
+}
+
+impl<L: Link + AsFd> Readable<L> {
+    /// The link with nothing watched yet.
+    pub fn new(link: L) -> Self {
+        Self { link, wakeups: None, life: None }
+    }
+}
+
+impl<L: Link + AsFd + Send> Port for Readable<L> {
+    fn poll_wake(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<Wake>> {
+        if let Some(life) = &self.life
+            && life.poll_read_ready(cx).is_ready()
+        {
+            self.life = None;
+            return Poll::Ready(Ok(Wake::Ended));
+        }
+        let wakeups = match &mut self.wakeups {
+            Some(wakeups) => wakeups,
+            none => none.insert(watched(self.link.as_fd().try_clone_to_owned()?)?),
+        };
+        ready!(wakeups.poll_read_ready(cx))?.clear_ready();
+        Poll::Ready(Ok(Wake::Heard))
+    }
+
+    fn watch(&mut self, pid: u32) {
+        // One that has ended already is told by its silence.
+        self.life = Pidfd::open(pid).ok().and_then(|life| watched(life.into()).ok());
+    }
+
+    fn unwatch(&mut self) {
+        self.life = None;
+    }
+}
+
+impl<L: Link> Link for Readable<L> {
+    fn send(&mut self, message: &ToController) -> Result<(), LinkError> {
+        self.link.send(message)
+    }
+
+    fn drain(&mut self) -> Vec<Heard> {
+        self.link.drain()
+    }
+
+    fn epoch(&self) -> u64 {
+        self.link.epoch()
+    }
+
+    fn beat(&mut self) {
+        self.link.beat();
+    }
+
+    fn forget(&mut self) {
+        self.link.forget();
+    }
+}
+
+fn watched(fd: OwnedFd) -> io::Result<AsyncFd<OwnedFd>> {
+    // SAFETY: an `OwnedFd` is the only owner of its descriptor, which stays open until the `AsyncFd` drops it.
+    let registered = unsafe { AsyncFd::register_with_interest(fd, Interest::READABLE) };
+    registered.map_err(io::Error::from)
+}
