@@ -14,9 +14,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use ambidex::link::serve::{ServeOptions, serve};
 use ambidex::link::wire::{WireRequest, WireResponse};
 use ambidex::link::{DaemonPort, Instance, IpcNode, fresh_epoch, monotonic_ns, sweep};
+use ambidex::link::{ServeOptions, serve};
 use ambidex::model::{
     self, Access, Claim, CommandTerm, Condition, ControllerId, ControllerKind, ControllerSpec, ControllerState,
     HeadSpec, MissionEnd, MissionSpec, Mode, NodeId, NodeKind, PartEnd, Rejection, ResourceId, ResourceSpec, Retention,

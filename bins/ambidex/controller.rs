@@ -1,7 +1,7 @@
 //! `ambidex controller`.
 
 use ambidex::files::{self, ConfigError};
-use ambidex::link::serve::{ServeOptions, Stop, serve};
+use ambidex::link::{ServeOptions, Stop, serve};
 use ambidex::motion;
 use miette::{IntoDiagnostic, Result, miette};
 

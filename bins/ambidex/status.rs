@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use ambidex::link::Instance;
-use ambidex::link::serve::Stop;
+use ambidex::link::Stop;
 use ambidex::show::{Daemon, MIN_WIDTH, Phase, Snapshot};
 use clap::Args;
 use miette::{IntoDiagnostic, Result};

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use ambidex::link::serve::Stop;
+use ambidex::link::Stop;
 use ambidex::model::{Header, Record, Time};
 use ambidex::record::{JournalError, Reader};
 use ambidex::runtime::log::{Follower, News};

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ambidex::link::serve::Stop;
+use ambidex::link::Stop;
 use miette::{IntoDiagnostic, Result};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 

@@ -31,7 +31,7 @@ mod janitor;
 mod link;
 mod node;
 mod ports;
-pub mod serve;
+mod serve;
 pub mod watch;
 pub mod wire;
 
@@ -42,6 +42,7 @@ pub use janitor::{Swept, sweep, tidy};
 pub use link::{Heard, Link, LinkError};
 pub use node::IpcNode;
 pub use ports::{ControllerPort, DaemonPort};
+pub use serve::{Exit, ServeError, ServeOptions, Stop, Stopper, serve};
 pub use wire::WIRE_VERSION;
 
 pub use ambidex_model as model;

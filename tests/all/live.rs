@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Instant;
 
-use ambidex::link::serve::{ServeOptions, Stop, serve};
 use ambidex::link::{DaemonPort, Heard, Instance, IpcNode, Link, LinkError, fresh_epoch};
+use ambidex::link::{ServeOptions, Stop, serve};
 use ambidex::model::session::{Pulse, StampedPulse};
 use ambidex::model::{ControllerState, MissionSpec, Record, Time, ToController};
 use ambidex::motion::Controller;
