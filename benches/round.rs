@@ -24,7 +24,7 @@ use ambidex::model::{
 use ambidex::runtime::log::{JournalFile, emit};
 use ambidex::runtime::{self, Clock, Control, Ended, Options, Sink};
 use ambidex::tree::{
-    self, Activation, Allocator, Answer, Begin, Chosen, Down, Effect, Greedy, Input, Merged, Node, Outbox, Settings,
+    self, Activation, Allocator, Answer, Chosen, Down, Effect, Greedy, Input, Merged, Node, Outbox, Settings,
     Up, Verdict,
 };
 use ambidex::world::{Unconstrained, View};
@@ -181,7 +181,7 @@ impl Machines {
             counted,
         };
         let world_state = mission.start.clone();
-        machines.come_to_rest(Input::Begin(Box::new(Begin { world_state })));
+        machines.come_to_rest(Input::Begin(Box::new(world_state)));
         machines
     }
 

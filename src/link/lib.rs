@@ -6,13 +6,14 @@
 //!
 //! # The daemon's side
 //! ```no_run
-//! use ambidex_link::{ClockOrigin, DaemonPort, Instance, Link, Station, fresh_epoch, sweep};
+//! use ambidex_link::model::session::ClockOrigin;
+//! use ambidex_link::{DaemonPort, Instance, IpcNode, Link, fresh_epoch, monotonic_ns, sweep};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! sweep()?;
 //! let instance = Instance::fresh();
-//! let station = Station::open(instance.lock_daemon()?)?;
-//! let mut arm = DaemonPort::open(&station, "left_arm", fresh_epoch(), ClockOrigin(monotonic_ns()))?;
+//! let node = IpcNode::open(instance.lock_daemon()?)?;
+//! let mut arm = DaemonPort::open(&node, "left_arm", fresh_epoch(), ClockOrigin(monotonic_ns()))?;
 //! loop {
 //!     arm.beat(); // every 200 ms
 //!     for heard in arm.drain() {

@@ -5,9 +5,8 @@ use tokio::sync::mpsc;
 use super::clock::Clock;
 use super::journal_task::Journal;
 use super::node_task::ToNode;
-use super::supervisor::Signal;
+use super::signal::Signal;
 use ambidex_core::dispatch::{Dispatch, Effect, Input};
-use ambidex_core::tree::Begin;
 use ambidex_model::{MissionEnd, NodeId, ToController};
 
 /// The dispatch with its neighbors.
@@ -45,7 +44,7 @@ impl DispatchTask {
             Effect::Ended(leaf, outcome) => self.nodes[leaf.index()].ended(outcome),
             Effect::Observed(change) => self.nodes[NodeId(0).index()].observed(change),
             Effect::Ready(world_state) => {
-                self.nodes[NodeId(0).index()].begin(Begin { world_state });
+                self.nodes[NodeId(0).index()].begin(world_state);
                 self.signal(Signal::Begun);
             }
             Effect::Configured(id) => self.signal(Signal::Attached(id)),

@@ -9,6 +9,7 @@ mod link_task;
 pub mod log;
 mod node_task;
 mod port;
+mod signal;
 mod supervisor;
 
 pub use clock::Clock;

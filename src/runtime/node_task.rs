@@ -6,10 +6,10 @@ use tokio::sync::mpsc;
 
 use super::clock::Clock;
 use super::journal_task::Journal;
-use super::supervisor::Signal;
+use super::signal::Signal;
 use ambidex_core::dispatch;
-use ambidex_core::tree::{Begin, Down, Effect, Input, Node, Outbox, Up};
-use ambidex_model::{Change, MissionEnd, MissionSpec, NodeId, Outcome, Topology};
+use ambidex_core::tree::{Down, Effect, Input, Node, Outbox, Up};
+use ambidex_model::{Change, MissionEnd, MissionSpec, NodeId, Outcome, Topology, WorldState};
 
 /// What a parent can have on the way to a child: a verdict, a reopening, a cancel, and the next activation; twice that.
 const FROM_PARENT: usize = 8;
@@ -41,8 +41,8 @@ impl ToParent {
 pub(super) struct ToNode(mpsc::Sender<Input>);
 
 impl ToNode {
-    pub(super) fn begin(&self, begin: Begin) {
-        deliver(&self.0, Input::Begin(Box::new(begin)));
+    pub(super) fn begin(&self, world_state: WorldState) {
+        deliver(&self.0, Input::Begin(Box::new(world_state)));
     }
 
     pub(super) fn end(&self, end: MissionEnd) {

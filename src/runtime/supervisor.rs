@@ -14,8 +14,9 @@ use super::journal_task::{Journal, Sink};
 use super::link_task::LinkTask;
 use super::node_task::{Surroundings, ToNode, wire};
 use super::port::Port;
+use super::signal::Signal;
 use ambidex_core::dispatch::{self, Dispatch, Limits};
-use ambidex_core::tree::{self, Begin, Settings};
+use ambidex_core::tree::{self, Settings};
 use ambidex_model::{Change, ControllerId, Header, MissionEnd, MissionSpec, NodeId, Record, ToController};
 
 /// How a run is carried.
@@ -50,17 +51,6 @@ pub enum Control {
     World(Change),
     /// Abort the task of a node, as a defect would.
     Abort(NodeId),
-}
-
-/// What tasks tell the supervisor.
-#[derive(Debug)]
-pub(super) enum Signal {
-    Attached(ControllerId),
-    Begun,
-    Finished(MissionEnd),
-    Lost(ControllerId),
-    Missing(ControllerId),
-    Safe,
 }
 
 /// Runs a mission over the links of its controllers, by controller, and gives how it ended.
@@ -153,7 +143,7 @@ impl Supervisor {
         };
         others.spawn(dispatch.run());
         if mission.robot.controllers.is_empty() {
-            root.begin(Begin { world_state: mission.start.clone() });
+            root.begin(mission.start.clone());
         }
         Self {
             timing,

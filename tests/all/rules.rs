@@ -11,7 +11,7 @@ mod words;
 use ambidex::model::{
     BehaviorSpec, Change, End, Fault, MissionEnd, MissionSpec, NodeId, Outcome, Reason, Record, Retention, Time,
 };
-use ambidex::tree::{Begin, Input, Settings};
+use ambidex::tree::{Input, Settings};
 
 use crate::driver::{Driver, Rng};
 use crate::support::{Body, Tree};
@@ -40,7 +40,7 @@ impl Run {
         let driver = Driver::new(&std::sync::Arc::new(mission.clone()), &settings, Rng::of(&[1]));
         let mut run = Self { driver, mission };
         let world_state = run.mission.start.clone();
-        run.give(NodeId(0), Input::Begin(Box::new(Begin { world_state })));
+        run.give(NodeId(0), Input::Begin(Box::new(world_state)));
         for event in events {
             run.driver.now = Time(run.driver.now.0 + 1_000_000);
             let outcome = |end, changes| Input::Ended(Box::new(Outcome { end, changes }));

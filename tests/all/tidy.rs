@@ -1,92 +1,75 @@
-//! The rules of the house, read from the sources: who imports whom, what must not be where, how long things are.
+//! The rules of the house that neither the compiler nor clippy can say, read from the sources: rooms within a crate,
+//! circles of files, edges that stand alone, lengths. What a crate depends on stands in its `Cargo.toml`.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+mod imports;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::process::Command;
 
 use crate::fixtures::file;
+use imports::{Source, of_crate, sources};
 
-/// A room, its step, and words that must not stand in it. It imports only from rooms of smaller steps.
-type Room = (&'static str, u32, &'static [&'static str]);
-
-const CLOCKS: &[&str] = &["Instant::now", "SystemTime", "std::fs", "tokio::", "async ", ".await", "iceoryx2", "rand"];
-const NO_TOKIO: &[&str] = &["tokio::", ".await", "iceoryx2"];
-
-const ROOMS: &[Room] = &[
-    ("model", 0, CLOCKS),
-    ("world", 1, CLOCKS),
-    ("behavior", 2, CLOCKS),
-    ("tree", 3, CLOCKS),
-    ("motion", 3, CLOCKS),
-    ("config", 3, NO_TOKIO),
-    ("journal", 3, NO_TOKIO),
-    ("dispatch", 4, CLOCKS),
-    ("draw", 4, CLOCKS),
-    ("ipc", 4, &["tokio::", ".await"]),
-    ("controller", 5, NO_TOKIO),
-    ("sim", 5, CLOCKS),
-    ("runtime", 5, &["iceoryx2"]),
+/// Rooms of a crate by step; a room imports only from rooms of smaller steps of its crate. Other crates are kept apart
+/// by what they depend on.
+const ROOMS: &[(&str, &[(&str, u32)])] = &[
+    ("model", &[("words", 0), ("motion", 1), ("session", 2)]),
+    ("core", &[("world", 0), ("behavior", 1), ("tree", 2), ("dispatch", 2), ("sim", 3)]),
+    (
+        "link",
+        &[
+            ("clock", 0),
+            ("error", 0),
+            ("link", 0),
+            ("watch", 1),
+            ("wire", 1),
+            ("instances", 1),
+            ("janitor", 2),
+            ("node", 3),
+            ("ports", 4),
+            ("serve", 5),
+        ],
+    ),
 ];
 
 /// Crates that are spoken to in one place.
 const ALONE: &[(&str, &str)] = &[
-    ("parry3d", "src/world/paths.rs"),
-    ("pathfinding", "src/world/paths.rs"),
-    ("ZeroCopySend", "src/ipc/"),
-    ("serde_saphyr", "src/config/document.rs"),
-    ("indicatif", "bins/ambidex/terminal.rs"),
-    ("svg::node", "src/draw/svg/page.rs"),
+    ("parry3d", "src/core/world/"),
+    ("pathfinding", "src/core/world/"),
+    ("serde_saphyr", "src/files/document.rs"),
+    ("svg::node", "src/show/svg/page.rs"),
 ];
 
 const FILE_WALL: usize = 500;
 const FUNCTION_WALL: usize = 70;
 
-/// Everything of the project in Rust under a folder, with its text.
-fn sources(folder: &str) -> Vec<(PathBuf, String)> {
-    let mut found = Vec::new();
-    let mut folders = vec![file(folder)];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(&folder).expect("a folder of the project") {
-            let path = entry.expect("an entry").path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|extension| extension == "rs") {
-                let text = std::fs::read_to_string(&path).expect("a source");
-                found.push((path, text));
-            }
-        }
-    }
-    found.sort();
-    found
-}
+/// Most packages that a controller in Rust pulls in, its own words and the link included.
+const CONTROLLER_PACKAGES: usize = 75;
 
-fn is_test(path: &Path) -> bool {
-    let path = path.to_string_lossy();
-    path.contains("tests") || path.ends_with("sample.rs") || path.ends_with("samples.rs")
-}
+/// What the core and its words may depend on directly: mathematics and derives.
+const CORE_NEEDS: &[&str] =
+    &["ambidex-core", "ambidex-model", "nalgebra", "parry3d", "pathfinding", "serde", "strsim", "thiserror"];
 
-/// The lines of a file before its tests.
-fn body(text: &str) -> impl Iterator<Item = (usize, &str)> {
-    let lines = text.lines().enumerate().map(|(index, line)| (index + 1, line));
-    lines.take_while(|(_, line)| *line != "#[cfg(test)]").filter(|(_, line)| !line.trim_start().starts_with("//"))
-}
+/// What does IO, or waits, or looks at a clock: nothing of the kind is below the core.
+const IO: &[&str] =
+    &["tokio", "mio", "rustix", "nix", "libc", "errno", "socket2", "iceoryx2", "signal-hook", "getrandom", "tempfile"];
+
+const CRATES: &[&str] = &["core", "files", "link", "model", "record", "runtime", "show"];
 
 #[test]
 fn rooms_import_only_from_rooms_above() {
-    let steps: BTreeMap<&str, u32> = ROOMS.iter().map(|(room, step, _)| (*room, *step)).collect();
     let mut faults = Vec::new();
-    for (room, step, banned) in ROOMS {
-        for (path, text) in sources(&format!("src/{room}")).iter().filter(|(path, _)| !is_test(path)) {
-            for (number, line) in body(text) {
-                let place = || format!("{}:{number}: {}", path.display(), line.trim());
-                let uses = line.match_indices("crate::").map(|(at, found)| &line[at + found.len()..]);
-                for other in uses.map(|rest| rest.split(|c: char| !c.is_alphanumeric()).next().unwrap_or("")) {
-                    let is_above = steps.get(other).is_none_or(|&other| other < *step);
-                    if other != *room && !is_above {
-                        faults.push(place());
-                    }
-                }
-                if banned.iter().any(|word| line.contains(word)) {
-                    faults.push(place());
+    for (name, rooms) in ROOMS {
+        let steps: BTreeMap<&str, u32> = rooms.iter().copied().collect();
+        for source in of_crate(name) {
+            let Some(room) = source.module.first() else { continue };
+            let Some(step) = steps.get(room.as_str()) else {
+                faults.push(format!("src/{name}: {room} is no room of the house"));
+                continue;
+            };
+            for import in source.imports.iter().filter(|import| import.first() != Some(room)) {
+                let other = import.first().and_then(|other| steps.get(other.as_str()));
+                if other.is_none_or(|other| other >= step) {
+                    faults.push(format!("{}: takes {}", source.name(), import.join("::")));
                 }
             }
         }
@@ -94,24 +77,58 @@ fn rooms_import_only_from_rooms_above() {
     assert!(faults.is_empty(), "out of place:\n{}", faults.join("\n"));
 }
 
+/// A file that needs another which needs it is one file in two parts.
 #[test]
-fn every_room_is_in_the_table() {
-    for entry in std::fs::read_dir(file("src")).expect("sources") {
-        let path = entry.expect("an entry").path();
-        let name = path.file_name().and_then(|name| name.to_str()).expect("a name");
-        let is_known = name == "lib.rs" || ROOMS.iter().any(|(room, ..)| *room == name);
-        assert!(is_known, "src/{name} is no room of the house");
+fn files_do_not_import_in_circles() {
+    let mut faults = Vec::new();
+    for name in CRATES {
+        let sources: Vec<Source> = of_crate(name).collect();
+        let modules: BTreeSet<&[String]> = sources.iter().map(|source| source.module.as_slice()).collect();
+        let home = |import: &[String]| {
+            (0..=import.len()).rev().map(|end| import[..end].to_vec()).find(|part| modules.contains(part.as_slice()))
+        };
+        let arrows: BTreeMap<Vec<String>, BTreeSet<Vec<String>>> = sources
+            .iter()
+            .map(|source| {
+                let others =
+                    source.imports.iter().filter_map(|import| home(import)).filter(|other| *other != source.module);
+                (source.module.clone(), others.collect())
+            })
+            .collect();
+        for source in &sources {
+            if let Some(way) = way_back(&source.module, &arrows) {
+                let way: Vec<_> = way.iter().map(|module| module.join("::")).collect();
+                faults.push(format!("src/{name}: {}", way.join(" → ")));
+            }
+        }
     }
+    assert!(faults.is_empty(), "circles:\n{}", faults.join("\n"));
+}
+
+/// The shortest way along the arrows that leads back to where it begins.
+fn way_back(start: &[String], arrows: &BTreeMap<Vec<String>, BTreeSet<Vec<String>>>) -> Option<Vec<Vec<String>>> {
+    let mut ways = std::collections::VecDeque::from([vec![start.to_vec()]]);
+    let mut seen = BTreeSet::new();
+    while let Some(way) = ways.pop_front() {
+        for next in arrows.get(way.last()?).into_iter().flatten() {
+            if next == start {
+                return Some([way, vec![next.clone()]].concat());
+            }
+            if seen.insert(next.clone()) {
+                ways.push_back([way.clone(), vec![next.clone()]].concat());
+            }
+        }
+    }
+    None
 }
 
 #[test]
 fn edges_are_alone() {
-    let all: Vec<_> = sources("src").into_iter().chain(sources("bins")).collect();
     for (word, home) in ALONE {
-        let users = all.iter().filter(|(path, text)| !is_test(path) && body(text).any(|(_, line)| line.contains(word)));
-        for (path, _) in users {
-            let is_home = path.to_string_lossy().contains(home);
-            assert!(is_home, "{word} belongs in {home}, not in {}", path.display());
+        for source in sources("src").into_iter().chain(sources("bins")) {
+            let is_home = source.name().starts_with(home);
+            let uses = source.code().any(|(_, line)| line.contains(word));
+            assert!(is_home || !uses, "{word} belongs in {home}, not in {}", source.name());
         }
     }
 }
@@ -119,14 +136,15 @@ fn edges_are_alone() {
 #[test]
 fn nothing_is_too_long_or_silenced() {
     let mut faults = Vec::new();
-    for (path, text) in ["src", "bins", "tests", "benches"].iter().flat_map(|folder| sources(folder)) {
-        let name = path.display();
-        if text.lines().count() > FILE_WALL {
-            faults.push(format!("{name}: longer than {FILE_WALL} lines"));
+    for source in ["src", "bins", "tests", "benches"].into_iter().flat_map(sources) {
+        let name = source.name();
+        let length = source.text.lines().count();
+        if length > FILE_WALL {
+            faults.push(format!("{name}: {length} lines"));
         }
-        for (number, length) in functions(&text) {
-            if length > FUNCTION_WALL {
-                faults.push(format!("{name}:{number}: a function of {length} lines"));
+        for (line, function, length) in &source.functions {
+            if *length > FUNCTION_WALL {
+                faults.push(format!("{name}:{line}: {function} has {length} lines"));
             }
         }
         // Written apart, so that this file does not find itself.
@@ -137,7 +155,7 @@ fn nothing_is_too_long_or_silenced() {
             concat!("#[ig", "nore"),
             concat!("un", "implemented!"),
         ];
-        for (number, line) in text.lines().enumerate() {
+        for (number, line) in source.text.lines().enumerate() {
             if silencers.iter().any(|word| line.contains(word)) {
                 faults.push(format!("{name}:{}: {}", number + 1, line.trim()));
             }
@@ -146,21 +164,44 @@ fn nothing_is_too_long_or_silenced() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-/// First line and length of every function of formatted code.
-fn functions(text: &str) -> Vec<(usize, usize)> {
-    let lines: Vec<&str> = text.lines().collect();
-    let indent = |line: &str| line.len() - line.trim_start().len();
-    let starts = lines.iter().enumerate().filter(|(_, line)| {
-        let words: Vec<&str> = line.split_whitespace().take(4).collect();
-        let is_head = words.iter().position(|word| *word == "fn");
-        is_head.is_some_and(|at| {
-            words[..at].iter().all(|word| word.starts_with("pub") || *word == "async" || *word == "const")
+/// Names of the packages below one, itself included.
+fn packages(of: &str, depth: Option<u32>) -> BTreeSet<String> {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut command = Command::new(cargo);
+    command.current_dir(file("."));
+    command.args(["tree", "--locked", "--offline", "--edges", "normal", "--prefix", "none", "--package", of]);
+    command.args(["--target", "x86_64-unknown-linux-gnu"]);
+    if let Some(depth) = depth {
+        command.args(["--depth", &depth.to_string()]);
+    }
+    let output = command.output().expect("cargo runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).expect("names");
+    text.lines()
+        .filter_map(|line| {
+            line.split_whitespace().take(2).map(str::to_owned).reduce(|name, version| name + " " + &version)
         })
-    });
-    let measured = starts.filter_map(|(start, line)| {
-        let close = format!("{}}}", " ".repeat(indent(line)));
-        let end = lines[start..].iter().position(|line| *line == close)?;
-        Some((start + 1, end + 1))
-    });
-    measured.collect()
+        .collect()
+}
+
+fn name(package: &str) -> &str {
+    package.split(' ').next().unwrap_or(package)
+}
+
+#[test]
+fn a_controller_needs_few_packages() {
+    let packages = packages("ambidex-link", None);
+    assert!(packages.len() > 10, "{packages:?}");
+    assert!(packages.len() <= CONTROLLER_PACKAGES, "{} packages: {packages:?}", packages.len());
+}
+
+#[test]
+fn the_core_does_no_io() {
+    let direct: BTreeSet<String> =
+        ["ambidex-core", "ambidex-model"].iter().flat_map(|of| packages(of, Some(1))).collect();
+    let strange: Vec<_> = direct.iter().filter(|package| !CORE_NEEDS.contains(&name(package))).collect();
+    assert!(strange.is_empty(), "the core came to depend on {strange:?}");
+    let all = packages("ambidex-core", None);
+    let doing_io: Vec<_> = all.iter().filter(|package| IO.contains(&name(package))).collect();
+    assert!(all.len() > direct.len() && doing_io.is_empty(), "below the core: {doing_io:?}");
 }

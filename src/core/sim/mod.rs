@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use crate::dispatch::{self, Dispatch, Limits};
-use crate::tree::{self, Begin, Effect, Input, Node, Outbox, Settings};
+use crate::tree::{self, Effect, Input, Node, Outbox, Settings};
 use ambidex_model::motion::{self, STEP};
 use ambidex_model::session::Attendance;
 use ambidex_model::{
@@ -206,7 +206,7 @@ impl<'a> Simulation<'a> {
 
     fn begin(&mut self, world_state: WorldState) {
         self.has_begun = true;
-        self.tell_root(Input::Begin(Box::new(Begin { world_state })));
+        self.tell_root(Input::Begin(Box::new(world_state)));
     }
 
     fn tell_root(&mut self, input: Input) {

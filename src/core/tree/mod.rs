@@ -3,7 +3,9 @@
 //! A machine is handed an input and hands back effects. It has no clock, waits for nothing and never fails.
 
 mod allocator;
+mod branch;
 mod composite;
+mod effect;
 mod lapse;
 mod leaf;
 mod message;
@@ -13,6 +15,7 @@ mod packing;
 mod root;
 
 pub use allocator::{Allocator, Chosen, Greedy, Merged, Serial};
+pub use effect::{Effect, Input, Outbox};
 pub use message::{Activation, Answer, Down, Release, Up, Verdict};
-pub use node::{Effect, Input, Node, Outbox, build};
-pub use root::{Begin, Root, Settings};
+pub use node::{Node, build};
+pub use root::{Root, Settings};

@@ -1,83 +1,13 @@
-//! One kind of machine for every node, what goes in and what comes out.
+//! One kind of machine for every node.
 
 use std::sync::Arc;
 
 use super::composite::Composite;
+use super::effect::{Input, Outbox};
 use super::leaf::Leaf;
 use super::ordering::Ordering;
-use super::{Begin, Down, Root, Settings, Up};
-use ambidex_model::{
-    Change, Goal, MissionEnd, MissionSpec, NodeId, NodeKind, NodeRange, Outcome, Record, Time, Topology,
-};
-
-/// What reaches a node. What is rare and large lies behind a pointer: every inbox has room for 32 of these.
-#[derive(Debug, Clone)]
-pub enum Input {
-    /// From its parent.
-    Down(Down),
-    /// From a child.
-    Up(NodeId, Up),
-    /// To a leaf, from its controllers: the goal ended.
-    Ended(Box<Outcome>),
-    /// To root: begin the mission.
-    Begin(Box<Begin>),
-    /// To root: the world is different, and nobody in the tree did it.
-    World(Change),
-    /// To root: the base is here while a goal runs; no round comes of it.
-    Observed(Change),
-    /// To root: end the mission in order, for this cause: no new round, what runs is canceled first.
-    End(MissionEnd),
-}
-
-/// What a node wants done.
-#[derive(Debug, Clone)]
-pub enum Effect {
-    /// Tell a child.
-    Down(NodeId, Down),
-    /// Tell the parent.
-    Up(Up),
-    /// Give the goal to its controllers.
-    Start(Goal),
-    /// Cancel the goal of this leaf.
-    Stop(NodeId),
-    /// Write it down.
-    Record(Box<Record>),
-    /// The mission is over.
-    Finished(MissionEnd),
-}
-
-impl Effect {
-    /// The record of a message that `from` sends with this effect; none for what is no message.
-    pub fn message(&self, at: Time, from: NodeId, topology: &Topology) -> Option<Record> {
-        let (to, round, message) = match self {
-            Self::Down(to, down) => {
-                let below = NodeRange { from: *to, to: topology.end(*to) };
-                (*to, down.round(), down.record(below))
-            }
-            Self::Up(up) => (topology.parent(from), up.round(), up.record(from)),
-            Self::Start(_) | Self::Stop(_) | Self::Record(_) | Self::Finished(_) => return None,
-        };
-        Some(Record::Sent { at, round, from, to, message })
-    }
-}
-
-/// Collects the effects of one input.
-#[derive(Debug, Default)]
-pub struct Outbox {
-    effects: Vec<Effect>,
-}
-
-impl Outbox {
-    /// Adds an effect.
-    pub fn push(&mut self, effect: Effect) {
-        self.effects.push(effect);
-    }
-
-    /// Takes the effects out in order.
-    pub fn drain(&mut self) -> std::vec::Drain<'_, Effect> {
-        self.effects.drain(..)
-    }
-}
+use super::{Root, Settings, Up};
+use ambidex_model::{MissionSpec, NodeId, NodeKind, Time};
 
 /// The machine of one node.
 #[derive(Debug)]
@@ -99,7 +29,7 @@ impl Node {
         match (self, input) {
             (Self::Root(root), Input::Up(_, Up::Answer(answer))) => root.on_answer(now, *answer, out),
             (Self::Root(root), Input::Up(_, Up::Release(release))) => root.on_release(now, *release, out),
-            (Self::Root(root), Input::Begin(begin)) => root.begin(now, *begin, out),
+            (Self::Root(root), Input::Begin(world_state)) => root.begin(now, *world_state, out),
             (Self::Root(root), Input::World(change)) => root.on_world_change(now, change, out),
             (Self::Root(root), Input::Observed(change)) => root.on_observation(change),
             (Self::Root(root), Input::End(end)) => root.end(now, end, out),
@@ -118,10 +48,7 @@ impl Node {
 /// The machines of a mission, by node.
 pub fn build(mission: &Arc<MissionSpec>, settings: &Settings) -> Vec<Node> {
     let tree = &mission.tree;
-    let composite = |id, ordering| {
-        let children = tree.topology.children(id).collect();
-        Node::Composite(Box::new(Composite::new(id, ordering, children, mission, settings)))
-    };
+    let composite = |id, ordering| Node::Composite(Box::new(Composite::new(id, ordering, mission, settings)));
     let nodes = tree.nodes.iter().enumerate().map(|(index, kind)| {
         let id = NodeId::from(index);
         match kind {

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::Answer;
-use super::composite::{Child, Composite, Open};
+use super::branch::{Branch, Child, Open};
 use crate::world::View;
-use ambidex_model::{Blocked, Completion, LeaseKind, NodeId, NodeRange, Reason};
+use ambidex_model::{Blocked, Completion, LeaseKind, NodeRange, Reason};
 
 /// The ordering constraint of a task node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,7 +20,7 @@ pub(super) enum Ordering {
 
 impl Ordering {
     /// Whom a round asks at once.
-    pub(super) fn first(self, node: &mut Composite) -> Vec<usize> {
+    pub(super) fn first(self, node: &mut Branch) -> Vec<usize> {
         node.committed = committed(node);
         let not_done = |child: &Child| !child.is_done;
         match self {
@@ -34,7 +34,7 @@ impl Ordering {
     }
 
     /// Whom an answer makes it ask too: a THEN goes on behind a satisfied child, with it as skipped (III-C.2).
-    pub(super) fn next(self, node: &Composite, on_answer: usize) -> Option<(usize, Arc<[NodeRange]>)> {
+    pub(super) fn next(self, node: &Branch, on_answer: usize) -> Option<(usize, Arc<[NodeRange]>)> {
         match self {
             Self::And | Self::Or => None,
             Self::Then => {
@@ -51,7 +51,7 @@ impl Ordering {
     }
 
     /// What the node says when all it asked have answered.
-    pub(super) fn answer(self, node: &Composite, view: &View, mut answers: Vec<(usize, Answer)>) -> Answer {
+    pub(super) fn answer(self, node: &Branch, view: &View, mut answers: Vec<(usize, Answer)>) -> Answer {
         let all = answers.iter().all(|(_, answer)| answer.is_satisfied);
         let is_satisfied = match self {
             Self::And => all,
@@ -81,46 +81,47 @@ impl Ordering {
     }
 
     /// What a grant below a child settles: behind a skip the skipped are done, an OR has chosen.
-    pub(super) fn commit(self, child: usize, open: &Open, committed: &mut Option<usize>, children: &mut [Child]) {
+    pub(super) fn commit(self, node: &mut Branch, child: usize, open: &Open) {
         match self {
             Self::And => {}
-            Self::Or => *committed = Some(child),
+            Self::Or => node.committed = Some(child),
             Self::Then => {
                 for &skipped in open.asked.keys().filter(|&&asked| asked < child) {
-                    children[skipped].is_done = true;
+                    node.children[skipped].is_done = true;
                 }
             }
         }
     }
 
     /// Whether the node fails now that a child has; an OR is free again.
-    pub(super) fn fails(self, committed: &mut Option<usize>, children: &[Child]) -> bool {
+    pub(super) fn fails(self, node: &mut Branch) -> bool {
         match self {
             Self::And | Self::Then => true,
             Self::Or => {
-                *committed = None;
-                children.iter().all(|child| child.has_failed)
+                node.committed = None;
+                node.children.iter().all(|child| child.has_failed)
             }
         }
     }
 
     /// What is complete when a child is, and who inherits.
-    pub(super) fn complete(self, id: NodeId, children: &[Child], child: Completion) -> Completion {
+    pub(super) fn complete(self, node: &Branch, child: Completion) -> Completion {
+        let is_complete = node.children.iter().all(|child| child.is_done);
         match self {
-            Self::And if !children.iter().all(|child| child.is_done) => child,
-            Self::Then if !children.iter().all(|child| child.is_done) => Completion { heir: Some(id), ..child },
-            Self::And | Self::Or | Self::Then => Completion { node: id, heir: None },
+            Self::And if !is_complete => child,
+            Self::Then if !is_complete => Completion { heir: Some(node.id), ..child },
+            Self::And | Self::Or | Self::Then => Completion { node: node.id, heir: None },
         }
     }
 }
 
 /// Whether every child behind this one is done.
-fn is_last_to_do(node: &Composite, child: usize) -> bool {
+fn is_last_to_do(node: &Branch, child: usize) -> bool {
     node.children[child + 1..].iter().all(|behind| behind.is_done)
 }
 
 /// The child an OR is committed to; after a lapse that leaves it with nothing done and nothing held, none.
-fn committed(node: &Composite) -> Option<usize> {
+fn committed(node: &Branch) -> Option<usize> {
     let child = node.committed?;
     let below = node.children[child].below;
     let view = &node.open.as_ref()?.activation.view;
@@ -135,7 +136,7 @@ fn committed(node: &Composite) -> Option<usize> {
 }
 
 /// An OR passes on its best child: the greatest potential, the first among equals.
-fn choose(node: &Composite, answers: Vec<(usize, Answer)>, own: &mut Answer) {
+fn choose(node: &Branch, answers: Vec<(usize, Answer)>, own: &mut Answer) {
     let potential = |answer: &Answer| answer.potential().unwrap_or(0.0);
     let satisfied = answers.iter().find(|(_, answer)| answer.is_satisfied).map(|(child, _)| *child);
     let best = answers

@@ -31,13 +31,6 @@ impl Default for Settings {
     }
 }
 
-/// How things are when the mission begins.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Begin {
-    /// Robot pose, objects, facts.
-    pub world_state: WorldState,
-}
-
 /// The machine of root.
 #[derive(Debug)]
 pub struct Root {
@@ -110,14 +103,14 @@ impl Root {
         &self.running
     }
 
-    pub(super) fn begin(&mut self, now: Time, begin: Begin, out: &mut Outbox) {
+    pub(super) fn begin(&mut self, now: Time, world_state: WorldState, out: &mut Outbox) {
         match self.phase {
             Phase::Waiting => {}
             // The end came first.
             Phase::Ending(_) | Phase::Over => return,
             Phase::Running => panic!("a mission begins once"),
         }
-        self.world_state = begin.world_state;
+        self.world_state = world_state;
         self.phase = Phase::Running;
         self.is_wanted = true;
         self.advance(now, out);

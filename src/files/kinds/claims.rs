@@ -137,7 +137,7 @@ impl Bound<'_, '_> {
     pub(super) fn check_claims(&mut self, claims: &[Claim]) {
         let robot = self.robot();
         let holders = self.holders();
-        let possible: Vec<_> = claims.iter().map(|claim| claim.selector.could_get(robot, &holders)).collect();
+        let possible: Vec<_> = claims.iter().map(|claim| robot.could_serve(claim.selector, &holders)).collect();
         let Err(lacking) = match_claims(&possible) else { return };
         let types = &self.binder.known.robot.map(|names| names.types.names()).unwrap_or_default();
         let mut counts = vec![0_usize; types.len()];

@@ -49,7 +49,7 @@ impl Bound<'_, '_> {
     /// Who moves the resource of a claim; of a type all are moved, or none is.
     pub(super) fn controller(&self, claim: &Claim) -> Option<(String, ControllerKind)> {
         let robot = self.robot();
-        let resource = claim.selector.could_get(robot, &self.holders()).into_iter().next()?;
+        let resource = robot.could_serve(claim.selector, &self.holders()).into_iter().next()?;
         let controller = &robot.controllers[robot.resources[resource.index()].controller?.index()];
         Some((controller.name.clone(), controller.kind))
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{ChannelId, ObjectId, ResourceId, RobotSpec, TypeId};
+use super::{ChannelId, ObjectId, ResourceId, TypeId};
 
 /// How a resource is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -53,18 +53,6 @@ pub enum Selector {
     Any(TypeId),
     /// The resource that holds the object.
     Holding(ObjectId),
-}
-
-impl Selector {
-    /// The resources of the robot that could ever serve it, in resource order; `holders` are those that could hold an
-    /// object that it wants held.
-    pub fn could_get(self, robot: &RobotSpec, holders: &[ResourceId]) -> Vec<ResourceId> {
-        match self {
-            Self::Named(resource) | Self::Empty { resource, .. } => vec![resource],
-            Self::Any(of) | Self::AnyEmpty { of, .. } => robot.of_type(of).collect(),
-            Self::Holding(_) => holders.to_vec(),
-        }
-    }
 }
 
 /// What becomes of a lease when its behavior succeeds; after any other end see `semantics` 6.

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::{Change, Command, ControllerKind, Location, Mode, ObjectId, Pose, ResourceId, Time};
+use super::{Change, Command, ControllerKind, Location, Mode, ObjectId, Pose, Rejection, ResourceId, Time};
 
 /// Identity of a command: which attachment of the controller, and a number that never comes twice in it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -104,39 +104,6 @@ pub enum PartEnd {
     Aborted,
     /// It was told to stop.
     Canceled,
-}
-
-/// Why a message between runtime and controller was not taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
-#[serde(rename_all = "snake_case")]
-pub enum Rejection {
-    /// Another version of the wire.
-    #[error("it speaks another version of the wire")]
-    Version,
-    /// From another life of the daemon or controller.
-    #[error("it is from an earlier life of the daemon or the controller")]
-    Stale,
-    /// About nothing that is under way.
-    #[error("it is about nothing that is under way")]
-    Unknown,
-    /// A length beyond its bound or a code that means nothing.
-    #[error("a length or a code in it is out of bounds")]
-    Malformed,
-    /// A number that is not finite.
-    #[error("a number in it is not finite")]
-    NotFinite,
-    /// No configuration came before it.
-    #[error("no configuration came before it")]
-    NotConfigured,
-    /// The controller cannot do such a thing.
-    #[error("this controller cannot do such a thing")]
-    Unsupported,
-    /// The point is farther than it reaches.
-    #[error("the point is out of reach")]
-    OutOfReach,
-    /// It is doing something else.
-    #[error("it is doing something else")]
-    Busy,
 }
 
 /// State of a controller as it publishes it.

@@ -10,6 +10,7 @@ mod names;
 mod pose;
 mod reason;
 mod record;
+mod rejection;
 mod report;
 mod request;
 mod resource;
@@ -22,7 +23,7 @@ pub use claim::{Access, Claim, Retention, Selector};
 pub use goal::{Command, End, Fault, Goal, Mode, Outcome, Part};
 pub use ids::{ChannelId, ControllerId, FactId, NodeId, ObjectId, PlaceId, ResourceId, TypeId};
 pub use lineage::{Lineage, NodeRange};
-pub use link::{CommandId, ControllerState, FromController, PartEnd, Rejection, ToController};
+pub use link::{CommandId, ControllerState, FromController, PartEnd, ToController};
 pub use matching::match_claims;
 pub use names::{Names, make_legible};
 pub use pose::Pose;
@@ -31,6 +32,7 @@ pub use record::{
     Blocked, Completion, Consequences, ControllerMessage, EntryKind, Header, JOURNAL_VERSION, Message, MissionEnd,
     NodeEntry, Record, Reopened,
 };
+pub use rejection::Rejection;
 pub use report::{Interval, MissionReport, Tally};
 pub use request::{Binding, Candidate, ClaimOptions, Grant, Request};
 pub use resource::{Heir, Lease, LeaseKind, Resource, ResourceTable};

@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Claim, ControllerId, FactId, Mode, Names, NodeId, ObjectId, PlaceId, Pose, ResourceId, TypeId, WorldState,
+    Claim, ControllerId, FactId, Mode, Names, NodeId, ObjectId, PlaceId, Pose, ResourceId, Selector, TypeId, WorldState,
 };
 
 /// A mission that can be run.
@@ -360,6 +360,16 @@ impl RobotSpec {
     pub fn moved_by(&self, controller: ControllerId) -> impl Iterator<Item = ResourceId> + '_ {
         let ids = (0..self.resources.len()).map(ResourceId::from);
         ids.filter(move |id| self.resources[id.index()].controller == Some(controller))
+    }
+
+    /// The resources that could ever serve a claim, in resource order; `holders` are those that could hold an object
+    /// that is wanted held.
+    pub fn could_serve(&self, selector: Selector, holders: &[ResourceId]) -> Vec<ResourceId> {
+        match selector {
+            Selector::Named(resource) | Selector::Empty { resource, .. } => vec![resource],
+            Selector::Any(of) | Selector::AnyEmpty { of, .. } => self.of_type(of).collect(),
+            Selector::Holding(_) => holders.to_vec(),
+        }
     }
 
     /// Resources of a type, in resource order.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use ambidex::model::{Change, Consequences, End, Grant, MissionEnd, NodeId, Outcome, Reason, Record, Time, WorldState};
-use ambidex::tree::{Begin, Input, Settings};
+use ambidex::tree::{Input, Settings};
 use ambidex::world::{Compatible, Use};
 
 use super::counts::{Counts, variant};
@@ -109,7 +109,7 @@ fn give(driver: &mut Driver, event: &Event) {
 
 fn begin(driver: &mut Driver, case: &Case) {
     let world_state = case.mission.start.clone();
-    driver.give(ROOT, Input::Begin(Box::new(Begin { world_state })));
+    driver.give(ROOT, Input::Begin(Box::new(world_state)));
 }
 
 fn rounds(driver: &Driver) -> usize {

@@ -1,0 +1,73 @@
+//! What goes into a node and what comes out.
+
+use super::{Down, Up};
+use ambidex_model::{Change, Goal, MissionEnd, NodeId, NodeRange, Outcome, Record, Time, Topology, WorldState};
+
+/// What reaches a node. What is rare and large lies behind a pointer: every inbox has room for 32 of these.
+#[derive(Debug, Clone)]
+pub enum Input {
+    /// From its parent.
+    Down(Down),
+    /// From a child.
+    Up(NodeId, Up),
+    /// To a leaf, from its controllers: the goal ended.
+    Ended(Box<Outcome>),
+    /// To root: begin the mission; this is how things are.
+    Begin(Box<WorldState>),
+    /// To root: the world is different, and nobody in the tree did it.
+    World(Change),
+    /// To root: the base is here while a goal runs; no round comes of it.
+    Observed(Change),
+    /// To root: end the mission in order, for this cause: no new round, what runs is canceled first.
+    End(MissionEnd),
+}
+
+/// What a node wants done.
+#[derive(Debug, Clone)]
+pub enum Effect {
+    /// Tell a child.
+    Down(NodeId, Down),
+    /// Tell the parent.
+    Up(Up),
+    /// Give the goal to its controllers.
+    Start(Goal),
+    /// Cancel the goal of this leaf.
+    Stop(NodeId),
+    /// Write it down.
+    Record(Box<Record>),
+    /// The mission is over.
+    Finished(MissionEnd),
+}
+
+impl Effect {
+    /// The record of a message that `from` sends with this effect; none for what is no message.
+    pub fn message(&self, at: Time, from: NodeId, topology: &Topology) -> Option<Record> {
+        let (to, round, message) = match self {
+            Self::Down(to, down) => {
+                let below = NodeRange { from: *to, to: topology.end(*to) };
+                (*to, down.round(), down.record(below))
+            }
+            Self::Up(up) => (topology.parent(from), up.round(), up.record(from)),
+            Self::Start(_) | Self::Stop(_) | Self::Record(_) | Self::Finished(_) => return None,
+        };
+        Some(Record::Sent { at, round, from, to, message })
+    }
+}
+
+/// Collects the effects of one input.
+#[derive(Debug, Default)]
+pub struct Outbox {
+    effects: Vec<Effect>,
+}
+
+impl Outbox {
+    /// Adds an effect.
+    pub fn push(&mut self, effect: Effect) {
+        self.effects.push(effect);
+    }
+
+    /// Takes the effects out in order.
+    pub fn drain(&mut self) -> std::vec::Drain<'_, Effect> {
+        self.effects.drain(..)
+    }
+}
