@@ -24,8 +24,8 @@ use ambidex::model::{
 use ambidex::runtime::log::{JournalFile, emit};
 use ambidex::runtime::{self, Clock, Control, Ended, Options, Sink};
 use ambidex::tree::{
-    self, Activation, Allocator, Answer, Chosen, Down, Effect, Greedy, Input, Merged, Node, Outbox, Settings,
-    Up, Verdict,
+    self, Activation, Allocator, Answer, Chosen, Down, Effect, Greedy, Input, Merged, Node, Outbox, Settings, Up,
+    Verdict,
 };
 use ambidex::world::{Unconstrained, View};
 use criterion::{BenchmarkId, Criterion, SamplingMode};

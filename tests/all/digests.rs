@@ -71,7 +71,7 @@ fn line(name: &str, names: &Names, records: &[Record]) -> String {
 
 /// Every decision and every end in order, in words that do not depend on how records are written; not when: that is
 /// the business of the controllers.
-fn decisions(names: &Names, records: &[Record]) -> String {
+pub fn decisions(names: &Names, records: &[Record]) -> String {
     let mut text = String::new();
     for record in records {
         match record {

@@ -1,6 +1,7 @@
 //! All integration tests in one binary.
 
 mod aborts;
+mod agreement;
 mod attach;
 mod broken;
 mod checking;

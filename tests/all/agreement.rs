@@ -1,0 +1,118 @@
+//! The runtime over a link in memory decides as the simulation does: same missions, same controllers, whose commands
+//! take a random time, are rejected and fail. Time is tokio's paused clock, so that an hour takes no time at all.
+//!
+//! Ends never come at the same instant here: which of two comes first is then for the runtime to say. `AMBIDEX_CASES=500`
+//! sets how many missions, `AMBIDEX_SEED=17` runs one alone.
+
+mod memory;
+mod missions;
+mod scripted;
+
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use ambidex::files::load_mission;
+use ambidex::model::{ControllerSpec, MissionSpec, Record};
+use ambidex::motion;
+use ambidex::runtime::{self, Clock, Options, Port};
+use ambidex::sim::{self, Body};
+use ambidex::tree::Settings;
+use tokio::sync::mpsc;
+
+use crate::digests::decisions;
+use memory::Memory;
+use scripted::Scripted;
+
+const CASES: u64 = 60;
+
+fn seeds() -> std::ops::Range<u64> {
+    let number = |name| std::env::var(name).ok()?.parse::<u64>().ok();
+    match number("AMBIDEX_SEED") {
+        Some(seed) => seed..seed + 1,
+        None => 0..number("AMBIDEX_CASES").unwrap_or(CASES),
+    }
+}
+
+#[test]
+fn the_runtime_decides_as_the_simulation_does() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (mut compared, mut decided, mut failed, mut rejected) = (0, 0, 0, 0);
+    for seed in seeds() {
+        let path = folder.path().join(format!("case-{seed}.yaml"));
+        std::fs::write(&path, missions::text(seed)).expect("a file");
+        let mission = match load_mission(&path, None) {
+            Ok(loaded) => loaded.mission,
+            Err(faults) => panic!("AMBIDEX_SEED={seed}: {faults:?}"),
+        };
+        let simulated = simulated(&mission, seed);
+        if has_ends_at_once(&simulated) {
+            continue;
+        }
+        let live = live(&mission, seed);
+        let (expected, found) = (decisions(&mission.names, &simulated), decisions(&mission.names, &live));
+        let differs = std::iter::zip(expected.lines(), found.lines()).find(|(expected, found)| expected != found);
+        assert!(
+            expected == found,
+            "AMBIDEX_SEED={seed}\n{}\nfirst difference (simulation, runtime): {differs:#?}\n{} and {} decisions",
+            missions::text(seed),
+            expected.lines().count(),
+            found.lines().count()
+        );
+        compared += 1;
+        decided += expected.lines().count();
+        failed += expected.matches("Failed(Aborted").count();
+        rejected += expected.matches("Failed(Rejected").count();
+    }
+    println!("{compared} missions, {decided} decisions, {failed} behaviors aborted, {rejected} rejected");
+    assert!(seeds().count() == 1 || compared * 3 > seeds().count(), "too few missions are left to compare");
+    assert!(seeds().count() == 1 || (failed > 0 && rejected > 0), "nothing fails");
+}
+
+fn bodies(mission: &MissionSpec, seed: u64) -> Vec<Body> {
+    let controllers = mission.robot.controllers.iter().enumerate();
+    let body = |(index, spec): (usize, &ControllerSpec)| match seed % 3 {
+        // What moves the shipped robot; some surfaces are out of its reach.
+        0 => motion::simulated(&spec.kind),
+        _ => Box::new(Scripted::new(seed, index as u64)) as Body,
+    };
+    controllers.map(body).collect()
+}
+
+fn simulated(mission: &Arc<MissionSpec>, seed: u64) -> Vec<Record> {
+    let mut records = Vec::new();
+    sim::simulate_bodies(mission, &Settings::default(), bodies(mission, seed), Vec::new(), &mut |record| {
+        records.push(record.clone());
+    });
+    records
+}
+
+/// Whether two behaviors end at one instant.
+fn has_ends_at_once(records: &[Record]) -> bool {
+    let mut seen = BTreeSet::new();
+    let mut ends = records.iter().filter(|record| matches!(record, Record::Released { .. }));
+    !ends.all(|record| seen.insert(record.at()))
+}
+
+fn live(mission: &Arc<MissionSpec>, seed: u64) -> Vec<Record> {
+    let executor = tokio::runtime::Builder::new_current_thread().enable_all().start_paused(true).build();
+    let records = Arc::new(Mutex::new(Vec::new()));
+    let to_records = Arc::clone(&records);
+    executor.expect("an executor").block_on(async {
+        let clock = Clock::start(1.0);
+        let link = |body| Box::new(Memory::new(body, clock)) as Box<dyn Port>;
+        let links = bodies(mission, seed).into_iter().map(link).collect();
+        let (_control, controlled) = mpsc::unbounded_channel();
+        let journal = Box::new(move |record: &Record| to_records.lock().expect("no poison").push(record.clone()));
+        let options = Options {
+            settings: Settings::default(),
+            clock,
+            attach_timeout: Some(Duration::from_secs(10)),
+            grace: Duration::from_secs(3),
+            journal: Some(journal),
+        };
+        runtime::run(Arc::clone(mission), links, options, controlled).await
+    });
+    let records = records.lock().expect("no poison").clone();
+    records
+}
