@@ -17,7 +17,7 @@ pub enum IpcError {
     /// The daemon's lock is held.
     #[error("a daemon of instance `{instance}` runs already (pid {pid})")]
     DaemonRuns {
-        /// The instance.
+        /// The instance that has a daemon.
         instance: String,
         /// Who holds it, 0 if unknown.
         pid: u32,
@@ -25,9 +25,9 @@ pub enum IpcError {
     /// The controller's lock is held.
     #[error("a controller `{name}` of instance `{instance}` runs already (pid {pid})")]
     ControllerRuns {
-        /// The instance.
+        /// The instance that has such a controller.
         instance: String,
-        /// The controller.
+        /// The name that is taken.
         name: String,
         /// Who holds it, 0 if unknown.
         pid: u32,
@@ -38,9 +38,9 @@ pub enum IpcError {
     /// A file or folder under the root could not be made or read.
     #[error("cannot use {path}")]
     File {
-        /// Which.
+        /// What could not be made or read.
         path: PathBuf,
-        /// Why.
+        /// What the operating system says.
         source: io::Error,
     },
     /// The path of the instance does not fit the transport.
@@ -49,25 +49,25 @@ pub enum IpcError {
     /// The transport did not start.
     #[error("cannot create a node of shared memory for instance `{instance}`")]
     Node {
-        /// The instance.
+        /// The instance that was to be entered.
         instance: String,
-        /// Why.
+        /// What the transport says.
         source: Source,
     },
     /// A service or one of its ports could not be opened; most often the other side has another version.
     #[error("cannot open the service `{service}`")]
     Service {
-        /// Its name.
+        /// The service that could not be opened.
         service: String,
-        /// Why.
+        /// What the transport says.
         source: Source,
     },
     /// A process could not be watched.
     #[error("cannot watch process {pid}")]
     Watch {
-        /// Which.
+        /// The process that was to be watched.
         pid: u32,
-        /// Why.
+        /// What the operating system says.
         source: io::Error,
     },
 }

@@ -20,14 +20,14 @@ const UNFINISHED_FOR: Duration = Duration::from_millis(500);
 pub enum Swept {
     /// An instance without any living process.
     Instance {
-        /// Its name.
+        /// As its own file told it, else its tag.
         name: String,
         /// How many segments of shared memory it had left.
         segments: usize,
     },
     /// A node of a dead process.
     Node {
-        /// Its id.
+        /// As the transport numbers it.
         id: u128,
     },
     /// A segment of shared memory that belonged to nothing, or that its maker did not finish.
@@ -39,7 +39,11 @@ pub enum Swept {
 /// # Errors
 /// [`IpcError`] when the lock over all instances cannot be had.
 pub fn sweep() -> Result<Vec<Swept>, IpcError> {
-    let _global = GlobalLock::enter()?;
+    Ok(sweep_under(&GlobalLock::enter()?))
+}
+
+/// The same while the lock over all instances is held: nobody else sweeps, comes or goes meanwhile.
+fn sweep_under(_global: &GlobalLock) -> Vec<Swept> {
     let mut swept = Vec::new();
     let mut living = Vec::new();
     for dir in instance_dirs() {
@@ -53,7 +57,7 @@ pub fn sweep() -> Result<Vec<Swept>, IpcError> {
         }
     }
     swept.extend(remove_orphans(&living).into_iter().map(Swept::Segment));
-    Ok(swept)
+    swept
 }
 
 /// Removes what dead processes left in an instance that may live. It takes up to 30 ms per dead node: not for an actor.
@@ -155,6 +159,7 @@ mod tests {
     fn a_dead_instance_is_swept_and_a_living_one_is_not() {
         let (dead, living) = (Instance::fresh(), Instance::fresh());
         let lock = living.lock_daemon().unwrap();
+        let global = GlobalLock::enter().unwrap();
         // What a process leaves that was killed: a folder, a lock file that nobody holds, and a segment.
         fs::create_dir_all(dead.dir()).unwrap();
         fs::write(dead.dir().join("daemon.lock"), "1\n").unwrap();
@@ -162,10 +167,9 @@ mod tests {
         let segment = shared_memory().join(format!("{}1.data", dead.prefix()));
         fs::write(&segment, "x").unwrap();
 
-        let swept = sweep().unwrap();
-        let entry = Swept::Instance { name: dead.name().to_owned(), segments: 1 };
-        // Another test's sweep may have been first.
-        assert!(swept.contains(&entry) || !segment.exists());
+        let swept = sweep_under(&global);
+        drop(global);
+        assert!(swept.contains(&Swept::Instance { name: dead.name().to_owned(), segments: 1 }), "{swept:?}");
         assert!(!dead.dir().exists() && !segment.exists());
         assert!(living.dir().exists());
         drop(lock);

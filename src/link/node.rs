@@ -39,7 +39,7 @@ impl IpcNode {
         Ok(Self { inner })
     }
 
-    /// The instance.
+    /// The instance that the node takes part in.
     pub fn instance(&self) -> &Instance {
         self.inner.lock.instance()
     }

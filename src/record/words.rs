@@ -136,7 +136,7 @@ pub fn goal(id: CommandId) -> impl Display {
 pub fn end(end: End) -> &'static str {
     match end {
         End::Succeeded => "succeeded",
-        End::Canceled => "cancelled",
+        End::Canceled => "canceled",
         End::Failed(Fault::Rejected(..)) => "failed: rejected",
         End::Failed(Fault::Unanswered(_)) => "failed: unanswered",
         End::Failed(Fault::Aborted(_)) => "failed: aborted",
@@ -156,7 +156,7 @@ pub fn part_end(end: PartEnd) -> &'static str {
     match end {
         PartEnd::Succeeded => "succeeded",
         PartEnd::Aborted => "aborted",
-        PartEnd::Canceled => "cancelled",
+        PartEnd::Canceled => "canceled",
     }
 }
 

@@ -55,12 +55,12 @@ fn a_late_one_only_delays_the_mission() {
 }
 
 #[test]
-fn a_mission_cancelled_before_all_have_attached_does_not_begin() {
+fn a_mission_canceled_before_all_have_attached_does_not_begin() {
     let attach = |index| (Time::ZERO, Event::Attach(ControllerId(index)));
     for before in 0..4 {
         let mut events: Vec<_> = (0..4).map(attach).collect();
         events.insert(before, (Time::ZERO, Event::Cancel));
         let (_, report) = simulate(&load(&experiment_file(1)), &Settings::default(), events);
-        assert_eq!((report.outcome, report.rounds), ("cancelled", 0), "after {before}");
+        assert_eq!((report.outcome, report.rounds), ("canceled", 0), "after {before}");
     }
 }

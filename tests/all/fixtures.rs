@@ -31,6 +31,8 @@ pub struct Room {
     objects: BTreeMap<u32, Way>,
     #[serde(flatten)]
     pub expected: Expected,
+    /// Fewest steps of any order, by a search over all.
+    pub fewest: usize,
 }
 
 #[derive(Debug, Deserialize)]

@@ -6,11 +6,13 @@ use ambidex::tree::{Serial, Settings};
 
 use crate::fixtures::{Expected, experiment_file, experiments, load, rooms, simulate};
 
-fn check(name: &str, file: &std::path::Path, expected: &Expected) {
+/// The number of steps it took.
+fn check(name: &str, file: &std::path::Path, expected: &Expected) -> usize {
     let (_, report) = simulate(&load(file), &Settings::default(), Vec::new());
     assert_eq!(report.outcome, "done", "{name}");
     assert_eq!(report.steps, expected.steps, "{name}");
     assert_eq!(report.skipped, expected.skipped, "{name}");
+    report.steps.len()
 }
 
 #[test]
@@ -23,11 +25,16 @@ fn experiments_come_out_as_in_the_paper() {
 #[test]
 fn forty_rooms_come_out_as_foretold() {
     let folder = tempfile::tempdir().expect("a folder");
+    let (mut taken, mut fewest, mut best) = (0, 0, 0);
     for (number, room) in rooms() {
         let path = folder.path().join(format!("room-{number}.yaml"));
         std::fs::write(&path, room.mission(number)).expect("a file");
-        check(&format!("room {number}"), &path, &room.expected);
+        let steps = check(&format!("room {number}"), &path, &room.expected);
+        assert!(steps >= room.fewest, "room {number}: {steps} steps, and {} is the least there is", room.fewest);
+        (taken, fewest, best) = (taken + steps, fewest + room.fewest, best + usize::from(steps == room.fewest));
     }
+    println!("{taken} steps where {fewest} would do; {best} of forty rooms could not be done in fewer");
+    assert_eq!((taken, fewest, best), (606, 499, 7));
 }
 
 #[test]

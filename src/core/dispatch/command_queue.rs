@@ -9,7 +9,7 @@ use ambidex_model::{Command, CommandId, Mode, NodeId, Part, Time};
 pub(super) struct Active {
     pub(super) id: CommandId,
     pub(super) part: Part,
-    /// For whom.
+    /// Behaviors that share it.
     pub(super) holders: BTreeSet<NodeId>,
     /// By when the controller must have taken or ended it.
     pub(super) deadline: Option<Time>,

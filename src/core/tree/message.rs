@@ -42,7 +42,7 @@ pub struct Activation {
 /// The answer of a node for everything below it.
 #[derive(Debug, Clone, Default)]
 pub struct Answer {
-    /// The round.
+    /// The round that is answered.
     pub round: u32,
     /// Something below runs.
     pub is_running: bool,
@@ -61,7 +61,7 @@ pub struct Answer {
 pub struct Release {
     /// The last round its leaf took part in.
     pub round: u32,
-    /// The behavior.
+    /// The behavior that ended.
     pub leaf: NodeId,
     /// How it ended.
     pub outcome: Outcome,
@@ -76,7 +76,7 @@ pub struct Release {
 /// What root decided in a round.
 #[derive(Debug, Clone, Default)]
 pub struct Verdict {
-    /// The round.
+    /// The round that it ends.
     pub round: u32,
     /// What starts now.
     pub granted: BTreeMap<NodeId, Grant>,

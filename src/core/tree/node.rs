@@ -16,7 +16,7 @@ pub enum Node {
     Root(Box<Root>),
     /// AND, OR, THEN.
     Composite(Box<Composite>),
-    /// A behavior.
+    /// A behavior at the bottom.
     Leaf(Box<Leaf>),
 }
 

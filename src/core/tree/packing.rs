@@ -20,7 +20,7 @@ pub(super) struct Packing<'a> {
 /// ask for factorially many, and the core must not keep it waiting. What was found by then holds.
 const STEPS: u32 = 20_000;
 
-/// Costs that differ by less count as equal, metres.
+/// Costs that differ by less count as equal, meters.
 const SAME_COST_M: f64 = 1e-9;
 
 impl<'a> Packing<'a> {
@@ -212,7 +212,7 @@ impl<'a> Search<'a> {
         enough
     }
 
-    /// What the claims behind this one cost at least, metres.
+    /// What the claims behind this one cost at least, meters.
     fn least_behind(&self, request: usize, claim: usize) -> f64 {
         let behind = self.requests[request].claims[claim + 1..].iter();
         let others = self.requests[request + 1..].iter().flat_map(|request| &request.claims);

@@ -98,7 +98,7 @@ impl Root {
         &self.world_state
     }
 
-    /// What runs.
+    /// Behaviors that were granted and have not ended.
     pub fn running(&self) -> &BTreeMap<NodeId, Grant> {
         &self.running
     }

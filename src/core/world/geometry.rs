@@ -8,14 +8,14 @@ use ambidex_model::{ControllerKind, Location, ObjectId, PlaceId, Pose, ResourceI
 /// The robot's body in the fixed part of the world.
 #[derive(Debug, Clone, Copy)]
 pub struct Geometry<'a> {
-    /// The robot.
+    /// Its body: shoulders, reach, radius.
     pub robot: &'a RobotSpec,
     /// Places, surfaces, obstacles.
     pub world: &'a WorldSpec,
 }
 
 impl Geometry<'_> {
-    /// Where an object lies, map frame, metres; none while it is in a gripper or nobody knows where.
+    /// Where an object lies, map frame, meters; none while it is in a gripper or nobody knows where.
     pub fn object(&self, world_state: &WorldState, object: ObjectId) -> Option<Point3<f64>> {
         match world_state.objects[object.index()] {
             Location::At(place) => Some(self.spot(object, place)),
@@ -23,19 +23,19 @@ impl Geometry<'_> {
         }
     }
 
-    /// Where an object lies, or would lie, at a place, map frame, metres.
+    /// Where an object lies, or would lie, at a place, map frame, meters.
     pub fn spot(&self, object: ObjectId, place: PlaceId) -> Point3<f64> {
         let place = &self.world.places[place.index()];
         place.stand.to_map(place.surface + self.world.object_offsets[object.index()])
     }
 
-    /// The middle of a place's surface, map frame, metres.
+    /// The middle of a place's surface, map frame, meters.
     pub fn surface(&self, place: PlaceId) -> Point3<f64> {
         let place = &self.world.places[place.index()];
         place.stand.to_map(place.surface)
     }
 
-    /// How far the resource reaches out for the object, metres; none where it cannot.
+    /// How far the resource reaches out for the object, meters; none where it cannot.
     ///
     /// A resource that is no arm reaches at no cost whatever lies somewhere.
     pub fn reach_m(&self, world_state: &WorldState, resource: ResourceId, object: ObjectId) -> Option<f64> {

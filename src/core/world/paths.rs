@@ -8,9 +8,9 @@ use pathfinding::prelude::astar;
 
 use ambidex_model::{Obstacle, Pose};
 
-/// Width of a cell, metres.
+/// Width of a cell, meters.
 const CELL_M: f64 = 0.1;
-/// How far around everything a path may lead, metres.
+/// How far around everything a path may lead, meters.
 const MARGIN_M: f64 = 2.0;
 
 /// Way points from `from` to `to`, the goal last, each with the goal's heading.

@@ -12,7 +12,7 @@ use ambidex_model::{
 /// The state of resources, world and time at the opening of a round.
 #[derive(Debug, Clone)]
 pub struct View {
-    /// The round.
+    /// Counted from 1.
     pub round: u32,
     /// When it opened.
     pub now: Time,
@@ -20,7 +20,7 @@ pub struct View {
     pub table: ResourceTable,
     /// Robot pose, objects, facts.
     pub world_state: WorldState,
-    /// What runs.
+    /// Behaviors that were granted and have not ended.
     pub running: BTreeMap<NodeId, Grant>,
     /// Grows when a behavior completes that had not before, or the world changes from outside.
     pub progress: u64,
@@ -54,9 +54,9 @@ impl View {
 /// A behavior on a resource.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Use {
-    /// The behavior.
+    /// The behavior that would use it.
     pub leaf: NodeId,
-    /// The resource.
+    /// The resource that it would get.
     pub resource: ResourceId,
 }
 

@@ -38,7 +38,7 @@ impl Instance {
         Self { name: format!("run-{}-{:08x}", std::process::id(), salt as u32) }
     }
 
-    /// Its name.
+    /// As it is given on the command line.
     pub fn name(&self) -> &str {
         &self.name
     }

@@ -21,7 +21,7 @@ const DAEMON_FILE: &str = "daemon.lock";
 /// A daemon that lives, as its lock tells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Present {
-    /// Its process.
+    /// Process id of the daemon, 0 if unknown.
     pub pid: u32,
     /// When it took its place, by the clock of the files.
     pub since: SystemTime,

@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 const PATIENCE: Duration = Duration::from_secs(10);
 const SPEED: f64 = 10.0;
 
-/// Drives along x at 1 m/s for two seconds, and brakes for five steps when cancelled.
+/// Drives along x at 1 m/s for two seconds, and brakes for five steps when canceled.
 pub(super) struct Cart {
     x: f64,
     steps_left: u32,

@@ -128,9 +128,9 @@ pub struct WireId {
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
 #[type_name("ambidex.Pose.v1")]
 pub struct WirePose {
-    /// Metres.
+    /// Map frame, meters.
     pub x: f64,
-    /// Metres.
+    /// Map frame, meters.
     pub y: f64,
     /// Radians, counter-clockwise from x.
     pub heading: f64,
@@ -145,7 +145,7 @@ pub struct WireState {
     pub kind: u32,
     /// The object in the gripper or [`NO_OBJECT`].
     pub holds: u32,
-    /// Metres and radians.
+    /// Meters and radians.
     pub position: [f64; 3],
     /// The same per second.
     pub velocity: [f64; 3],
@@ -176,7 +176,7 @@ pub struct WireRequest {
     pub object: u32,
     /// `GOAL`: way points of `DRIVE`.
     pub path_len: u32,
-    /// `GOAL`: the point of `GRASP`, `PUT` and `LOOK`, base frame, metres.
+    /// `GOAL`: the point of `GRASP`, `PUT` and `LOOK`, base frame, meters.
     pub at: [f64; 3],
     /// `GOAL`: the way points, the goal last.
     pub path: [WirePose; PATH_MAX],
@@ -222,13 +222,13 @@ pub struct WirePulse {
     pub epoch: u64,
     /// The attachment, 0 if none.
     pub generation: u32,
-    /// 0.
+    /// Always 0; keeps what follows aligned.
     pub reserved: u32,
     /// `CLOCK_MONOTONIC` when it was sent, nanoseconds.
     pub sent_ns: u64,
     /// Robot time of the state, microseconds; 0 while not attached.
     pub at_us: u64,
-    /// The state.
+    /// Of the kind of the controller.
     pub state: WireState,
 }
 

@@ -47,7 +47,7 @@ impl Arm {
         Ok(())
     }
 
-    /// How far it can lift from there without leaving its reach, metres.
+    /// How far it can lift from there without leaving its reach, meters.
     fn lift_m(&self, at: Point3<f64>) -> f64 {
         let from_shoulder = at - self.spec.shoulder;
         let aside = from_shoulder.xy().norm_squared();

@@ -183,7 +183,7 @@ fn an_arm_takes_and_gives_back() {
 }
 
 #[test]
-fn maintained_commands_last_until_they_are_cancelled() {
+fn maintained_commands_last_until_they_are_canceled() {
     let commands = [(Command::Stand, 1), (look(1.0, -1.0, 0.7), 2)];
     for (command, index) in commands {
         let [arm, base, head] = all();

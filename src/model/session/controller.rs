@@ -30,7 +30,7 @@ pub struct Session<C> {
 /// A message for the daemon of that epoch.
 #[derive(Debug, PartialEq)]
 pub struct Reply {
-    /// The daemon.
+    /// Life of the daemon that it answers.
     pub epoch: u64,
     /// What it is told.
     pub message: FromController,

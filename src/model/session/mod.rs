@@ -27,7 +27,7 @@ pub const PULSE_EVERY: Duration = Duration::from_millis(100);
 /// The daemon lives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Beat {
-    /// Its process.
+    /// Process id of the daemon.
     pub pid: u32,
     /// This life of the daemon; never 0.
     pub epoch: u64,
@@ -44,7 +44,7 @@ pub struct Pulse {
     pub generation: u32,
     /// When the state was so, robot time; zero while not attached.
     pub at: Time,
-    /// The state.
+    /// As of the end of the last step.
     pub state: ControllerState,
 }
 
@@ -62,7 +62,7 @@ pub struct StampedPulse {
 /// A message from a daemon, with what tells whether it is stale.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Received {
-    /// The message.
+    /// What the controller is told.
     pub message: ToController,
     /// The daemon that sent it.
     pub epoch: u64,

@@ -26,7 +26,7 @@ struct Seen {
 pub enum Attendance {
     /// It is there, in this process, and can be configured.
     Attached {
-        /// Its process.
+        /// Process id, to be watched for its end.
         pid: u32,
     },
     /// It ended, fell silent, or gave this daemon up.

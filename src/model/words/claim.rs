@@ -37,14 +37,14 @@ pub enum Selector {
     Named(ResourceId),
     /// Any resource of a type that holds no object and, where an object is given, reaches it.
     AnyEmpty {
-        /// The type.
+        /// The type of which any will do.
         of: TypeId,
         /// The object that it must reach.
         reaches: Option<ObjectId>,
     },
     /// This resource, while it holds no object and, where an object is given, reaches it.
     Empty {
-        /// The resource.
+        /// The one that will do.
         resource: ResourceId,
         /// The object that it must reach.
         reaches: Option<ObjectId>,

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Access, Change, ControllerId, NodeId, ObjectId, Pose, Rejection, ResourceId};
 
-/// What one controller is told to do. Points are in the base frame, poses in the map frame; metres and radians.
+/// What one controller is told to do. Points are in the base frame, poses in the map frame; meters and radians.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Command {
@@ -29,12 +29,12 @@ pub enum Command {
     Put {
         /// What to set down.
         object: ObjectId,
-        /// Where to.
+        /// Where it is set down, base frame, meters.
         at: Point3<f64>,
     },
     /// Head: look at a point and keep looking.
     Look {
-        /// The point.
+        /// What is looked at, base frame, meters.
         at: Point3<f64>,
     },
 }
@@ -65,7 +65,7 @@ pub struct Part {
 /// What a behavior wants done, one goal per grant.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Goal {
-    /// The behavior.
+    /// The behavior that was granted.
     pub leaf: NodeId,
     /// Its parts, in the order of the kind.
     pub parts: Vec<Part>,
@@ -99,7 +99,7 @@ pub enum Fault {
 pub enum End {
     /// As intended.
     Succeeded,
-    /// Otherwise.
+    /// Not as intended; the fault says what went wrong.
     Failed(Fault),
     /// By being told to.
     Canceled,

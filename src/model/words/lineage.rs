@@ -31,7 +31,7 @@ impl NodeRange {
 pub struct Lineage<'a> {
     /// The shape of the tree.
     pub topology: &'a Topology,
-    /// The node.
+    /// Where the line ends; it begins at root.
     pub node: NodeId,
     /// Children skipped tentatively on the way down; leases held in them count as inherited.
     pub skips: &'a [NodeRange],

@@ -10,7 +10,7 @@ use super::{Change, Command, ControllerKind, Location, Mode, ObjectId, Pose, Rej
 pub struct CommandId {
     /// How often the controller had attached, counted by the daemon.
     pub generation: u32,
-    /// The number.
+    /// Grows with every command of an attachment.
     pub number: u32,
 }
 
@@ -20,7 +20,7 @@ pub struct CommandId {
 pub enum ToController {
     /// The first message of an attachment.
     Configure {
-        /// The attachment.
+        /// Counted by the daemon; what belongs to another is stale.
         generation: u32,
         /// Robot seconds per wall second.
         speed: f64,
@@ -31,16 +31,16 @@ pub enum ToController {
     },
     /// Do this.
     Goal {
-        /// Its identity.
+        /// Names the command in every answer.
         id: CommandId,
-        /// Whether it ends by itself or lasts until it is cancelled.
+        /// Whether it ends by itself or lasts until it is canceled.
         mode: Mode,
         /// What to do.
         command: Command,
     },
     /// Stop doing it.
     Cancel {
-        /// Which.
+        /// The command to be stopped.
         id: CommandId,
     },
 }
@@ -51,45 +51,45 @@ pub enum ToController {
 pub enum FromController {
     /// Ready, and this is how things are.
     Configured {
-        /// The attachment.
+        /// The attachment that is answered.
         generation: u32,
         /// Its state, which wins over the daemon's.
         state: ControllerState,
     },
-    /// Taken.
+    /// The command was begun.
     Accepted {
-        /// Which.
+        /// The command that was taken.
         id: CommandId,
         /// By the controller's own clock.
         at: Time,
     },
     /// Not taken.
     Rejected {
-        /// Which.
+        /// The command that was not taken.
         id: CommandId,
-        /// Why.
+        /// What is wrong with it.
         why: Rejection,
     },
     /// Under way.
     Feedback {
-        /// Which.
+        /// The command under way.
         id: CommandId,
         /// From 0 to 1.
         progress: f64,
-        /// Its state.
+        /// At the moment of the feedback.
         state: ControllerState,
     },
-    /// Ended.
+    /// The command is over.
     Result {
-        /// Which.
+        /// The command that ended.
         id: CommandId,
-        /// How.
+        /// As told, given up, or canceled.
         end: PartEnd,
         /// When it began, by the controller's own clock.
         began: Time,
         /// When it ended, by the controller's own clock.
         ended: Time,
-        /// Its state.
+        /// At the moment of the end.
         state: ControllerState,
     },
 }
@@ -114,14 +114,14 @@ pub enum ControllerState {
     Base {
         /// Where it is.
         pose: Pose,
-        /// x and y in metres per second, map frame; z is the turning speed, radians per second.
+        /// x and y in meters per second, map frame; z is the turning speed, radians per second.
         velocity: Vector3<f64>,
     },
     /// An arm: gripper in the base frame.
     Arm {
-        /// Where the gripper is, metres.
+        /// Where the gripper is, meters.
         gripper: Point3<f64>,
-        /// Its velocity, metres per second.
+        /// Its velocity, meters per second.
         velocity: Vector3<f64>,
         /// What it holds.
         holds: Option<ObjectId>,

@@ -11,19 +11,19 @@ use super::{ChannelId, ControllerId, FactId, NodeId, ObjectId, PlaceId, Resource
 pub struct Names {
     /// Nodes of the tree.
     pub nodes: Vec<String>,
-    /// Resources.
+    /// Resources of the robot.
     pub resources: Vec<String>,
     /// Types of resources.
     pub types: Vec<String>,
-    /// Channels.
+    /// Channels, as they are made from texts like `at $place`.
     pub channels: Vec<String>,
-    /// Objects.
+    /// Objects of the world.
     pub objects: Vec<String>,
-    /// Places.
+    /// Places of the world.
     pub places: Vec<String>,
-    /// Facts.
+    /// Facts of the world.
     pub facts: Vec<String>,
-    /// Controllers.
+    /// Controllers of the robot, which are also names of processes.
     pub controllers: Vec<String>,
 }
 

@@ -12,7 +12,7 @@ pub enum Reason {
     Satisfied,
     /// Somebody holds the resource in a way that does not fit.
     Held {
-        /// The resource.
+        /// The first claimed one that is held.
         resource: ResourceId,
         /// Who holds it.
         by: NodeId,
@@ -21,41 +21,41 @@ pub enum Reason {
     },
     /// Every resource of the type is held or full.
     NoneFree {
-        /// The type.
+        /// None of its resources would serve.
         of: TypeId,
     },
     /// The robot has no resource of the type.
     Missing {
-        /// The type.
+        /// It is in no robot file.
         of: TypeId,
     },
     /// No empty resource reaches the object.
     OutOfReach {
-        /// The object.
+        /// What is to be reached from where the robot stands.
         object: ObjectId,
     },
     /// The object is in no gripper of its own line.
     NotHeld {
-        /// The object.
+        /// What is needed and in no gripper of the line.
         object: ObjectId,
     },
     /// The object is in a gripper already.
     Taken {
-        /// The object.
+        /// What somebody was faster with.
         object: ObjectId,
-        /// The gripper.
+        /// The gripper that has it.
         by: ResourceId,
     },
     /// The object is not at the place.
     Elsewhere {
-        /// The object.
+        /// What is missed.
         object: ObjectId,
         /// Where it should be.
         place: PlaceId,
     },
     /// The base does not stand at the place.
     NotAt {
-        /// The place.
+        /// Where the base should stand.
         place: PlaceId,
     },
     /// The base is driving.
@@ -65,12 +65,12 @@ pub enum Reason {
     },
     /// No free path leads to the place.
     NoPath {
-        /// The place.
+        /// Where the base is to go.
         place: PlaceId,
     },
     /// A fact is not as it must be.
     Fact {
-        /// The fact.
+        /// Its name in the mission.
         fact: FactId,
         /// What it must be.
         holds: bool,
@@ -79,7 +79,7 @@ pub enum Reason {
     Unwanted,
     /// Its potential is 0: nothing of the type would be available to it there.
     NothingAvailable {
-        /// The type.
+        /// The one that scales the potential.
         of: TypeId,
     },
     /// It was done for another behavior, which still lacks something.
@@ -93,7 +93,7 @@ pub enum Reason {
     Outbid {
         /// The other request's behavior.
         by: NodeId,
-        /// The resource.
+        /// What both want.
         resource: ResourceId,
         /// Its own potential.
         own: f64,
@@ -102,7 +102,7 @@ pub enum Reason {
     },
     /// Another behavior changes the same object.
     SameObject {
-        /// The object.
+        /// What both would change.
         object: ObjectId,
         /// The other behavior.
         with: NodeId,

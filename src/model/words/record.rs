@@ -20,7 +20,7 @@ pub enum Record {
     Header(Box<Header>),
     /// A message between two nodes.
     Sent {
-        /// When.
+        /// Robot time of the sending.
         at: Time,
         /// The round it belongs to.
         round: u32,
@@ -33,9 +33,9 @@ pub enum Record {
     },
     /// What root decided at the end of a round.
     Decided {
-        /// When.
+        /// Robot time of the verdict.
         at: Time,
-        /// The round.
+        /// Counted from 1.
         round: u32,
         /// What starts now.
         granted: Vec<Grant>,
@@ -46,9 +46,9 @@ pub enum Record {
     },
     /// Root applied the end of a behavior.
     Released {
-        /// When.
+        /// Robot time at which root applied it.
         at: Time,
-        /// The behavior.
+        /// The behavior that ended.
         leaf: NodeId,
         /// How it ended.
         end: End,
@@ -59,23 +59,23 @@ pub enum Record {
     },
     /// The world changed from outside.
     World {
-        /// When.
+        /// Robot time at which root applied it.
         at: Time,
-        /// How.
+        /// What is different, and was not before.
         change: Change,
     },
     /// What a resource is like now that root moved, made or ended leases of it; nobody holds one that was never told of.
     Resource {
-        /// When.
+        /// Robot time of the change.
         at: Time,
-        /// Which.
+        /// The resource whose leases changed.
         resource: ResourceId,
         /// Who holds it, how and why.
         state: Resource,
     },
     /// A message between the runtime and a controller.
     Controller {
-        /// When.
+        /// Robot time of the telling.
         at: Time,
         /// Which controller.
         controller: ControllerId,
@@ -84,9 +84,9 @@ pub enum Record {
     },
     /// The mission is over; what follows only makes the controllers safe.
     Ended {
-        /// When.
+        /// Robot time of the end.
         at: Time,
-        /// How.
+        /// Done, or why not.
         end: MissionEnd,
     },
 }
@@ -245,9 +245,9 @@ impl From<&NodeKind> for EntryKind {
 /// A leaf and why it does not run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Blocked {
-    /// The leaf.
+    /// The behavior that does not run.
     pub leaf: NodeId,
-    /// Why.
+    /// What keeps it.
     pub reason: Reason,
 }
 
@@ -256,7 +256,7 @@ pub struct Blocked {
 pub struct Reopened {
     /// The THEN for which it was done.
     pub holder: NodeId,
-    /// The behavior.
+    /// The behavior that is done again.
     pub leaf: NodeId,
     /// The lease that lapsed; none where the THEN only goes back.
     pub lapsed: Option<ResourceId>,
@@ -278,7 +278,7 @@ pub enum Message {
         satisfied: bool,
         /// The potential of the node; none where nothing below asks.
         potential: Option<f64>,
-        /// Who asks.
+        /// Behaviors below that ask, as passed on.
         asking: Vec<NodeId>,
         /// A leaf's own request.
         request: Option<Arc<Request>>,
@@ -294,16 +294,16 @@ pub enum Message {
     },
     /// Down: what was done is not any more.
     Reopen {
-        /// The behavior.
+        /// The behavior that is done again.
         leaf: NodeId,
     },
     /// Down: end what runs.
     Cancel,
     /// Up: a behavior ended.
     Release {
-        /// The behavior.
+        /// The behavior that ended.
         leaf: NodeId,
-        /// How.
+        /// Success, failure with its fault, or cancel.
         end: End,
         /// What that means so far.
         consequences: Consequences,
@@ -338,24 +338,24 @@ pub enum ControllerMessage {
     Told {
         /// For which behavior; none for a configuration.
         leaf: Option<NodeId>,
-        /// What.
+        /// A configuration, a command, or its cancel.
         message: ToController,
     },
     /// A further behavior shares a command that lasts.
     Joined {
-        /// The behavior.
+        /// The behavior that joins.
         leaf: NodeId,
-        /// The command.
+        /// The command that it shares.
         id: CommandId,
     },
     /// It told the runtime something.
     Heard {
-        /// What.
+        /// An answer, feedback, or a result.
         message: FromController,
     },
     /// What came from it was not used.
     Refused {
-        /// Why.
+        /// What was wrong with it.
         why: Rejection,
     },
     /// It is gone.

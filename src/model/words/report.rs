@@ -136,7 +136,7 @@ impl Tally {
                 | MissionEnd::NodeLost(_)
                 | MissionEnd::TaskLost => "failed",
                 MissionEnd::Stalled => "stalled",
-                MissionEnd::Canceled => "cancelled",
+                MissionEnd::Canceled => "canceled",
             },
             steps: steps.collect(),
             skipped: self.skipped.iter().map(|(leaf, _)| name(leaf)).collect(),
@@ -216,7 +216,7 @@ impl Tally {
 pub struct MissionReport {
     /// The mission's name.
     pub mission: String,
-    /// `done`, `failed`, `stalled` or `cancelled`.
+    /// `done`, `failed`, `stalled` or `canceled`.
     pub outcome: &'static str,
     /// What was granted between two releases; names sorted.
     pub steps: Vec<Vec<String>>,

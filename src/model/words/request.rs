@@ -9,9 +9,9 @@ use super::{Access, ChannelId, NodeId, NodeRange, ObjectId, ResourceId, Retentio
 /// A resource that would serve a claim, and what it costs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
-    /// The resource.
+    /// It would serve the claim.
     pub resource: ResourceId,
-    /// Distance to reach, metres; 0 where nothing is reached for.
+    /// Distance to reach, meters; 0 where nothing is reached for.
     pub cost_m: f64,
 }
 
@@ -36,13 +36,13 @@ impl ClaimOptions {
 /// One behavior's request for resources (III-C).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Request {
-    /// The behavior.
+    /// The behavior that asks.
     pub leaf: NodeId,
     /// Activation potential: finite, greater than 0.
     pub potential: f64,
     /// Whether an intention lease is kept for it; such a request comes first among equals.
     pub heir: bool,
-    /// Its claims.
+    /// What it needs, in the order of its kind.
     pub claims: Vec<ClaimOptions>,
     /// Objects that it changes.
     pub changes: Vec<ObjectId>,
@@ -53,7 +53,7 @@ pub struct Request {
 /// A claim bound to a resource.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Binding {
-    /// The resource.
+    /// What was bound to the claim.
     pub resource: ResourceId,
     /// How it is used.
     pub access: Access,
@@ -72,7 +72,7 @@ pub struct Grant {
 }
 
 impl Grant {
-    /// The behavior.
+    /// The behavior that was granted.
     pub fn leaf(&self) -> NodeId {
         self.request.leaf
     }

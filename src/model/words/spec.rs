@@ -12,15 +12,15 @@ use super::{
 /// A mission that can be run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MissionSpec {
-    /// Its name.
+    /// As reports and logs call the mission.
     pub name: String,
-    /// The robot.
+    /// Body, resources and controllers.
     pub robot: RobotSpec,
     /// The fixed part of the world.
     pub world: WorldSpec,
     /// The changing part at the start.
     pub start: WorldState,
-    /// The task.
+    /// The tree with its behaviors bound.
     pub tree: TreeSpec,
     /// What everything is called.
     pub names: Names,
@@ -29,20 +29,20 @@ pub struct MissionSpec {
 /// The robot as a set of resources and the controllers that move them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobotSpec {
-    /// Its name.
+    /// As the robot file calls it.
     pub name: String,
     /// Resources by id.
     pub resources: Vec<ResourceSpec>,
     /// Controllers by id.
     pub controllers: Vec<ControllerSpec>,
-    /// Radius of the smallest upright cylinder around base and tucked arms, metres.
+    /// Radius of the smallest upright cylinder around base and tucked arms, meters.
     pub radius_m: f64,
 }
 
 /// The fixed part of a resource.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ResourceSpec {
-    /// Its type.
+    /// What it can be claimed as.
     pub ty: TypeId,
     /// Who moves it; none for one that only counts.
     pub controller: Option<ControllerId>,
@@ -51,7 +51,7 @@ pub struct ResourceSpec {
 /// A controller process.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ControllerSpec {
-    /// Its name.
+    /// What its process is started with.
     pub name: String,
     /// What it moves, and its limits.
     pub kind: ControllerKind,
@@ -72,28 +72,28 @@ pub enum ControllerKind {
 /// An arm with a gripper.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ArmSpec {
-    /// The shoulder in the base frame, metres.
+    /// The shoulder in the base frame, meters.
     pub shoulder: Point3<f64>,
-    /// Where the gripper is carried, base frame, metres.
+    /// Where the gripper is carried, base frame, meters.
     pub tuck: Point3<f64>,
-    /// How far the gripper reaches from the shoulder, metres.
+    /// How far the gripper reaches from the shoulder, meters.
     pub reach_m: f64,
-    /// Top speed of the gripper, metres per second.
+    /// Top speed of the gripper, meters per second.
     pub speed: f64,
-    /// Top acceleration of the gripper, metres per second squared.
+    /// Top acceleration of the gripper, meters per second squared.
     pub acceleration: f64,
     /// Time to close or open the gripper, seconds.
     pub grip_s: f64,
-    /// How far it lifts what it took, metres.
+    /// How far it lifts what it took, meters.
     pub lift_m: f64,
 }
 
 /// A base that drives in the plane in any direction.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BaseSpec {
-    /// Top speed, metres per second.
+    /// Top speed, meters per second.
     pub speed: f64,
-    /// Top acceleration, metres per second squared.
+    /// Top acceleration, meters per second squared.
     pub acceleration: f64,
     /// Top turning speed, radians per second.
     pub turn_speed: f64,
@@ -104,7 +104,7 @@ pub struct BaseSpec {
 /// A head that pans and tilts.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct HeadSpec {
-    /// The crossing of its axes in the base frame, metres.
+    /// The crossing of its axes in the base frame, meters.
     pub neck: Point3<f64>,
     /// Top speed of each axis, radians per second.
     pub speed: f64,
@@ -117,7 +117,7 @@ pub struct HeadSpec {
 pub struct WorldSpec {
     /// Places by id.
     pub places: Vec<PlaceSpec>,
-    /// Where on a surface each object lies, by object: offset in the frame of the place's stand, metres.
+    /// Where on a surface each object lies, by object: offset in the frame of the place's stand, meters.
     pub object_offsets: Vec<Vector3<f64>>,
     /// What the base must not drive into.
     pub obstacles: Vec<Obstacle>,
@@ -128,11 +128,11 @@ pub struct WorldSpec {
 pub struct PlaceSpec {
     /// Where the base stands, map frame.
     pub stand: Pose,
-    /// The middle of the surface in the frame of the stand, metres.
+    /// The middle of the surface in the frame of the stand, meters.
     pub surface: Point3<f64>,
 }
 
-/// An upright box, map frame, metres.
+/// An upright box, map frame, meters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Obstacle {
     /// Its lower corner.
@@ -199,7 +199,7 @@ impl Topology {
 pub struct TreeSpec {
     /// What each node is, by id; node 0 is the root and has one child.
     pub nodes: Vec<NodeKind>,
-    /// Its shape.
+    /// Parents and extents of the nodes.
     pub topology: Topology,
 }
 
@@ -269,14 +269,14 @@ pub enum Potential {
     Scaled {
         /// The value of each.
         value: f64,
-        /// The type.
+        /// The type whose available resources count.
         by: TypeId,
     },
-    /// Equation (1): `n / max(distance, floor)`, metres in the plane.
+    /// Equation (1): `n / max(distance, floor)`, meters in the plane.
     Nearness {
         /// Where it would go, map frame.
         to: Pose,
-        /// Distance below which it does not grow, metres.
+        /// Distance below which it does not grow, meters.
         floor_m: f64,
         /// Type whose available resources are counted; without it n = 1.
         scale_by: Option<TypeId>,
@@ -296,7 +296,7 @@ pub enum Condition {
         place: PlaceId,
         /// The stand, map frame.
         stand: Pose,
-        /// The distance, metres.
+        /// The distance, meters.
         tolerance_m: f64,
     },
     /// A free path leads to a stand.

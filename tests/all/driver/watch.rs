@@ -22,7 +22,7 @@ pub struct Watch {
     granted: BTreeMap<NodeId, Grant>,
     /// Behaviors that ended, and whether well, while the word of it is on its way to root.
     ended: BTreeMap<NodeId, bool>,
-    /// Nothing is granted or refused any more; there is no reason for "the mission is being cancelled".
+    /// Nothing is granted or refused any more; there is no reason for "the mission is being canceled".
     is_cancelling: bool,
     /// Resources that a behavior may have left a lease on by an earlier success.
     left: BTreeSet<(NodeId, u32)>,

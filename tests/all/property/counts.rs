@@ -60,7 +60,7 @@ impl Counts {
             Some(MissionEnd::Done) => "done",
             Some(MissionEnd::Failed(_)) => "failed",
             Some(MissionEnd::Stalled) => "stalled",
-            Some(MissionEnd::Canceled) => "cancelled",
+            Some(MissionEnd::Canceled) => "canceled",
             Some(MissionEnd::ControllerLost(_) | MissionEnd::NotAttached) => "otherwise",
             Some(MissionEnd::NodeLost(_) | MissionEnd::TaskLost) | None => "otherwise",
         };

@@ -14,7 +14,8 @@ use crate::driver::Rng;
 use crate::support::{self, BASE, Body, GRIPPER, HEAD, TOOL, Tree, WING};
 
 const FACTS: usize = 4;
-const DEPTH: usize = 6;
+/// Most nodes between the root and a behavior.
+pub const DEPTH: usize = 6;
 
 /// A mission with all that will happen to it.
 pub struct Case {
@@ -27,9 +28,14 @@ pub struct Case {
 
 impl Case {
     pub fn new(seed: u64) -> Self {
+        Self::of(seed, DEPTH)
+    }
+
+    /// The same from a tree of less depth.
+    pub fn of(seed: u64, depth: usize) -> Self {
         let mut rng = Rng::of(&[seed, 1]);
         let mut maker = Maker::new(&mut rng);
-        let tree = maker.tree(DEPTH);
+        let tree = maker.tree(depth);
         let Maker { is_wild, body, places, objects, blocked, .. } = maker;
         let facts = (0..FACTS).map(|_| rng.is(40)).collect();
         let mut mission = support::mission(body, places, objects, facts, &tree);

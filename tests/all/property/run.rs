@@ -160,7 +160,7 @@ pub fn chaos(case: &Case) -> Counts {
     all_at_once(case, usize::MAX)
 }
 
-pub fn cancelled(case: &Case) -> Counts {
+pub fn canceled(case: &Case) -> Counts {
     all_at_once(case, case.plan.cancel_after())
 }
 
@@ -169,12 +169,12 @@ fn all_at_once(case: &Case, cancel_after: usize) -> Counts {
     let mut rng = Rng::of(&[case.seed, 8]);
     let mut driver = driver(case, 9);
     let mut agenda = Agenda::new(case);
-    let (mut steps, mut is_cancelled) = (0, false);
+    let (mut steps, mut is_canceled) = (0, false);
     begin(&mut driver, case);
     while driver.finished.is_none() {
         steps += 1;
         agenda.take_up(case, &mut driver);
-        if steps > cancel_after && !std::mem::replace(&mut is_cancelled, true) {
+        if steps > cancel_after && !std::mem::replace(&mut is_canceled, true) {
             driver.give(ROOT, Input::End(MissionEnd::Canceled));
         } else if rng.is(85) && driver.step() {
         } else if let Some((at, event)) = agenda.next() {
@@ -187,7 +187,7 @@ fn all_at_once(case: &Case, cancel_after: usize) -> Counts {
     }
     driver.rest();
     assert!(driver.goals.is_empty(), "still runs: {:?}", driver.goals);
-    if is_cancelled {
+    if is_canceled {
         assert!(matches!(driver.finished, Some(MissionEnd::Canceled | MissionEnd::Done)));
     }
     counts(&driver)
