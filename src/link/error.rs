@@ -35,6 +35,17 @@ pub enum IpcError {
     /// Another process holds the lock over all instances for too long.
     #[error("another process has held {0} for seconds; is it stopped?")]
     GlobalLockHeld(PathBuf),
+    /// A folder of ours is somebody else's, or no folder.
+    #[error(
+        "{} is in the way: it belongs to user {uid}, and what lies there must be a folder of your own; have it removed",
+        path.display()
+    )]
+    Foreign {
+        /// What lies where the folder should.
+        path: PathBuf,
+        /// User id of its owner.
+        uid: u32,
+    },
     /// A file or folder under the root could not be made or read.
     #[error("cannot use {path}")]
     File {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use iceoryx2::prelude::{Node, NodeBuilder, SignalHandlingMode};
 
 use crate::error::IpcError;
-use crate::instances::{Instance, Lock, Transport};
+use crate::instances::{Instance, Lock, Transport, restrict};
 use crate::janitor;
 
 /// A place in an instance. Cheap to clone; ports hold one, so that the lock outlives them.
@@ -35,13 +35,19 @@ impl IpcNode {
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Transport>()
             .map_err(|source| IpcError::Node { instance: instance.name().to_owned(), source: Box::new(source) })?;
-        let inner = Arc::new(Inner { node, lock });
-        Ok(Self { inner })
+        let opened = Self { inner: Arc::new(Inner { node, lock }) };
+        opened.restrict();
+        Ok(opened)
     }
 
     /// The instance that the node takes part in.
     pub fn instance(&self) -> &Instance {
         self.inner.lock.instance()
+    }
+
+    /// Sees to it that nobody else can open what the transport has made for this instance so far.
+    pub(crate) fn restrict(&self) {
+        restrict(&self.instance().prefix());
     }
 
     pub(super) fn node(&self) -> &Node<Transport> {

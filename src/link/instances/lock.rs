@@ -10,6 +10,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use super::instance::{Instance, check_controller_name};
 use super::paths::{base, segments};
+use super::private;
 use crate::error::IpcError;
 
 const GLOBAL_WAIT: Duration = Duration::from_secs(5);
@@ -80,9 +81,10 @@ impl Lock {
     fn take(instance: &Instance, file_name: &str, taken: impl FnOnce(u32) -> IpcError) -> Result<Self, IpcError> {
         let _global = GlobalLock::enter()?;
         let dir = instance.dir();
-        fs::create_dir_all(&dir).map_err(IpcError::file(&dir))?;
+        private::folder(&dir)?;
         let name = dir.join(NAME_FILE);
-        fs::write(&name, instance.name()).map_err(IpcError::file(&name))?;
+        let file = private::open(File::options().create(true).truncate(true).write(true), &name);
+        file.and_then(|mut file| file.write_all(instance.name().as_bytes())).map_err(IpcError::file(&name))?;
         let path = dir.join(file_name);
         let mut file = open(&path)?;
         match file.try_lock() {
@@ -150,7 +152,7 @@ impl GlobalLock {
         let path = base.join(GLOBAL_FILE);
         let begun = Instant::now();
         loop {
-            fs::create_dir_all(&base).map_err(IpcError::file(&base))?;
+            private::folder(&base)?;
             // Whoever was here before may have removed folder and file since, so a lock counts only on the file that is there.
             if let Some(file) = lock_global(&path, true)? {
                 return Ok(Self { _file: file, path });
@@ -220,7 +222,7 @@ pub(crate) fn name_in(dir: &Path) -> String {
 }
 
 fn lock_global(path: &Path, creates: bool) -> Result<Option<File>, IpcError> {
-    let file = match File::options().create(creates).append(true).open(path) {
+    let file = match private::open(File::options().create(creates).append(true), path) {
         Ok(file) => file,
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
         Err(source) => return Err(IpcError::file(path)(source)),
@@ -236,7 +238,8 @@ fn lock_global(path: &Path, creates: bool) -> Result<Option<File>, IpcError> {
 }
 
 fn open(path: &Path) -> Result<File, IpcError> {
-    File::options().create(true).truncate(false).read(true).write(true).open(path).map_err(IpcError::file(path))
+    let options = &mut File::options();
+    private::open(options.create(true).truncate(false).read(true).write(true), path).map_err(IpcError::file(path))
 }
 
 fn read_pid(file: &mut File) -> u32 {

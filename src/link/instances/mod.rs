@@ -3,6 +3,7 @@
 mod instance;
 mod lock;
 mod paths;
+mod private;
 
 use iceoryx2::prelude::ipc_threadsafe;
 
@@ -13,6 +14,7 @@ pub use lock::{Lock, Present};
 #[cfg(test)]
 pub(crate) use paths::shared_memory;
 pub(crate) use paths::{PREFIX, base, prefix_of, segments};
+pub(crate) use private::restrict;
 
 /// The transport: shared memory whose ports may be used from any thread.
 pub(crate) type Transport = ipc_threadsafe::Service;

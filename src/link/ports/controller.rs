@@ -49,7 +49,7 @@ impl ControllerPort {
     /// [`IpcError`] when the services cannot be had.
     pub fn open(node: &IpcNode, controller: &str) -> Result<Self, IpcError> {
         let services = Services::new(node, controller);
-        Ok(Self {
+        let port = Self {
             // The ear before the server: a goal may come as soon as that is there.
             listener: services.controller_listener()?,
             notifier: services.daemon_notifier()?,
@@ -59,7 +59,9 @@ impl ControllerPort {
             streams: Vec::new(),
             controller: controller.to_owned(),
             _node: node.clone(),
-        })
+        };
+        node.restrict();
+        Ok(port)
     }
 
     /// The newest sign of life of a daemon, if one came since the last call.

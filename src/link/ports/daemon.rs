@@ -69,6 +69,7 @@ impl DaemonPort {
             generation: 0,
             _node: node.clone(),
         };
+        node.restrict();
         port.beat();
         ring(&port.notifier);
         Ok(port)

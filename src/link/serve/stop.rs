@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
 
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::low_level::pipe;
 
 /// Readable once the controller is to stop.
@@ -20,13 +20,14 @@ pub struct Stopper {
 }
 
 impl Stop {
-    /// Stops on SIGTERM and SIGINT.
+    /// Stops on SIGTERM, SIGINT and SIGHUP.
     ///
     /// # Errors
     /// When the handlers cannot be set.
     pub fn on_signals() -> io::Result<Self> {
         let (reader, writer) = UnixStream::pair()?;
         pipe::register(SIGINT, writer.try_clone()?)?;
+        pipe::register(SIGHUP, writer.try_clone()?)?;
         pipe::register(SIGTERM, writer)?;
         Ok(Self { reader })
     }

@@ -84,15 +84,14 @@ impl Daemon {
         Self { port, presence: Presence::new(epoch), generation: 0 }
     }
 
-    /// Beats and takes what has come.
+    /// Beats and takes what has come and says anything.
     pub(super) fn hear(&mut self) -> Vec<Heard> {
         self.port.beat();
-        let heard = self.port.drain();
-        for heard in &heard {
-            if let Heard::Pulse(pulse) = heard {
-                self.presence.hear(pulse, monotonic_ns());
-            }
-        }
+        let mut heard = self.port.drain();
+        heard.retain(|heard| match heard {
+            Heard::Pulse(pulse) => self.presence.hear(pulse, monotonic_ns()),
+            Heard::Message(_) | Heard::Refused(_) | Heard::Closed(_) => true,
+        });
         heard
     }
 
@@ -114,7 +113,7 @@ impl Daemon {
             let wait = Timespec::try_from(Duration::from_millis(50)).unwrap();
             poll(&mut fds, Some(&wait)).unwrap();
         }
-        panic!("never heard {what}, but {heard:?}");
+        panic!("never heard {what}, but {:?}", heard.iter().rev().take(5).collect::<Vec<_>>());
     }
 
     pub(super) fn attach(&mut self) {

@@ -2,6 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
 use ambidex_model::Record;
@@ -28,7 +29,13 @@ impl JournalFile {
         if fs::symlink_metadata(&path).is_ok_and(|there| there.is_file()) {
             drop(fs::remove_file(&path));
         }
-        let file = File::create(&path).map_err(|source| JournalError::Create { path: path.clone(), source })?;
+        let file = File::options()
+            .write(true)
+            .create(true)
+            .truncate(true)
+            .mode(0o600)
+            .open(&path)
+            .map_err(|source| JournalError::Create { path: path.clone(), source })?;
         Ok(Self { path, journal: Journal::new(BufWriter::new(file)) })
     }
 
