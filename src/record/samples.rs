@@ -183,6 +183,7 @@ fn releases() -> Vec<Record> {
         End::Failed(Fault::Unanswered(controller)),
         End::Failed(Fault::Aborted(controller)),
         End::Failed(Fault::NotMaintained(controller)),
+        End::Failed(Fault::Contradicted(ResourceId(1))),
         End::Failed(Fault::TimedOut),
         End::Failed(Fault::Lost(controller)),
     ];

@@ -141,6 +141,7 @@ pub fn end(end: End) -> &'static str {
         End::Failed(Fault::Unanswered(_)) => "failed: unanswered",
         End::Failed(Fault::Aborted(_)) => "failed: aborted",
         End::Failed(Fault::NotMaintained(_)) => "failed: not maintained",
+        End::Failed(Fault::Contradicted(_)) => "failed: contradicted",
         End::Failed(Fault::TimedOut) => "failed: timed out",
         End::Failed(Fault::Lost(_)) => "failed: lost",
     }

@@ -9,7 +9,7 @@ use super::journal_task::Journal;
 use super::signal::Signal;
 use ambidex_core::dispatch;
 use ambidex_core::tree::{Down, Effect, Input, Node, Outbox, Up};
-use ambidex_model::{Change, MissionEnd, MissionSpec, NodeId, Outcome, Topology, WorldState};
+use ambidex_model::{Change, MissionEnd, MissionSpec, NodeId, Outcome, Time, Topology, WorldState};
 
 /// What a parent can have on the way to a child: a verdict, a reopening, a cancel, and the next activation; twice that.
 const FROM_PARENT: usize = 8;
@@ -133,16 +133,18 @@ impl NodeTask {
             if is_root && let Some(journal) = &self.around.journal {
                 journal.ready().await;
             }
-            self.node.handle(self.around.clock.now(), input, &mut out);
+            // One moment for all that comes of one input, so that no record is older than the one before it.
+            let now = self.around.clock.now();
+            self.node.handle(now, input, &mut out);
             for effect in out.drain() {
-                self.carry(effect);
+                self.carry(now, effect);
             }
         }
     }
 
-    fn carry(&self, effect: Effect) {
+    fn carry(&self, now: Time, effect: Effect) {
         if let Some(journal) = &self.around.journal
-            && let Some(record) = effect.message(self.around.clock.now(), self.id, &self.around.mission.tree.topology)
+            && let Some(record) = effect.message(now, self.id, &self.around.mission.tree.topology)
         {
             journal.write(record);
         }

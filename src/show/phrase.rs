@@ -104,6 +104,7 @@ pub fn fault_sentence(fault: Fault, names: &Names) -> String {
         }
         Fault::Aborted(controller) => format!("{} gave up", names.controller(controller)),
         Fault::NotMaintained(controller) => format!("{} ended early what had to last", names.controller(controller)),
+        Fault::Contradicted(gripper) => format!("{} does not hold what it should", names.resource(gripper)),
         Fault::TimedOut => "it took too long".into(),
         Fault::Lost(controller) => format!("{} was lost", names.controller(controller)),
     }

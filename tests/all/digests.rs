@@ -1,4 +1,5 @@
-//! The decisions of every shipped mission, of the forty rooms and of generated trees, one digest each.
+//! The decisions of every shipped mission, of the forty rooms and of generated trees: one digest each of what was
+//! granted, done again and ended, and one of the reasons for everything else.
 //!
 //! A change that is to leave decisions alone leaves `tests/data/digests.txt` alone. One that means to change them
 //! writes it anew with `AMBIDEX_BLESS=1` and says why each line differs.
@@ -65,8 +66,8 @@ fn simulated(name: &str, mission: &Arc<MissionSpec>, settings: &Settings) -> Str
 }
 
 fn line(name: &str, names: &Names, records: &[Record]) -> String {
-    let text = decisions(names, records);
-    format!("{name} {:016x} {}", fnv(&text), text.lines().count())
+    let (decisions, reasons) = (decisions(names, records), reasons(records));
+    format!("{name} {:016x} {:016x} {}", fnv(&decisions), fnv(&reasons), decisions.lines().count())
 }
 
 /// Every decision and every end in order, in words that do not depend on how records are written; not when: that is
@@ -75,12 +76,9 @@ pub fn decisions(names: &Names, records: &[Record]) -> String {
     let mut text = String::new();
     for record in records {
         match record {
-            Record::Decided { round, granted, refused, reopened, .. } => {
+            Record::Decided { round, granted, reopened, .. } => {
                 write!(text, "round {round}").expect("a string takes all");
                 granted.iter().for_each(|grant| tell(&mut text, names, grant));
-                for blocked in refused {
-                    write!(text, "; {} not: {:?}", blocked.leaf.0, blocked.reason).expect("a string takes all");
-                }
                 if let Some(reopened) = reopened {
                     let lapsed = reopened.lapsed.map(|resource| resource.0);
                     let (leaf, holder) = (reopened.leaf.0, reopened.holder.0);
@@ -98,6 +96,19 @@ pub fn decisions(names: &Names, records: &[Record]) -> String {
             Record::Resource { .. } | Record::Controller { .. } => continue,
         }
         text.push('\n');
+    }
+    text
+}
+
+/// Why each behavior that was asked did not run, round by round.
+fn reasons(records: &[Record]) -> String {
+    let mut text = String::new();
+    for record in records {
+        if let Record::Decided { round, refused, .. } = record {
+            for blocked in refused {
+                writeln!(text, "{round} {} {:?}", blocked.leaf.0, blocked.reason).expect("a string takes all");
+            }
+        }
     }
     text
 }

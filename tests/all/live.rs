@@ -97,6 +97,7 @@ pub fn run(
     assert!(!instance.has_left_anything());
     let taken = |published: &Arc<Mutex<Published>>| std::mem::take(&mut *published.lock().expect("no poison"));
     let records = std::mem::take(&mut *records.lock().expect("no poison"));
+    assert!(records.is_sorted_by_key(Record::at), "the log's time goes back");
     Live { ended, at, records, published: published.iter().map(taken).collect() }
 }
 

@@ -25,6 +25,8 @@ pub enum Event {
     Fails(&'static str),
     /// It fails, and its controller says where the base or what the gripper holds.
     FailsWith(&'static str, Change),
+    /// It succeeds, and its controller says where the base is or what the gripper holds.
+    OkWith(&'static str, Change),
     /// The world changes from outside.
     World(Change),
 }
@@ -54,6 +56,7 @@ impl Run {
                     let failed = End::Failed(Fault::TimedOut);
                     run.give(run.node(name), outcome(failed, vec![change]));
                 }
+                Event::OkWith(name, change) => run.give(run.node(name), outcome(End::Succeeded, vec![change])),
                 Event::World(change) => run.give(NodeId(0), Input::World(change)),
             }
         }
@@ -106,6 +109,11 @@ impl Run {
             Record::World { .. } | Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => None,
         });
         refused.next_back().map(|blocked| blocked.reason.clone())
+    }
+
+    /// Where things are.
+    pub fn world_state(&self) -> &ambidex::model::WorldState {
+        self.driver.root().world_state()
     }
 
     /// Who holds what: `resource: holder` in resource order.

@@ -1,9 +1,11 @@
 //! Which resources would serve which claim now.
 
+use std::collections::BTreeSet;
+
 use crate::world::View;
 use ambidex_model::{
-    Access, Candidate, Claim, ClaimOptions, Lineage, Location, ObjectId, Reason, ResourceId, Selector, TypeId,
-    match_claims,
+    Access, Candidate, Claim, ClaimOptions, Lineage, Location, ObjectId, Reason, ResourceId, RobotSpec, Selector,
+    TypeId, match_claims,
 };
 
 /// Each claim with every resource that would serve it in the table as it is.
@@ -15,8 +17,17 @@ pub(super) fn options(claims: &[Claim], view: &View, line: &Lineage<'_>) -> Resu
     let resources: Vec<_> = options.iter().map(ClaimOptions::resources).collect();
     match match_claims(&resources) {
         Ok(()) => Ok(options),
-        Err(short) => Err(Reason::NoneFree { of: view.mission.robot.resources[resources[short][0].index()].ty }),
+        Err(short) => Err(too_few(&resources, resources[short][0], &view.mission.robot)),
     }
+}
+
+/// Why claims cannot all be served though each alone could: those that want what a contested resource is of.
+pub(crate) fn too_few(options: &[Vec<ResourceId>], contested: ResourceId, robot: &RobotSpec) -> Reason {
+    let of = robot.resources[contested.index()].ty;
+    let is_of = |resource: &&ResourceId| robot.resources[resource.index()].ty == of;
+    let wanting = options.iter().filter(|options| options.iter().any(|resource| is_of(&resource)));
+    let free: BTreeSet<_> = options.iter().flatten().filter(is_of).collect();
+    Reason::TooFew { of, wanted: wanting.count() as u32, free: free.len() as u32 }
 }
 
 fn options_of(claim: &Claim, view: &View, line: &Lineage<'_>) -> Result<ClaimOptions, Reason> {

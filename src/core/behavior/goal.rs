@@ -1,7 +1,9 @@
 //! From a grant to a goal, and from an outcome to what is different in the world.
 
 use crate::world::View;
-use ambidex_model::{BehaviorSpec, Change, Command, EffectTerm, End, Goal, Grant, Location, Outcome, Part, Task};
+use ambidex_model::{
+    BehaviorSpec, Change, Command, EffectTerm, End, Fault, Goal, Grant, Location, Outcome, Part, ResourceId, Task,
+};
 
 /// The goal of a granted behavior, with positions as of the view it asked in.
 pub fn goal(spec: &BehaviorSpec, grant: &Grant, view: &View) -> Goal {
@@ -27,6 +29,36 @@ fn command(task: Task, view: &View) -> Command {
             Command::Put { object, at: world_state.base.to_local(geometry.spot(object, place)) }
         }
         Task::LookAt(place) => Command::Look { at: world_state.base.to_local(geometry.surface(place)) },
+    }
+}
+
+/// How a behavior ended, given what its controllers say of the world: a success that they contradict is none.
+pub fn believed(spec: &BehaviorSpec, grant: &Grant, outcome: &Outcome) -> End {
+    if outcome.end != End::Succeeded {
+        return outcome.end;
+    }
+    let against = |effect: &EffectTerm| outcome.changes.iter().find_map(|change| contradicts(*change, effect, grant));
+    match spec.effects.iter().find_map(against) {
+        Some(gripper) => End::Failed(Fault::Contradicted(gripper)),
+        None => End::Succeeded,
+    }
+}
+
+/// The gripper of which a controller says what an effect denies.
+fn contradicts(said: Change, effect: &EffectTerm, grant: &Grant) -> Option<ResourceId> {
+    match (*effect, said) {
+        (EffectTerm::Taken(object, claim), Change::Object(held, Location::In(gripper))) => {
+            let taker = grant.bindings[claim].resource;
+            (gripper == taker && held != object || gripper != taker && held == object).then_some(gripper)
+        }
+        (EffectTerm::Taken(_, claim), Change::Emptied(gripper)) => {
+            (gripper == grant.bindings[claim].resource).then_some(gripper)
+        }
+        (EffectTerm::Lies(object, _), Change::Object(held, Location::In(gripper))) => {
+            (held == object).then_some(gripper)
+        }
+        (EffectTerm::Taken(..) | EffectTerm::Lies(..), _) => None,
+        (EffectTerm::Stands(_) | EffectTerm::Fact(..), _) => None,
     }
 }
 

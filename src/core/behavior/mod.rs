@@ -4,8 +4,9 @@ mod candidates;
 mod condition;
 mod goal;
 
+pub(crate) use candidates::too_few;
 pub use condition::check;
-pub use goal::{changes, goal};
+pub use goal::{believed, changes, goal};
 
 use crate::world::View;
 use ambidex_model::{BehaviorSpec, Lineage, Potential, Reason, Request, Task, TypeId};

@@ -53,12 +53,13 @@ impl LapseCheck<'_> {
             Reason::Held { resource, .. } => runs_on(*resource),
             // Root may bind the other request to another resource than the AND that compared the two.
             Reason::Outbid { resource, by, .. } => runs_on(*resource) || self.running.contains_key(by),
-            Reason::NoneFree { of } | Reason::NothingAvailable { of } => {
+            Reason::NoneFree { of } | Reason::TooFew { of, .. } | Reason::NothingAvailable { of } => {
                 self.view.mission.robot.of_type(*of).any(runs_on)
             }
             Reason::SameObject { with: by, .. }
             | Reason::Clash { with: by }
             | Reason::WholeRobot { by }
+            | Reason::Outdone { by }
             | Reason::Driving { by } => self.running.contains_key(by),
             Reason::Satisfied
             | Reason::Unwanted

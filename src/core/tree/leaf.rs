@@ -48,8 +48,9 @@ impl Leaf {
     }
 
     /// Its controllers are finished with its goal.
-    pub(super) fn on_end(&mut self, outcome: Outcome, out: &mut Outbox) {
+    pub(super) fn on_end(&mut self, mut outcome: Outcome, out: &mut Outbox) {
         let grant = self.grant.take().expect("only what was granted ends");
+        outcome.end = behavior::believed(self.spec(), &grant, &outcome);
         let consequences = match outcome.end {
             End::Succeeded => Consequences { completed: Some(Completion { node: self.id, heir: None }), failed: None },
             End::Failed(_) => {

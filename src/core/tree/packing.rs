@@ -1,5 +1,6 @@
 //! A set of requests with a resource for every claim: what can go on at once, and the cheapest way to bind it.
 
+use crate::behavior::too_few;
 use crate::world::{Use, View};
 use std::sync::Arc;
 
@@ -97,13 +98,12 @@ impl<'a> Packing<'a> {
                 Reason::Outbid { by: other.leaf, resource, own: request.potential, theirs: other.potential }
             }
             // Only its own claims are in each other's way.
-            None => Reason::NoneFree { of: self.view.mission.robot.resources[first_wanted(request).index()].ty },
+            None => {
+                let options: Vec<_> = request.claims.iter().map(ClaimOptions::resources).collect();
+                too_few(&options, options[0][0], &self.view.mission.robot)
+            }
         }
     }
-}
-
-fn first_wanted(request: &Request) -> ResourceId {
-    request.claims[0].candidates[0].resource
 }
 
 /// A search over the choices for a list of requests.

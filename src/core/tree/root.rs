@@ -184,7 +184,8 @@ impl Root {
     pub(super) fn on_answer(&mut self, now: Time, answer: Answer, out: &mut Outbox) {
         let view = self.open.take().expect("an answer ends an open round");
         let is_complete = answer.is_satisfied;
-        let verdict = self.decide(&view, answer);
+        let mut verdict = self.decide(&view, answer);
+        self.name_winners(&mut verdict);
         let is_quiet = verdict.granted.is_empty() && verdict.reopened.is_none() && self.running.is_empty();
         // What arrived meanwhile may change nothing: then another round says whether this is a stall.
         let is_unsure = is_quiet && !self.deferred.is_empty();
@@ -234,6 +235,45 @@ impl Root {
             verdict.reopened = self.reopen(view, &verdict);
         }
         verdict
+    }
+
+    /// A request that beat another below root may have lost here: a reason names only who got what it is about.
+    fn name_winners(&self, verdict: &mut Verdict) {
+        let told: Vec<_> = verdict.refused.iter().map(|(&leaf, reason)| (leaf, self.winner(reason, verdict))).collect();
+        let lacks = verdict.reopened.as_ref().and_then(|reopened| reopened.lacks.as_ref());
+        let lacks = lacks.and_then(|lacks| self.winner(&lacks.reason, verdict));
+        for (leaf, reason) in told {
+            if let Some(reason) = reason {
+                verdict.refused.insert(leaf, reason);
+            }
+        }
+        if let (Some(reason), Some(reopened)) = (lacks, &mut verdict.reopened)
+            && let Some(lacks) = &mut reopened.lacks
+        {
+            lacks.reason = reason;
+        }
+    }
+
+    /// The true reason where one names a behavior that did not get what it is about.
+    fn winner(&self, reason: &Reason, verdict: &Verdict) -> Option<Reason> {
+        let (by, contested, own) = if let Reason::Outbid { by, resource, own, .. } = *reason {
+            (by, Some(resource), own)
+        } else if let Reason::WholeRobot { by } = *reason {
+            (by, None, 0.0)
+        } else {
+            return None;
+        };
+        if self.running.contains_key(&by) {
+            return None;
+        }
+        let has = |grant: &&Grant| grant.bindings.iter().any(|binding| Some(binding.resource) == contested);
+        let winner = verdict.granted.values().find(has).zip(contested);
+        Some(match winner {
+            Some((grant, resource)) => {
+                Reason::Outbid { by: grant.leaf(), resource, own, theirs: grant.request.potential }
+            }
+            None => Reason::Outdone { by },
+        })
     }
 
     fn reopen(&mut self, view: &View, verdict: &Verdict) -> Option<Reopened> {

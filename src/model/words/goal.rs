@@ -87,6 +87,8 @@ pub enum Fault {
     Aborted(ControllerId),
     /// What had to last ended early.
     NotMaintained(ControllerId),
+    /// It is said to have succeeded, and the gripper to hold something else than it should.
+    Contradicted(ResourceId),
     /// It took too long.
     TimedOut,
     /// The controller is gone.
@@ -109,7 +111,7 @@ impl End {
     /// The controller at which the goal failed.
     pub fn at_fault(self) -> Option<ControllerId> {
         match self {
-            Self::Succeeded | Self::Canceled | Self::Failed(Fault::TimedOut) => None,
+            Self::Succeeded | Self::Canceled | Self::Failed(Fault::TimedOut | Fault::Contradicted(_)) => None,
             Self::Failed(
                 Fault::Rejected(controller, _)
                 | Fault::Unanswered(controller)

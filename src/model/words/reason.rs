@@ -24,6 +24,15 @@ pub enum Reason {
         /// None of its resources would serve.
         of: TypeId,
     },
+    /// It claims more of a type at once than it can get.
+    TooFew {
+        /// None of the others would serve.
+        of: TypeId,
+        /// How many of its claims want one.
+        wanted: u32,
+        /// How many there are for them.
+        free: u32,
+    },
     /// The robot has no resource of the type.
     Missing {
         /// It is in no robot file.
@@ -100,6 +109,11 @@ pub enum Reason {
         /// The other's.
         theirs: f64,
     },
+    /// A request with greater potential was passed on instead, and was not granted either.
+    Outdone {
+        /// The other request's behavior.
+        by: NodeId,
+    },
     /// Another behavior changes the same object.
     SameObject {
         /// What both would change.
@@ -151,12 +165,13 @@ impl Reason {
                 )
             }
             Self::NoneFree { of } => format!("every {} is held or full", names.ty(*of)),
+            Self::TooFew { of, wanted, free } => format!("needs {wanted} {}s, {free} free", names.ty(*of)),
             Self::Missing { of } => format!("the robot has no {}", names.ty(*of)),
             Self::OutOfReach { object } => {
                 format!("no free resource reaches {}", names.thing(*object))
             }
             Self::NotHeld { object } => {
-                format!("{} is in no gripper of its own line", names.thing(*object))
+                format!("{} is not held by this branch of the task", names.thing(*object))
             }
             Self::Taken { object, by } => format!("{} is in {} already", names.thing(*object), names.resource(*by)),
             Self::Elsewhere { object, place } => {
@@ -175,10 +190,11 @@ impl Reason {
                 format!("already done for {}, which still lacks: {}", names.node(*heir), lacks.sentence(names))
             }
             Self::Outbid { by, resource, own, theirs } => format!(
-                "{} took {} with potential {theirs:.3} against {own:.3}",
+                "outbid by {} for {} ({theirs:.3} against {own:.3})",
                 names.node(*by),
                 names.resource(*resource)
             ),
+            Self::Outdone { by } => format!("{} was asked for instead, and did not get what it needs", names.node(*by)),
             Self::SameObject { object, with } => {
                 format!("{} changes {} too", names.node(*with), names.thing(*object))
             }
@@ -187,7 +203,7 @@ impl Reason {
             Self::WholeRobot { by } => format!("one behavior at a time, and {} has the robot", names.node(*by)),
             Self::NotItsTurn { after } => format!("its turn comes after {}", names.node(*after)),
             Self::Ending { failed } => {
-                format!("{} failed, and what runs beside it is being ended", names.node(*failed))
+                format!("{} failed; its siblings are being canceled", names.node(*failed))
             }
         }
     }

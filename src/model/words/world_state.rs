@@ -51,7 +51,15 @@ impl WorldState {
     pub fn apply(&mut self, change: Change) -> bool {
         match change {
             Change::Base(pose) => std::mem::replace(&mut self.base, pose) != pose,
-            Change::Object(object, at) => std::mem::replace(&mut self.objects[object.index()], at) != at,
+            Change::Object(object, at) => {
+                // A gripper holds one object: what was in it before is nobody knows where.
+                if let Location::In(gripper) = at
+                    && let Some(before) = self.held_by(gripper).filter(|before| *before != object)
+                {
+                    self.objects[before.index()] = Location::Unknown;
+                }
+                std::mem::replace(&mut self.objects[object.index()], at) != at
+            }
             Change::Emptied(resource) => match self.held_by(resource) {
                 Some(object) => self.apply(Change::Object(object, Location::Unknown)),
                 None => false,

@@ -115,6 +115,7 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
         Reason::Satisfied
         | Reason::Unwanted
         | Reason::NoneFree { .. }
+        | Reason::TooFew { .. }
         | Reason::Missing { .. }
         | Reason::OutOfReach { .. }
         | Reason::NotHeld { .. }
@@ -124,6 +125,7 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
         | Reason::NoPath { .. }
         | Reason::Fact { .. }
         | Reason::NothingAvailable { .. }
+        | Reason::Outdone { .. }
         | Reason::SameObject { .. }
         | Reason::Clash { .. }
         | Reason::Alternative { .. }

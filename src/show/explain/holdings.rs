@@ -51,7 +51,9 @@ impl Holdings {
             Reason::Outbid { by, resource, own, theirs } => {
                 Because { sentence: outbid(names.node(*by), names.resource(*resource), *own, *theirs), detail: None }
             }
-            Reason::NoneFree { of } | Reason::NothingAvailable { of } => plain(self.holders(*of, names)),
+            Reason::NoneFree { of } | Reason::TooFew { of, .. } | Reason::NothingAvailable { of } => {
+                plain(self.holders(*of, names))
+            }
             Reason::Satisfied
             | Reason::Unwanted
             | Reason::Missing { .. }
@@ -64,6 +66,7 @@ impl Holdings {
             | Reason::NoPath { .. }
             | Reason::Fact { .. }
             | Reason::AlreadyDone { .. }
+            | Reason::Outdone { .. }
             | Reason::SameObject { .. }
             | Reason::Clash { .. }
             | Reason::Alternative { .. }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use ambidex::model::{
-    Access, Consequences, End, Goal, Grant, LeaseKind, MissionEnd, MissionSpec, NodeId, NodeKind, Record,
+    Access, Consequences, End, Goal, Grant, LeaseKind, MissionEnd, MissionSpec, NodeId, NodeKind, Reason, Record,
     ResourceTable, Retention, WorldState,
 };
 use ambidex::tree::{Down, Input, Root, Up};
@@ -94,6 +94,12 @@ impl Watch {
                 }
                 for blocked in refused {
                     assert!(!blocked.reason.sentence(&self.mission.names).contains('?'), "{blocked:?}");
+                }
+                for blocked in refused {
+                    if let Reason::Outbid { by, .. } | Reason::WholeRobot { by } = blocked.reason {
+                        let wins = self.granted.contains_key(&by) || granted.iter().any(|grant| grant.leaf() == by);
+                        assert!(wins, "{blocked:?}: the other one did not get it either");
+                    }
                 }
                 granted.iter().for_each(|grant| self.skip(grant));
                 granted.iter().for_each(|grant| self.start(grant));

@@ -84,6 +84,16 @@ impl Plan {
                 EffectTerm::Stands(_) | EffectTerm::Taken(..) | EffectTerm::Lies(..) | EffectTerm::Fact(..) => {}
             }
         }
+        let others = (0..mission.start.objects.len()).map(ObjectId::from);
+        let is_taken = |effect: &EffectTerm| matches!(effect, EffectTerm::Taken(..));
+        if let Some(EffectTerm::Taken(object, claim)) = spec.effects.iter().find(|effect| is_taken(effect)).copied()
+            && rng.is(8)
+            && let Some(other) = others.filter(|other| *other != object).last()
+        {
+            // A controller says one thing of a gripper.
+            changes.retain(|change| !matches!(change, Change::Object(..)));
+            changes.push(Change::Object(other, Location::In(grant.bindings[claim].resource)));
+        }
         for (claim, binding) in std::iter::zip(&spec.claims, &grant.bindings) {
             if self.drops && matches!(claim.selector, Selector::Holding(_)) && rng.is(50) {
                 changes.push(Change::Emptied(binding.resource));

@@ -200,7 +200,10 @@ pub fn against_reference(case: &Case) -> Counts {
         let (consequences, mut goes_on) = match event {
             None => (None, true),
             Some(Event::World(change)) => (None, model.world(*change)),
-            Some(Event::Ended(leaf, outcome)) => (Some((*leaf, outcome.end, model.ended(*leaf, outcome))), true),
+            Some(Event::Ended(leaf, outcome)) => {
+                let end = model.judged(*leaf, outcome);
+                (Some((*leaf, end, model.ended(*leaf, outcome))), true)
+            }
         };
         let mut decisions = Vec::new();
         while goes_on && model.end.is_none() {
@@ -274,6 +277,17 @@ fn compare_state(driver: &Driver, model: &Model<'_>, seen: &str) {
     assert!(driver.root().running().keys().eq(model.running.keys()), "{seen}");
 }
 
+/// The kind of a reason.
+fn kind(reason: &Reason) -> String {
+    lost(reason).unwrap_or_else(|| variant(reason))
+}
+
+/// The model names whoever was preferred below root; whether that one won in the end, the driver's watch asks.
+fn lost(reason: &Reason) -> Option<String> {
+    let is_lost = matches!(reason, Reason::Outbid { .. } | Reason::WholeRobot { .. } | Reason::Outdone { .. });
+    is_lost.then(|| "lost to another".to_owned())
+}
+
 /// A decision as one line; where several reasons are as true, only the kind of reason counts.
 fn decided<'a>(
     case: &Case,
@@ -289,15 +303,13 @@ fn decided<'a>(
         })
         .collect();
     let refused = refused.map(|(leaf, reason)| {
-        let reason = match reason {
-            Reason::Outbid { .. } | Reason::Clash { .. } | Reason::AlreadyDone { .. } => variant(reason),
-            other => format!("{other:?}"),
-        };
-        format!("{} {reason}", name(leaf))
+        let is_one_of_several = matches!(reason, Reason::Clash { .. } | Reason::AlreadyDone { .. });
+        let told = if is_one_of_several { kind(reason) } else { lost(reason).unwrap_or_else(|| format!("{reason:?}")) };
+        format!("{} {told}", name(leaf))
     });
     let refused: Vec<_> = refused.collect();
     let reopened = reopened.map(|reopened| {
-        let lacks = reopened.lacks.as_ref().map(|lacks| (lacks.leaf, variant(&lacks.reason)));
+        let lacks = reopened.lacks.as_ref().map(|lacks| (lacks.leaf, kind(&lacks.reason)));
         format!("{:?} {:?} {:?} lacks {lacks:?}", reopened.holder, reopened.leaf, reopened.lapsed)
     });
     format!("granted {granted:?} refused {refused:?} reopened {reopened:?}")

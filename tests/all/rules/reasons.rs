@@ -80,7 +80,7 @@ fn of_the_world() {
     let walled = it(move_to(robot(2, 1), PlaceId(3), PLACES));
     check(walled, &[], "no free path leads to place3");
     check(needs(Condition::Fact(FactId(0), true)), &[], "\"fact0\" does not hold");
-    check(needs(Condition::Held(LYING)), &[], "object0 is in no gripper of its own line");
+    check(needs(Condition::Held(LYING)), &[], "object0 is not held by this branch of the task");
     check(needs(Condition::Free(GRIPPED)), &[], "object1 is in gripper#1 already");
     check(needs(Condition::Lies(LYING, place)), &[], "object0 is not at place1");
     let tree = and([it(fact(FactId(0))), leaf("other", blank("other"))]);
@@ -106,13 +106,13 @@ fn of_resources() {
     check(both, &[], "gripper#0 is held by first");
     let never = BehaviorSpec { potential: Potential::Constant(0.0), ..blank("never") };
     check(it(never), &[], "its potential is 0, which means that it is not to run");
-    check(it(wants(Selector::Holding(LYING))), &[], "object0 is in no gripper of its own line");
+    check(it(wants(Selector::Holding(LYING))), &[], "object0 is not held by this branch of the task");
     let far = Selector::AnyEmpty { of: GRIPPER, reaches: Some(LYING) };
     check(it(wants(far)), &[], "no free resource reaches object0");
     // Of claims that cannot be served together the type that is short is named.
     let three = [Selector::Any(HEAD), Selector::Any(HEAD), Selector::Any(BASE)];
     let claims = three.map(|selector| claim(selector, X, FREE)).to_vec();
-    check(it(BehaviorSpec { claims, ..blank("three") }), &[], "every head is held or full");
+    check(it(BehaviorSpec { claims, ..blank("three") }), &[], "needs 2 heads, 1 free");
     // Both grippers are held: a move that counts them has nothing to go there for.
     let claims = [0, 1].map(|id| claim(Selector::Named(ResourceId(id)), X, FREE)).to_vec();
     let holds = first(BehaviorSpec { claims, ..blank("holds") });
@@ -154,7 +154,7 @@ fn of_other_behaviors() {
         _ => None,
     });
     let sentence = first_round.map(|blocked| blocked.reason.sentence(&run.mission.names));
-    assert_eq!(sentence.as_deref(), Some("first took tool#4 with potential 5.000 against 1.000"));
+    assert_eq!(sentence.as_deref(), Some("outbid by first for tool#4 (5.000 against 1.000)"));
     let tree = or([first(blank("first")), it(blank("it"))]);
     check(tree, &[], "first was chosen instead");
     let tree = and([
@@ -162,7 +162,7 @@ fn of_other_behaviors() {
         leaf("runs", blank("runs")),
         then([leaf("holds", blank("holds")), it(blank("it"))]),
     ]);
-    check(tree, &[Fails("fails")], "fails failed, and what runs beside it is being ended");
+    check(tree, &[Fails("fails")], "fails failed; its siblings are being canceled");
 }
 
 #[test]

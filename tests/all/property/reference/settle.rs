@@ -1,7 +1,7 @@
 //! What events change: grants, ends, the world (`semantics` 4 and 6).
 
 use ambidex::model::{
-    Change, Completion, Consequences, EffectTerm, End, Grant, LeaseKind, Location, MissionEnd, NodeId, NodeKind,
+    Change, Completion, Consequences, EffectTerm, End, Fault, Grant, LeaseKind, Location, MissionEnd, NodeId, NodeKind,
     Outcome, Reason, ResourceId, Retention,
 };
 
@@ -62,7 +62,8 @@ impl Model<'_> {
     pub fn ended(&mut self, leaf: NodeId, outcome: &Outcome) -> Consequences {
         let grant = self.running.remove(&leaf).expect("only what runs ends");
         let mut changes = Vec::new();
-        if outcome.end == End::Succeeded {
+        let end = self.believed(leaf, &grant, outcome);
+        if end == End::Succeeded {
             let effects = self.behavior(leaf).effects.iter();
             changes.extend(effects.map(|effect| match *effect {
                 EffectTerm::Lies(object, place) => Change::Object(object, Location::At(place)),
@@ -74,7 +75,7 @@ impl Model<'_> {
             }));
         }
         changes.extend(&outcome.changes);
-        let consequences = self.consequences(leaf, outcome.end);
+        let consequences = self.consequences(leaf, end);
         let emptied = self.change_objects(&changes);
         if let Some(Completion { node, heir }) = consequences.completed {
             self.hand_over(&grant, node, heir);
@@ -181,13 +182,61 @@ impl Model<'_> {
     }
 
     /// Applies changes; the grippers that the world shows empty now.
+    /// How a running behavior ended.
+    pub fn judged(&self, leaf: NodeId, outcome: &Outcome) -> End {
+        self.believed(leaf, &self.running[&leaf], outcome)
+    }
+
+    /// A success of which a controller says that a taker holds nothing or something else, or that what was put down is
+    /// still held, is a failure of that controller.
+    fn believed(&self, leaf: NodeId, grant: &Grant, outcome: &Outcome) -> End {
+        if outcome.end != End::Succeeded {
+            return outcome.end;
+        }
+        let holds = |gripper: ResourceId| {
+            outcome.changes.iter().find_map(|change| match *change {
+                Change::Object(object, Location::In(at)) if at == gripper => Some(Some(object)),
+                Change::Emptied(at) if at == gripper => Some(None),
+                Change::Object(..) | Change::Emptied(_) | Change::Base(_) | Change::Fact(..) => None,
+            })
+        };
+        let grippers = || (0..self.rows.len()).map(ResourceId::from);
+        for effect in &self.behavior(leaf).effects {
+            let strange = match *effect {
+                EffectTerm::Taken(object, claim) => {
+                    let taker = grant.bindings[claim].resource;
+                    let is_strange = |id: &ResourceId| match holds(*id) {
+                        Some(held) if *id == taker => held != Some(object),
+                        Some(held) => held == Some(object),
+                        None => false,
+                    };
+                    outcome.changes.iter().filter_map(gripper_of).find(is_strange)
+                }
+                EffectTerm::Lies(object, _) => grippers().find(|id| holds(*id) == Some(Some(object))),
+                EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
+            };
+            if let Some(gripper) = strange {
+                return End::Failed(Fault::Contradicted(gripper));
+            }
+        }
+        End::Succeeded
+    }
+
     fn change_objects(&mut self, changes: &[Change]) -> Vec<ResourceId> {
         let grippers = || (0..self.rows.len()).map(ResourceId::from);
         let mut emptied: Vec<_> = grippers().filter(|id| self.held_object(*id).is_some()).collect();
         for &change in changes {
             match change {
                 Change::Base(pose) => self.world_state.base = pose,
-                Change::Object(object, at) => self.world_state.objects[object.index()] = at,
+                Change::Object(object, at) => {
+                    let is_pushed_out = |other: &Location| *other == at && matches!(at, Location::In(_));
+                    self.world_state
+                        .objects
+                        .iter_mut()
+                        .filter(|other| is_pushed_out(other))
+                        .for_each(|other| *other = Location::Unknown);
+                    self.world_state.objects[object.index()] = at;
+                }
                 Change::Fact(fact, holds) => self.world_state.facts[fact.index()] = holds,
                 Change::Emptied(gripper) => {
                     emptied.push(gripper);
@@ -199,5 +248,12 @@ impl Model<'_> {
         }
         emptied.retain(|id| self.held_object(*id).is_none());
         emptied
+    }
+}
+
+fn gripper_of(change: &Change) -> Option<ResourceId> {
+    match *change {
+        Change::Object(_, Location::In(gripper)) | Change::Emptied(gripper) => Some(gripper),
+        Change::Object(..) | Change::Base(_) | Change::Fact(..) => None,
     }
 }

@@ -241,7 +241,10 @@ impl Model<'_> {
             return Ok(());
         };
         let of = self.mission.robot.resources[serving[short - 1][0].0.index()].ty;
-        Err(Refusal { resources: self.of_type(of), ..Reason::NoneFree { of }.into() })
+        let all = self.of_type(of);
+        let wanted = serving.iter().filter(|serving| serving.iter().any(|(id, _)| all.contains(id))).count() as u32;
+        let free = all.iter().filter(|id| serving.iter().flatten().any(|(other, _)| other == *id)).count() as u32;
+        Err(Refusal { resources: all, ..Reason::TooFew { of, wanted, free }.into() })
     }
 
     fn reach_m(&self, resource: ResourceId, object: ObjectId) -> Option<f64> {
