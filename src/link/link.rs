@@ -1,7 +1,7 @@
 //! The link between runtime and one controller, whatever carries it.
 
 use ambidex_model::session::StampedPulse;
-use ambidex_model::{CommandId, FromController, Rejection, ToController};
+use ambidex_model::{CommandId, FromController, Refusal, ToController};
 
 /// One controller as the runtime sees it. No call blocks.
 pub trait Link {
@@ -32,7 +32,7 @@ pub enum Heard {
     /// A sign of life with the newest state; [`Presence`](ambidex_model::session::Presence) says what it is worth.
     Pulse(StampedPulse),
     /// Something that was not taken: by us, or by the controller when it is not about a command.
-    Refused(Rejection),
+    Refused(Refusal),
     /// The controller closed a command without a result.
     Closed(CommandId),
 }

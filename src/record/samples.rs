@@ -281,7 +281,7 @@ fn controller_messages() -> Vec<ControllerMessage> {
     messages.extend(commands.map(goal));
     messages.push(ControllerMessage::Told { leaf: Some(leaf), message: ToController::Cancel { id: id() } });
     messages.extend(heard().into_iter().map(|message| ControllerMessage::Heard { message }));
-    messages.extend(REJECTIONS.map(|why| ControllerMessage::Refused { why }));
+    messages.extend(REJECTIONS.map(|why| ControllerMessage::Refused { id: Some(id()), why }));
     messages
 }
 

@@ -65,7 +65,7 @@ impl LinkTask {
         for heard in self.link.drain() {
             match heard {
                 Heard::Message(message) => self.tell(Input::Heard(self.id, message)),
-                Heard::Refused(why) => self.tell(Input::Refused(self.id, why)),
+                Heard::Refused(refusal) => self.tell(Input::Refused(self.id, refusal)),
                 Heard::Closed(command) => self.tell(Input::Closed(self.id, command)),
                 Heard::Pulse(pulse) => {
                     presence.hear(&pulse, self.clock.now_ns());

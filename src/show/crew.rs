@@ -72,7 +72,7 @@ impl Crew {
                 }
             }
             ControllerMessage::Heard { message } => self.heard(at, controller, message),
-            ControllerMessage::Refused { why } => self.trouble(controller, Some(Trouble::Refused(*why))),
+            ControllerMessage::Refused { why, .. } => self.trouble(controller, Some(Trouble::Refused(*why))),
         }
     }
 

@@ -4,8 +4,9 @@ use std::time::Duration;
 
 use ambidex::dispatch::{Dispatch, Effect, Input, Limits};
 use ambidex::model::{
-    Access, ChannelId, Command, CommandId, ControllerId, ControllerState, End, Fault, FromController, Goal, MissionEnd,
-    MissionSpec, Mode, NodeId, ObjectId, Part, PartEnd, Pose, Record, Rejection, ResourceId, Time, ToController,
+    Access, ChannelId, Command, CommandId, ControllerId, ControllerMessage, ControllerState, End, Fault,
+    FromController, Goal, MissionEnd, MissionSpec, Mode, NodeId, ObjectId, Part, PartEnd, Pose, Record, Refusal,
+    Rejection, ResourceId, Time, ToController,
 };
 use ambidex::sim::{self, Event};
 use ambidex::tree::Settings;
@@ -77,6 +78,28 @@ fn end(effects: &[Effect]) -> Option<End> {
         Effect::Ended(LEAF, outcome) => Some(outcome.end),
         _ => None,
     })
+}
+
+/// What cannot be believed is recorded with its command; the last word on one ends its goal at once.
+#[test]
+fn an_unbelievable_last_word_fails_the_goal() {
+    let mission = load(&experiment_file(1));
+    for (is_last, knows_it) in [(true, true), (true, false), (false, true)] {
+        let mut dispatch = ready(&mission);
+        let told = dispatch.handle(Time::ZERO, Input::Start(grasp()));
+        let id = told.iter().find_map(|effect| match effect {
+            Effect::Tell(ARM, ToController::Goal { id, .. }) => Some(*id),
+            _ => None,
+        });
+        let id = id.filter(|_| knows_it);
+        let refusal = Refusal { id, why: Rejection::NotFinite, is_last };
+        let effects = dispatch.handle(Time(20), Input::Refused(ARM, refusal));
+        let message = ControllerMessage::Refused { id, why: Rejection::NotFinite };
+        let record = Record::Controller { at: Time(20), controller: ARM, message };
+        assert!(effects.contains(&Effect::Record(record)), "{effects:?}");
+        let expected = End::Failed(Fault::Rejected(ARM, Rejection::NotFinite));
+        assert_eq!(end(&effects), (is_last && knows_it).then_some(expected), "{refusal:?}");
+    }
 }
 
 #[test]

@@ -106,7 +106,7 @@ impl Dispatch {
 
     pub(super) fn closed(&mut self, now: Time, controller: ControllerId, id: CommandId) {
         if self.queues[controller.index()].knows(id) {
-            self.record(now, controller, ControllerMessage::Refused { why: Rejection::Unknown });
+            self.record(now, controller, ControllerMessage::Refused { id: Some(id), why: Rejection::Unknown });
             self.drop_current(now, controller, End::Failed(Fault::Aborted(controller)));
         }
     }

@@ -14,7 +14,7 @@ use goals::Running;
 
 use ambidex_model::{
     Change, CommandId, ControllerId, ControllerMessage, ControllerState, End, FromController, Goal, MissionSpec,
-    NodeId, Outcome, Part, Record, Rejection, Time, ToController, WorldState,
+    NodeId, Outcome, Part, Record, Refusal, Rejection, Time, ToController, WorldState,
 };
 
 /// What reaches the dispatch.
@@ -25,7 +25,7 @@ pub enum Input {
     /// A controller said something.
     Heard(ControllerId, FromController),
     /// What a controller said could not be used.
-    Refused(ControllerId, Rejection),
+    Refused(ControllerId, Refusal),
     /// A controller let go of a command without a result.
     Closed(ControllerId, CommandId),
     /// A controller is gone.
@@ -118,7 +118,7 @@ impl Dispatch {
         match input {
             Input::Attached(id) => self.attached(now, id),
             Input::Heard(id, message) => self.heard(now, id, message),
-            Input::Refused(id, why) => self.record(now, id, ControllerMessage::Refused { why }),
+            Input::Refused(id, refusal) => self.refused(now, id, refusal),
             Input::Closed(id, command) => self.closed(now, id, command),
             Input::Lost(id) => self.lost(now, id),
             Input::Start(goal) => self.start(now, goal),
@@ -170,11 +170,12 @@ impl Dispatch {
             | FromController::Result { id: command, .. } => self.queues[id.index()].knows(*command),
         };
         if !is_known {
-            self.record(now, id, ControllerMessage::Refused { why: Rejection::Stale });
+            self.record(now, id, ControllerMessage::Refused { id: message.id(), why: Rejection::Stale });
             return;
         }
         if !self.is_credible(id, &message) {
-            self.incredible(now, id, &message);
+            let (command, is_last) = (message.id(), message.is_last());
+            self.refused(now, id, Refusal { id: command, why: Rejection::Malformed, is_last });
             return;
         }
         self.record(now, id, ControllerMessage::Heard { message: message.clone() });
@@ -200,12 +201,12 @@ impl Dispatch {
         }
     }
 
-    /// What a result says cannot be used, but its command is over: the goal fails at once.
-    fn incredible(&mut self, now: Time, id: ControllerId, message: &FromController) {
-        let why = Rejection::Malformed;
-        self.record(now, id, ControllerMessage::Refused { why });
-        if matches!(message, FromController::Result { .. }) {
-            self.rejected(now, id, why);
+    /// What was said cannot be used. If it was the last word on a command, the goal fails at once.
+    fn refused(&mut self, now: Time, id: ControllerId, refusal: Refusal) {
+        self.record(now, id, ControllerMessage::Refused { id: refusal.id, why: refusal.why });
+        let is_over = refusal.is_last && refusal.id.is_some_and(|command| self.queues[id.index()].knows(command));
+        if is_over {
+            self.rejected(now, id, refusal.why);
         }
     }
 

@@ -13,9 +13,11 @@ use crate::error::IpcError;
 use crate::instances::{Transport, check_controller_name};
 use crate::link::{Heard, Link, LinkError};
 use crate::node::IpcNode;
-use crate::wire::{WIRE_VERSION, WireBeat, WireId, WirePulse, WireRequest, WireResponse, read, request_kind, write};
+use crate::wire::{
+    WIRE_VERSION, WireBeat, WireId, WirePulse, WireRequest, WireResponse, read, request_kind, response_kind, write,
+};
 use ambidex_model::session::ClockOrigin;
-use ambidex_model::{FromController, Rejection, ToController};
+use ambidex_model::{CommandId, FromController, Refusal, Rejection, ToController};
 
 type Stream = PendingResponse<Transport, WireRequest, (), WireResponse, ()>;
 
@@ -106,7 +108,7 @@ impl DaemonPort {
     fn hear_pulse(&self, wire: &WirePulse) -> Heard {
         match read::pulse(wire) {
             Ok(pulse) => Heard::Pulse(pulse),
-            Err(why) => self.refuse(why, "a pulse"),
+            Err(why) => self.refuse(None, why, "a pulse"),
         }
     }
 
@@ -139,10 +141,10 @@ impl DaemonPort {
     fn hear_response(&self, asked: &mut Asked, wire: &WireResponse) -> Heard {
         let message = match read::response(wire) {
             Ok(message) => message,
-            Err(why) => return self.refuse(why, "a response"),
+            Err(why) => return self.refuse_response(asked, wire, why),
         };
         if wire.id != asked.id {
-            return self.refuse(self.misdirection(wire.id), "a response");
+            return self.refuse(None, self.misdirection(wire.id), "a response");
         }
         match asked.kind {
             request_kind::GOAL => self.hear_of_goal(asked, message),
@@ -157,18 +159,27 @@ impl DaemonPort {
                 Heard::Message(message)
             }
             FromController::Accepted { .. } | FromController::Feedback { .. } => Heard::Message(message),
-            FromController::Configured { .. } => self.refuse(Rejection::Unknown, "a response"),
+            FromController::Configured { .. } => self.refuse(message.id(), Rejection::Unknown, "a response"),
         }
     }
 
     fn hear_of_other(&self, message: FromController) -> Heard {
         match message {
             FromController::Configured { .. } => Heard::Message(message),
-            FromController::Rejected { why, .. } => Heard::Refused(why),
+            FromController::Rejected { why, .. } => Heard::Refused(Refusal { id: None, why, is_last: false }),
             FromController::Accepted { .. } | FromController::Feedback { .. } | FromController::Result { .. } => {
-                self.refuse(Rejection::Unknown, "a response")
+                self.refuse(message.id(), Rejection::Unknown, "a response")
             }
         }
+    }
+
+    /// A response that cannot be believed. If it was to be the last on a goal, nothing better will come.
+    fn refuse_response(&self, asked: &mut Asked, wire: &WireResponse, why: Rejection) -> Heard {
+        let is_ours = wire.id == asked.id && asked.kind == request_kind::GOAL;
+        let is_last = is_ours && matches!(wire.kind, response_kind::RESULT | response_kind::REJECTED);
+        asked.is_answered |= is_last;
+        tracing::warn!(controller = self.controller, %why, "a response was refused");
+        Heard::Refused(Refusal { id: is_ours.then(|| read::command_id(wire.id)), why, is_last })
     }
 
     /// Why a response whose id is not its request's is wrong.
@@ -176,9 +187,9 @@ impl DaemonPort {
         if (id.epoch, id.generation) == (self.epoch, self.generation) { Rejection::Unknown } else { Rejection::Stale }
     }
 
-    fn refuse(&self, why: Rejection, what: &str) -> Heard {
+    fn refuse(&self, id: Option<CommandId>, why: Rejection, what: &str) -> Heard {
         tracing::warn!(controller = self.controller, %why, "{what} was refused");
-        Heard::Refused(why)
+        Heard::Refused(Refusal { id, why, is_last: false })
     }
 }
 

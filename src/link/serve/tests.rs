@@ -8,8 +8,8 @@ use crate::{DaemonPort, Heard, Link};
 use ambidex_model::motion::Progress;
 use ambidex_model::session::{ClockOrigin, Presence};
 use ambidex_model::{
-    BaseSpec, Command, CommandId, ControllerKind, ControllerState, FromController, Mode, PartEnd, Pose, Rejection,
-    ToController,
+    BaseSpec, Command, CommandId, ControllerKind, ControllerState, FromController, Mode, PartEnd, Pose, Refusal,
+    Rejection, ToController,
 };
 use nalgebra::Vector3;
 
@@ -118,6 +118,10 @@ impl Daemon {
 
     pub(super) fn attach(&mut self) {
         self.until("a pulse", |heard| matches!(heard, Heard::Pulse(_)));
+        self.configure();
+    }
+
+    fn configure(&mut self) {
         self.generation += 1;
         let generation = self.generation;
         let start = ControllerState::Base { pose: Pose::new(4.0, 0.0, 0.0), velocity: Vector3::zeros() };
@@ -198,6 +202,52 @@ fn a_goal_is_accepted_followed_and_ends() {
     daemon.until("a rejection", |heard| {
         *heard == Heard::Message(FromController::Rejected { id: refused, why: Rejection::Unsupported })
     });
+    stopper.stop();
+    assert_eq!(controller.join().unwrap().unwrap(), Exit::Stopped);
+    drop(daemon);
+    leaves_nothing(&instance);
+}
+
+/// Says that it has come to where nothing is.
+struct Astray;
+
+impl Controller for Astray {
+    fn configure(&mut self, _limits: &ControllerKind, start: ControllerState) -> ControllerState {
+        start
+    }
+
+    fn start(&mut self, _: &Command, _: Mode) -> Result<(), Rejection> {
+        Ok(())
+    }
+
+    fn cancel(&mut self) {}
+
+    fn step(&mut self) -> Progress {
+        Progress::Ended(PartEnd::Succeeded)
+    }
+
+    fn state(&self) -> ControllerState {
+        ControllerState::Base { pose: Pose::new(f64::NAN, 0.0, 0.0), velocity: Vector3::zeros() }
+    }
+}
+
+/// A result that cannot be believed is the last word on its command all the same.
+#[test]
+fn an_unbelievable_result_says_whose_it_is() {
+    let instance = Instance::fresh();
+    let (stop, stopper) = Stop::by_hand().unwrap();
+    let place = instance.clone();
+    let options = ServeOptions { stop: Some(stop), ..ServeOptions::default() };
+    let controller = thread::spawn(move || serve(&place, "cart", Astray, options));
+    let mut daemon = Daemon::new(&instance, 1);
+    // Its pulses are refused too, so it shows no life; it is configured all the same.
+    daemon.until("a refused pulse", |heard| {
+        *heard == Heard::Refused(Refusal { id: None, why: Rejection::NotFinite, is_last: false })
+    });
+    daemon.configure();
+    let id = daemon.goal(1, Mode::Achieve, drive());
+    let refusal = Refusal { id: Some(id), why: Rejection::NotFinite, is_last: true };
+    daemon.until("a refused result", |heard| *heard == Heard::Refused(refusal));
     stopper.stop();
     assert_eq!(controller.join().unwrap().unwrap(), Exit::Stopped);
     drop(daemon);

@@ -94,6 +94,27 @@ pub enum FromController {
     },
 }
 
+impl FromController {
+    /// The command that it is about; none for a configuration.
+    pub fn id(&self) -> Option<CommandId> {
+        match *self {
+            Self::Configured { .. } => None,
+            Self::Accepted { id, .. }
+            | Self::Rejected { id, .. }
+            | Self::Feedback { id, .. }
+            | Self::Result { id, .. } => Some(id),
+        }
+    }
+
+    /// Whether it is the last word on its command.
+    pub fn is_last(&self) -> bool {
+        match self {
+            Self::Rejected { .. } | Self::Result { .. } => true,
+            Self::Configured { .. } | Self::Accepted { .. } | Self::Feedback { .. } => false,
+        }
+    }
+}
+
 /// How a controller's part ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

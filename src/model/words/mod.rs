@@ -32,7 +32,7 @@ pub use record::{
     Blocked, Completion, Consequences, ControllerMessage, EntryKind, Header, JOURNAL_VERSION, Message, MissionEnd,
     NodeEntry, Record, Reopened,
 };
-pub use rejection::Rejection;
+pub use rejection::{Refusal, Rejection};
 pub use report::{Interval, MissionReport, Tally};
 pub use request::{Binding, Candidate, ClaimOptions, Grant, Request};
 pub use resource::{Heir, Lease, LeaseKind, Resource, ResourceTable};

@@ -355,6 +355,8 @@ pub enum ControllerMessage {
     },
     /// What came from it was not used.
     Refused {
+        /// The command that it was about, where that can be told.
+        id: Option<CommandId>,
         /// What was wrong with it.
         why: Rejection,
     },

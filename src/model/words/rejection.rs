@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::CommandId;
+
 /// Why a message between runtime and controller was not taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
@@ -33,4 +35,15 @@ pub enum Rejection {
     /// It is doing something else.
     #[error("it is doing something else")]
     Busy,
+}
+
+/// Something that came from a controller and is not used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Refusal {
+    /// The command that it is about, where that can be told.
+    pub id: Option<CommandId>,
+    /// What is wrong with it.
+    pub why: Rejection,
+    /// Whether it would have been the last word on the command: no other will come.
+    pub is_last: bool,
 }

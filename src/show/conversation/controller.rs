@@ -10,7 +10,7 @@ pub(super) fn said(message: &ControllerMessage, names: &Names) -> (String, bool)
         ControllerMessage::Told { message, .. } => (told(message, names), false),
         ControllerMessage::Joined { id, .. } => (format!("shares goal {}", words::goal(*id)), false),
         ControllerMessage::Heard { message } => (heard(message), true),
-        ControllerMessage::Refused { why } => (format!("something that is not used: {why}"), true),
+        ControllerMessage::Refused { why, .. } => (format!("something that is not used: {why}"), true),
         ControllerMessage::Lost => ("lost".into(), true),
     }
 }

@@ -67,7 +67,7 @@ impl Progress {
         match message {
             ControllerMessage::Attached => Some(format!("attached {name}")),
             ControllerMessage::Lost => Some(format!("lost {name}")),
-            ControllerMessage::Refused { why } => Some(format!("refused a message of {name}: {why}")),
+            ControllerMessage::Refused { why, .. } => Some(format!("refused a message of {name}: {why}")),
             ControllerMessage::Heard { message } => match message {
                 FromController::Rejected { id, why } => Some(self.rejected(controller, *id, *why, names)),
                 FromController::Configured { .. }

@@ -151,7 +151,7 @@ fn what_goes_wrong_has_its_line() {
     check(controller(3, ControllerMessage::Lost), Some("   9.00 s  lost right_arm"));
     let why = Rejection::Stale;
     check(
-        controller(0, ControllerMessage::Refused { why }),
+        controller(0, ControllerMessage::Refused { id: None, why }),
         Some(
             "   9.00 s  refused a message of base: \
              it is from an earlier life of the daemon or the controller",

@@ -22,7 +22,7 @@ pub(super) fn said(at_s: f64, controller: &str, message: &ControllerMessage, nam
             "joined"
         ),
         ControllerMessage::Heard { message } => heard(at_s, controller, message),
-        ControllerMessage::Refused { why } => {
+        ControllerMessage::Refused { why, .. } => {
             warn!(target: CONTROLLER, controller, reason = %why, at_s, "refused");
         }
         ControllerMessage::Lost => warn!(target: CONTROLLER, controller, at_s, "lost"),

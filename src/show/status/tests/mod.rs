@@ -185,7 +185,7 @@ fn health_is_told_in_the_words_of_diagnostics() {
     let (began, ended, end) = (seconds(7.5), seconds(8.1), PartEnd::Aborted);
     let aborted = with(&[heard(8.1, 2, FromController::Result { id: id(1), end, began, ended, state: state(2) })]);
     check(&aborted, LIVES, 8.1, 2, Health::Warn, "gave up pick 1");
-    let refused = with(&[controller(8.1, 2, ControllerMessage::Refused { why: Rejection::NotFinite })]);
+    let refused = with(&[controller(8.1, 2, ControllerMessage::Refused { id: None, why: Rejection::NotFinite })]);
     let said = "a message of it was not used: a number in it is not finite";
     check(&refused, LIVES, 8.1, 2, Health::Warn, said);
     let accepted = FromController::Accepted { id: id(1), at: seconds(8.2) };
