@@ -122,8 +122,8 @@ impl Observer {
         let Some(awaited) = &mut self.missing else { return };
         match message {
             ControllerMessage::Attached => awaited.retain(|missing| *missing != name),
-            ControllerMessage::Lost if !has_begun => awaited.push(name),
-            ControllerMessage::Lost
+            ControllerMessage::Lost { .. } if !has_begun => awaited.push(name),
+            ControllerMessage::Lost { .. }
             | ControllerMessage::Told { .. }
             | ControllerMessage::Joined { .. }
             | ControllerMessage::Heard { .. }

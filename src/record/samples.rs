@@ -262,8 +262,11 @@ fn controller_messages() -> Vec<ControllerMessage> {
         Command::Look { at },
     ];
     let leaf = NodeId(2);
-    let mut messages =
-        vec![ControllerMessage::Attached, ControllerMessage::Joined { leaf, id: id() }, ControllerMessage::Lost];
+    let mut messages = vec![
+        ControllerMessage::Attached,
+        ControllerMessage::Joined { leaf, id: id() },
+        ControllerMessage::Lost { why: Loss::Ended },
+    ];
     messages.extend(states().map(|start| ControllerMessage::Told {
         leaf: None,
         message: ToController::Configure {

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 use std::future::poll_fn;
+use std::time::Duration;
 
 use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval};
@@ -12,6 +13,9 @@ use ambidex_core::dispatch::Input;
 use ambidex_link::{Heard, LinkError};
 use ambidex_model::session::{Attendance, BEAT_EVERY, Presence};
 use ambidex_model::{ControllerId, FromController, Rejection, ToController};
+
+/// Longer than this between two turns, wall time, a daemon that runs does not wait.
+const AWAY: Duration = BEAT_EVERY.saturating_mul(2);
 
 /// A link with its neighbors.
 pub(super) struct LinkTask {
@@ -34,6 +38,7 @@ impl LinkTask {
         let mut waiting = VecDeque::new();
         loop {
             let mut has_ended = false;
+            let slept_ns = self.clock.now_ns();
             tokio::select! {
                 wake = poll_fn(|cx| self.link.poll_wake(cx)) => has_ended = wake? == Wake::Ended,
                 order = self.orders.recv() => match order {
@@ -42,17 +47,23 @@ impl LinkTask {
                 },
                 _ = beat.tick() => self.link.beat(),
             }
+            // It beats far more often than that: this process was stopped, or the machine was asleep.
+            let away = Duration::from_nanos(self.clock.now_ns().saturating_sub(slept_ns));
+            if away > AWAY {
+                tracing::warn!(target: "ambidex::controller", controller = self.id.0, ?away, "this daemon did not run");
+                presence.was_away(self.clock.now_ns(), away);
+            }
             self.hear(&mut presence);
             match presence.attend(self.clock.now_ns(), has_ended) {
                 Some(Attendance::Attached { pid }) => {
                     self.link.watch(pid);
                     self.tell(Input::Attached(self.id));
                 }
-                Some(Attendance::Lost) => {
+                Some(Attendance::Lost(why)) => {
                     self.link.unwatch();
                     self.link.forget();
                     waiting.clear();
-                    self.tell(Input::Lost(self.id));
+                    self.tell(Input::Lost(self.id, why));
                 }
                 None => {}
             }

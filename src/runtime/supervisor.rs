@@ -17,7 +17,7 @@ use super::port::Port;
 use super::signal::Signal;
 use ambidex_core::dispatch::{self, Dispatch, Limits};
 use ambidex_core::tree::{self, Settings};
-use ambidex_model::{Change, ControllerId, Header, MissionEnd, MissionSpec, NodeId, Record, ToController};
+use ambidex_model::{Change, ControllerId, Header, Loss, MissionEnd, MissionSpec, NodeId, Record, ToController};
 
 /// How a run is carried.
 pub struct Options {
@@ -284,7 +284,7 @@ fn spawn_links(
         tasks.spawn(async move {
             if let Err(error) = task.run().await {
                 tracing::error!(target: "ambidex::controller", controller = id.0, %error, "the link broke");
-                drop(dispatch.send(dispatch::Input::Lost(id)));
+                drop(dispatch.send(dispatch::Input::Lost(id, Loss::Broken)));
                 // What follows from it is the mission's end; the task itself is no news.
                 std::future::pending::<()>().await;
             }

@@ -61,7 +61,7 @@ impl Crew {
     pub(super) fn add(&mut self, at: Time, controller: ControllerId, message: &ControllerMessage) {
         match message {
             ControllerMessage::Attached => self.is_now(at, controller, Presence::Attached),
-            ControllerMessage::Lost => {
+            ControllerMessage::Lost { .. } => {
                 self.is_now(at, controller, Presence::Lost);
                 self.commands.retain(|(owner, _), _| *owner != controller);
             }

@@ -195,7 +195,11 @@ fn a_loss_is_told_with_its_own_moment() {
     let records = [
         Record::Header(Box::new(sample::header())),
         decided(0.0, 1, vec![grant("pick 1", &[0, 1], &[2], &[])]),
-        Record::Controller { at: seconds(1.0), controller: lost, message: ControllerMessage::Lost },
+        Record::Controller {
+            at: seconds(1.0),
+            controller: lost,
+            message: ControllerMessage::Lost { why: ambidex_model::Loss::Ended },
+        },
         released(1.5, "pick 1", End::Failed(Fault::Lost(lost))),
         Record::Ended { at: seconds(1.5), end: MissionEnd::ControllerLost(lost) },
     ];

@@ -13,7 +13,7 @@ use command_queue::CommandQueue;
 use goals::Running;
 
 use ambidex_model::{
-    Change, CommandId, ControllerId, ControllerMessage, ControllerState, End, FromController, Goal, MissionSpec,
+    Change, CommandId, ControllerId, ControllerMessage, ControllerState, End, FromController, Goal, Loss, MissionSpec,
     NodeId, Outcome, Part, Record, Refusal, Rejection, Time, ToController, WorldState,
 };
 
@@ -29,7 +29,7 @@ pub enum Input {
     /// A controller let go of a command without a result.
     Closed(ControllerId, CommandId),
     /// A controller is gone.
-    Lost(ControllerId),
+    Lost(ControllerId, Loss),
     /// A leaf was granted.
     Start(Goal),
     /// End the goal of this leaf.
@@ -120,7 +120,7 @@ impl Dispatch {
             Input::Heard(id, message) => self.heard(now, id, message),
             Input::Refused(id, refusal) => self.refused(now, id, refusal),
             Input::Closed(id, command) => self.closed(now, id, command),
-            Input::Lost(id) => self.lost(now, id),
+            Input::Lost(id, why) => self.lost(now, id, why),
             Input::Start(goal) => self.start(now, goal),
             Input::Stop(leaf) => self.stop(now, leaf, End::Canceled),
             Input::Woke => self.woke(now),
@@ -152,7 +152,7 @@ impl Dispatch {
 
     fn configure(&mut self, now: Time, id: ControllerId) {
         let Some(generation) = self.attachments[id.index()].attach(now + self.limits.accept) else {
-            self.lost(now, id);
+            self.lost(now, id, Loss::Unanswered);
             return;
         };
         let start = attachment::start_state(&self.mission, id);
@@ -227,9 +227,9 @@ impl Dispatch {
         self.effects.push(Effect::Ready(attachment::world_state(&self.mission, states)));
     }
 
-    fn lost(&mut self, now: Time, id: ControllerId) {
+    fn lost(&mut self, now: Time, id: ControllerId, why: Loss) {
         self.attachments[id.index()].lose();
-        self.record(now, id, ControllerMessage::Lost);
+        self.record(now, id, ControllerMessage::Lost { why });
         self.effects.push(if self.is_ready { Effect::Lost(id) } else { Effect::Missing(id) });
         self.queue_lost(now, id);
     }

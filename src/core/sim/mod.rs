@@ -225,7 +225,7 @@ impl<'a> Simulation<'a> {
         }
         match exchanged.attendance {
             Some(Attendance::Attached { .. }) => self.tell_dispatch(dispatch::Input::Attached(id)),
-            Some(Attendance::Lost) => self.tell_dispatch(dispatch::Input::Lost(id)),
+            Some(Attendance::Lost(why)) => self.tell_dispatch(dispatch::Input::Lost(id, why)),
             None => {}
         }
     }

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::{DEAD_MAN, StampedPulse};
+use crate::Loss;
 
 /// What a daemon knows of one controller's life.
 #[derive(Debug, Clone, Copy)]
@@ -13,6 +14,8 @@ pub struct Presence {
     /// It has shown that it is configured by this daemon.
     serves: bool,
     has_left: bool,
+    /// When this daemon ran again after it had not for a while, nanoseconds, and for how long it had not.
+    back: Option<(u64, Duration)>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -30,13 +33,13 @@ pub enum Attendance {
         pid: u32,
     },
     /// It ended, fell silent, or gave this daemon up.
-    Lost,
+    Lost(Loss),
 }
 
 impl Presence {
     /// Of a controller that was not seen yet, for the daemon of this epoch.
     pub fn new(epoch: u64) -> Self {
-        Self { epoch, seen: None, is_attached: false, serves: false, has_left: false }
+        Self { epoch, seen: None, is_attached: false, serves: false, has_left: false, back: None }
     }
 
     /// Takes a sign of life. True if it says anything: what an earlier, dead controller published may still lie there.
@@ -66,24 +69,37 @@ impl Presence {
     /// When the controller counts as gone if nothing more is heard, nanoseconds; none while it is not attached.
     pub fn silent_at_ns(&self) -> Option<u64> {
         let dead_man_ns = u64::try_from(DEAD_MAN.as_nanos()).unwrap_or(u64::MAX);
-        self.seen.filter(|_| self.is_attached).map(|seen| seen.sent_ns.saturating_add(dead_man_ns))
+        let seen = self.seen.filter(|_| self.is_attached)?;
+        let last_ns = self.back.map_or(seen.sent_ns, |(back_ns, _)| back_ns.max(seen.sent_ns));
+        Some(last_ns.saturating_add(dead_man_ns))
+    }
+
+    /// This daemon itself did not run for a while: nobody could be heard, so nobody's silence counts from before.
+    pub fn was_away(&mut self, now_ns: u64, length: Duration) {
+        self.back = Some((now_ns, length));
     }
 
     /// What has changed by now; `has_ended` says that its process has.
     pub fn attend(&mut self, now_ns: u64, has_ended: bool) -> Option<Attendance> {
-        let is_gone = std::mem::take(&mut self.has_left) || has_ended;
-        match (self.is_attached, self.pid(now_ns)) {
-            (false, Some(pid)) if !is_gone => {
-                self.is_attached = true;
-                Some(Attendance::Attached { pid })
-            }
-            (true, Some(_)) if !is_gone => None,
-            (true, _) => {
-                (self.is_attached, self.serves) = (false, false);
-                Some(Attendance::Lost)
-            }
-            (false, _) => None,
+        let has_left = std::mem::take(&mut self.has_left);
+        if !self.is_attached {
+            let pid = self.pid(now_ns).filter(|_| !has_left && !has_ended)?;
+            self.is_attached = true;
+            return Some(Attendance::Attached { pid });
         }
+        let away = self.back.filter(|(back_ns, _)| is_fresh(*back_ns, now_ns));
+        let loss = if has_ended {
+            Loss::Ended
+        } else if has_left {
+            let away_ms = away.map_or(0, |(_, length)| u32::try_from(length.as_millis()).unwrap_or(u32::MAX));
+            Loss::Left { away_ms }
+        } else if self.pid(now_ns).is_none() && away.is_none() {
+            Loss::Silent
+        } else {
+            return None;
+        };
+        (self.is_attached, self.serves) = (false, false);
+        Some(Attendance::Lost(loss))
     }
 }
 
@@ -115,7 +131,11 @@ mod tests {
         assert!(presence.hear(&pulse(20, 5, 1), 20 * MS));
         assert_eq!(presence.silent_at_ns(), Some(1020 * MS));
         assert_eq!(presence.attend(1019 * MS, false), None);
-        assert_eq!(presence.attend(1020 * MS, false), Some(Attendance::Lost), "silent for the dead-man's time");
+        assert_eq!(
+            presence.attend(1020 * MS, false),
+            Some(Attendance::Lost(Loss::Silent)),
+            "silent for the dead-man's time"
+        );
         assert_eq!((presence.silent_at_ns(), presence.attend(1020 * MS, false)), (None, None));
     }
 
@@ -129,8 +149,29 @@ mod tests {
                 // Attached to another daemon now.
                 presence.hear(&pulse(11, 6, 1), 11 * MS);
             }
-            assert_eq!(presence.attend(11 * MS, has_ended), Some(Attendance::Lost));
+            let why = if has_ended { Loss::Ended } else { Loss::Left { away_ms: 0 } };
+            assert_eq!(presence.attend(11 * MS, has_ended), Some(Attendance::Lost(why)));
         }
+    }
+
+    #[test]
+    fn a_daemon_that_was_stopped_blames_nobody_for_it() {
+        let mut presence = Presence::new(5);
+        presence.hear(&pulse(10, 5, 1), 10 * MS);
+        assert!(presence.attend(10 * MS, false).is_some());
+        // Stopped for 1.2 s: it has heard nothing, and could not.
+        presence.was_away(1210 * MS, Duration::from_millis(1200));
+        assert_eq!(presence.attend(1210 * MS, false), None);
+        assert!(presence.hear(&pulse(1200, 5, 1), 1210 * MS));
+        assert_eq!(presence.attend(2209 * MS, false), None);
+        assert_eq!(presence.attend(2210 * MS, false), Some(Attendance::Lost(Loss::Silent)));
+        // The controller has heard nothing either, and went: that is this daemon's doing.
+        let mut presence = Presence::new(5);
+        presence.hear(&pulse(10, 5, 1), 10 * MS);
+        assert!(presence.attend(10 * MS, false).is_some());
+        presence.was_away(1210 * MS, Duration::from_millis(1200));
+        presence.hear(&pulse(1205, 0, 0), 1210 * MS);
+        assert_eq!(presence.attend(1210 * MS, false), Some(Attendance::Lost(Loss::Left { away_ms: 1200 })));
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Change, CommandId, ControllerId, End, FromController, Grant, MissionSpec, Names, NodeId, NodeKind, Reason,
+    Change, CommandId, ControllerId, End, FromController, Grant, Loss, MissionSpec, Names, NodeId, NodeKind, Reason,
     Rejection, Request, Resource, ResourceId, Time, ToController, TypeId, WorldState, make_legible,
 };
 
@@ -361,7 +361,10 @@ pub enum ControllerMessage {
         why: Rejection,
     },
     /// It is gone.
-    Lost,
+    Lost {
+        /// How that was seen.
+        why: Loss,
+    },
 }
 
 impl ControllerMessage {
@@ -370,7 +373,7 @@ impl ControllerMessage {
         match self {
             Self::Told { leaf, .. } => *leaf,
             Self::Joined { leaf, .. } => Some(*leaf),
-            Self::Attached | Self::Heard { .. } | Self::Refused { .. } | Self::Lost => None,
+            Self::Attached | Self::Heard { .. } | Self::Refused { .. } | Self::Lost { .. } => None,
         }
     }
 }

@@ -95,7 +95,7 @@ impl Tally {
             }
             Record::Controller { at, controller, message } => {
                 self.now = *at;
-                if *message == ControllerMessage::Lost {
+                if matches!(message, ControllerMessage::Lost { .. }) {
                     self.lost.insert(*controller, *at);
                 }
             }

@@ -55,7 +55,7 @@ impl Commands {
                 | FromController::Accepted { .. }
                 | FromController::Feedback { .. } => {}
             },
-            ControllerMessage::Lost => self.holders.retain(|(owner, _), _| *owner != controller),
+            ControllerMessage::Lost { .. } => self.holders.retain(|(owner, _), _| *owner != controller),
             ControllerMessage::Attached | ControllerMessage::Refused { .. } => {}
         }
     }

@@ -152,7 +152,7 @@ impl Kind {
                 FromController::Result { .. } => Self::Result,
             },
             ControllerMessage::Refused { .. } => Self::Refused,
-            ControllerMessage::Lost => Self::Lost,
+            ControllerMessage::Lost { .. } => Self::Lost,
         }
     }
 }

@@ -72,7 +72,7 @@ pub(super) fn of_controller(record: &Record, wanted: ControllerId) -> bool {
 /// The command that a message is about.
 pub(super) fn command(message: &ControllerMessage) -> Option<CommandId> {
     match message {
-        ControllerMessage::Attached | ControllerMessage::Refused { .. } | ControllerMessage::Lost => None,
+        ControllerMessage::Attached | ControllerMessage::Refused { .. } | ControllerMessage::Lost { .. } => None,
         ControllerMessage::Told { message, .. } => match message {
             ToController::Configure { .. } => None,
             ToController::Goal { id, .. } | ToController::Cancel { id } => Some(*id),

@@ -59,7 +59,7 @@ impl Story {
                 let said = format!("From outside: {}.", phrase::changed(change, names));
                 self.happens(*at, LeafState::Waiting, said);
             }
-            Record::Controller { at, controller, message: ControllerMessage::Lost } => {
+            Record::Controller { at, controller, message: ControllerMessage::Lost { .. } } => {
                 let said = format!("The controller {} is lost.", names.controller(*controller));
                 self.happens(*at, LeafState::Failed, said);
             }

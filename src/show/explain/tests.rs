@@ -71,7 +71,11 @@ fn turns() -> Vec<Record> {
             &[("move 3-1", Reason::NothingAvailable { of: TypeId(2) })],
         ),
         refused(lapse, &[("move 3-1", Reason::NothingAvailable { of: TypeId(2) })]),
-        Record::Controller { at: seconds(9.5), controller: ControllerId(3), message: ControllerMessage::Lost },
+        Record::Controller {
+            at: seconds(9.5),
+            controller: ControllerId(3),
+            message: ControllerMessage::Lost { why: ambidex_model::Loss::Ended },
+        },
         released(9.5, "pick 2", End::Canceled),
         Record::Ended { at: seconds(9.5), end: MissionEnd::ControllerLost(ControllerId(3)) },
     ]

@@ -66,7 +66,7 @@ impl Progress {
         let name = names.controller(controller);
         match message {
             ControllerMessage::Attached => Some(format!("attached {name}")),
-            ControllerMessage::Lost => Some(format!("lost {name}")),
+            ControllerMessage::Lost { .. } => Some(format!("lost {name}")),
             ControllerMessage::Refused { why, .. } => Some(format!("refused a message of {name}: {why}")),
             ControllerMessage::Heard { message } => match message {
                 FromController::Rejected { id, why } => Some(self.rejected(controller, *id, *why, names)),

@@ -92,7 +92,10 @@ fn absent_controllers_and_held_objects_are_told() {
     let (at, change) = (seconds(9.0), held);
     let mut records = vec![Record::Header(Box::new(sample::header()))];
     records.extend((1..4).map(|id| controller(id, ControllerMessage::Attached)));
-    records.extend([Record::World { at, change }, controller(3, ControllerMessage::Lost)]);
+    records.extend([
+        Record::World { at, change },
+        controller(3, ControllerMessage::Lost { why: ambidex_model::Loss::Ended }),
+    ]);
     for record in &records {
         progress.add(record);
     }
@@ -148,7 +151,10 @@ fn what_goes_wrong_has_its_line() {
         sample::released(9.0, "pick 1", end),
         Some("   9.00 s  failed pick 1: left_arm would not take its goal: it is doing something else"),
     );
-    check(controller(3, ControllerMessage::Lost), Some("   9.00 s  lost right_arm"));
+    check(
+        controller(3, ControllerMessage::Lost { why: ambidex_model::Loss::Ended }),
+        Some("   9.00 s  lost right_arm"),
+    );
     let why = Rejection::Stale;
     check(
         controller(0, ControllerMessage::Refused { id: None, why }),

@@ -25,7 +25,7 @@ pub(super) fn said(at_s: f64, controller: &str, message: &ControllerMessage, nam
         ControllerMessage::Refused { why, .. } => {
             warn!(target: CONTROLLER, controller, reason = %why, at_s, "refused");
         }
-        ControllerMessage::Lost => warn!(target: CONTROLLER, controller, at_s, "lost"),
+        ControllerMessage::Lost { why } => warn!(target: CONTROLLER, controller, at_s, %why, "lost"),
     }
 }
 

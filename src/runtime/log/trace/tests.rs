@@ -148,7 +148,10 @@ fn messages_of_controllers_name_controller_and_goal() {
         heard(FromController::Feedback { id: samples::id(), progress: 0.5, state }),
         &["TRACE ambidex::controller feedback controller=[left_arm] goal=[1.7] progress=[0.5] at_s=[1.75]"],
     );
-    check(samples::told(ControllerMessage::Lost), &["WARN ambidex::controller lost controller=[left_arm] at_s=[1.75]"]);
+    check(
+        samples::told(ControllerMessage::Lost { why: ambidex_model::Loss::Silent }),
+        &["WARN ambidex::controller lost controller=[left_arm] at_s=[1.75] why=[it showed no life for 1 s]"],
+    );
 }
 
 #[test]

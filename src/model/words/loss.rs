@@ -1,0 +1,39 @@
+//! How a controller came to be gone.
+
+use std::fmt::{self, Display, Formatter};
+
+use serde::{Deserialize, Serialize};
+
+/// Why a controller counts as gone. Displayed as a clause about the controller: "its process ended".
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Loss {
+    /// Its process ended.
+    Ended,
+    /// Its process is there and showed no life for as long as the dead-man allows.
+    Silent,
+    /// It gave this daemon up: this daemon itself had been silent for too long, or it serves another now.
+    Left {
+        /// How long this daemon had not run just before, milliseconds; 0 if it had run all the time.
+        away_ms: u32,
+    },
+    /// It did not answer its configuration.
+    Unanswered,
+    /// The link to it broke.
+    Broken,
+}
+
+impl Display for Loss {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Ended => f.write_str("its process ended"),
+            Self::Silent => f.write_str("it showed no life for 1 s"),
+            Self::Left { away_ms: 0 } => f.write_str("it gave this daemon up"),
+            Self::Left { away_ms } => {
+                write!(f, "it gave this daemon up, which had not run for {:.1} s", f64::from(*away_ms) / 1e3)
+            }
+            Self::Unanswered => f.write_str("it did not answer its configuration"),
+            Self::Broken => f.write_str("the link to it broke"),
+        }
+    }
+}
