@@ -1,13 +1,16 @@
-//! One task writes all records, in the order in which they were made. None is dropped.
+//! One thread writes all records, in the order in which they were made. None is dropped, and nothing that blocks the
+//! thread blocks the robot: only a backlog that became too long delays the next round.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use tokio::sync::{Notify, mpsc};
+use std::thread;
+
+use tokio::sync::{Notify, mpsc, oneshot};
 
 use ambidex_model::Record;
 
-/// Where records end up; called by one task alone.
+/// Where records end up; called by one thread alone, which may block.
 pub trait Sink: Send {
     /// Takes the next record.
     fn take(&mut self, record: &Record);
@@ -34,28 +37,33 @@ pub(super) struct Journal {
 }
 
 impl Journal {
-    /// A journal and the task that writes it; the task ends when the last handle is gone.
-    pub(super) fn new(mut sink: Box<dyn Sink>) -> (Self, impl Future<Output = ()>) {
+    /// A journal and the word that all is written, which comes when the last handle is gone; none if the thread panicked.
+    pub(super) fn new(mut sink: Box<dyn Sink>) -> (Self, oneshot::Receiver<()>) {
         let (to, mut from) = mpsc::unbounded_channel::<Record>();
         let journal = Self { to, waiting: Arc::default(), drained: Arc::default() };
         let (waiting, drained) = (Arc::clone(&journal.waiting), Arc::clone(&journal.drained));
-        let task = async move {
-            while let Some(record) = from.recv().await {
+        let (written, is_written) = oneshot::channel();
+        let write = move || {
+            while let Some(record) = from.blocking_recv() {
                 sink.take(&record);
-                if waiting.fetch_sub(1, Ordering::Relaxed) == BACKLOG {
+                if waiting.fetch_sub(1, Ordering::Relaxed) == BACKLOG + 1 {
                     drained.notify_one();
                 }
                 if from.is_empty() {
                     sink.rest();
                 }
             }
+            drop(sink);
+            // Whoever waited for it may be gone already.
+            let _ = written.send(());
         };
-        (journal, task)
+        thread::Builder::new().name("log".into()).spawn(write).expect("the system gives a thread");
+        (journal, is_written)
     }
 
     pub(super) fn write(&self, record: Record) {
         self.waiting.fetch_add(1, Ordering::Relaxed);
-        // The task outlives every handle; it can only be gone when the whole run is.
+        // The thread outlives every handle, unless its sink panicked: then the run is about to end.
         drop(self.to.send(record));
     }
 

@@ -4,8 +4,8 @@ use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 use std::time::Duration;
 
-use tokio::sync::mpsc;
-use tokio::task::{AbortHandle, Id, JoinError, JoinHandle, JoinSet};
+use tokio::sync::{mpsc, oneshot};
+use tokio::task::{AbortHandle, Id, JoinError, JoinSet};
 use tokio::time::{Instant, sleep_until};
 
 use super::clock::Clock;
@@ -63,7 +63,7 @@ pub async fn run(
     let (journal, writer) = match options.journal {
         Some(sink) => {
             let (journal, writer) = Journal::new(sink);
-            (Some(journal), Some(tokio::spawn(writer)))
+            (Some(journal), Some(writer))
         }
         None => (None, None),
     };
@@ -100,7 +100,7 @@ struct Supervisor {
     /// Root is being told to end for this.
     ending: Option<MissionEnd>,
     has_begun: bool,
-    writer: Option<JoinHandle<()>>,
+    writer: Option<oneshot::Receiver<()>>,
 }
 
 impl Supervisor {
@@ -294,12 +294,13 @@ fn spawn_links(
     links.into_iter().enumerate().map(spawn).collect()
 }
 
-/// Comes back when the task has ended; never without one.
-async fn ended(task: &mut Option<JoinHandle<()>>) {
-    match task {
-        Some(handle) => {
-            drop(handle.await);
-            *task = None;
+/// Comes back when the log's thread has ended; never without one.
+async fn ended(writer: &mut Option<oneshot::Receiver<()>>) {
+    match writer {
+        Some(ended) => {
+            // Ended or panicked: in both cases it writes no more.
+            let _ = ended.await;
+            *writer = None;
         }
         None => std::future::pending().await,
     }
