@@ -10,7 +10,6 @@ mod names;
 mod pose;
 mod reason;
 mod record;
-mod report;
 mod request;
 mod resource;
 mod spec;
@@ -31,7 +30,6 @@ pub use record::{
     Blocked, Completion, Consequences, ControllerMessage, EntryKind, Header, JOURNAL_VERSION, Message, MissionEnd,
     NodeEntry, Record, Reopened,
 };
-pub use report::{Interval, MissionReport, Tally};
 pub use request::{Binding, Candidate, ClaimOptions, Grant, Request};
 pub use resource::{Heir, Lease, LeaseKind, Resource, ResourceTable};
 pub use spec::{

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::LeafState;
 use ambidex_model::{LeaseKind, Mode};
+use ambidex_record::{LeafState, MissionOutcome};
 
 /// Whether the process that writes the journal lives. No record tells it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -35,8 +35,9 @@ pub enum Phase {
 }
 
 /// How well a controller is, in the words of robot diagnostics.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, strum::IntoStaticStr)]
 #[serde(rename_all = "UPPERCASE")]
+#[strum(serialize_all = "UPPERCASE")]
 pub enum Health {
     /// As it should be.
     Ok,
@@ -51,12 +52,7 @@ pub enum Health {
 impl Health {
     /// The word for it.
     pub fn word(self) -> &'static str {
-        match self {
-            Self::Ok => "OK",
-            Self::Warn => "WARN",
-            Self::Error => "ERROR",
-            Self::Stale => "STALE",
-        }
+        self.into()
     }
 }
 
@@ -74,7 +70,7 @@ pub struct Snapshot {
     /// How far it is.
     pub phase: Phase,
     /// The report's `outcome`; none before the end.
-    pub outcome: Option<&'static str>,
+    pub outcome: Option<MissionOutcome>,
     /// At what it ended, as a sentence.
     pub why: Option<String>,
     /// Robot time of the last record, seconds.
