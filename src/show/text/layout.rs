@@ -47,9 +47,11 @@ pub(crate) fn hang(head: &str, indent: usize, said: &str, width: usize) -> Strin
     format!("{head}{}\n", lines.get(indent..).unwrap_or_default())
 }
 
-/// The same of items that are not broken, with spaces between them.
+/// The same of items with spaces between them; none is broken, what is too long is cut.
 pub(crate) fn flow<'a>(head: &str, indent: usize, items: impl IntoIterator<Item = &'a str>, width: usize) -> String {
-    let items: Vec<String> = items.into_iter().map(|item| item.replace(' ', &UNBROKEN.to_string())).collect();
+    let room = width.saturating_sub(indent);
+    let unbroken = |item| clip(item, room).replace(' ', &UNBROKEN.to_string());
+    let items: Vec<String> = items.into_iter().map(unbroken).collect();
     hang(head, indent, &items.join(" "), width).replace(UNBROKEN, " ")
 }
 
