@@ -1,13 +1,13 @@
-//! Follows a run: log file, tracing events, live display, and the tally for the report.
+//! Follows a run: log file, tracing events, live display, and the report.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use ambidex::model::{ControllerMessage, MissionEnd, MissionSpec, Record, Tally};
-use ambidex::record::JournalError;
+use ambidex::model::{ControllerMessage, MissionEnd, MissionSpec, Names, Record};
+use ambidex::record::{History, JournalError};
 use ambidex::runtime::log::{self, JournalFile};
-use ambidex::show::{self, Progress};
+use ambidex::show::{live, timeline};
 
 use crate::args::MissionArgs;
 use crate::terminal::Terminal;
@@ -17,10 +17,11 @@ pub const REDRAW: Duration = Duration::from_millis(100);
 
 /// Takes every record of a run.
 pub struct Observer {
-    names: ambidex::model::Names,
+    names: Names,
     file: JournalFile,
     failure: Option<JournalError>,
-    progress: Progress,
+    /// None before the first record.
+    history: Option<History>,
     terminal: Terminal,
     is_quiet: bool,
     is_json: bool,
@@ -48,7 +49,7 @@ impl Observer {
             names: mission.names.clone(),
             file: JournalFile::create(path)?,
             failure: None,
-            progress: Progress::default(),
+            history: None,
             terminal: terminal.clone(),
             is_quiet: args.quiet,
             is_json: args.json,
@@ -66,22 +67,27 @@ impl Observer {
             self.fail(error);
         }
         log::emit(record, &self.names);
-        self.progress.add(record);
+        match (&mut self.history, record) {
+            (Some(history), record) => history.apply(record),
+            (history, Record::Header(header)) => *history = Some(History::with_past(header)),
+            (None, _) => {}
+        }
         if self.is_quiet {
             return;
         }
         if self.terminal.is_tty() {
             self.draw();
-        } else if let Some(line) = self.progress.plain_line(record).filter(|_| self.is_news(record)) {
+        } else if let Some(line) = self.line(record) {
             self.terminal.say(&line);
             self.say_who_is_missing(record);
         }
     }
 
-    /// Simulated controllers are there from the beginning.
-    fn is_news(&self, record: &Record) -> bool {
+    /// The plain line for a record; simulated controllers are there from the beginning, which is no news.
+    fn line(&self, record: &Record) -> Option<String> {
         let is_attached = matches!(record, Record::Controller { message: ControllerMessage::Attached, .. });
-        self.missing.is_some() || !is_attached
+        let is_news = self.missing.is_some() || !is_attached;
+        live::line(self.history.as_ref().filter(|_| is_news)?, record)
     }
 
     /// Nothing waits: what was taken so far is safe from now on.
@@ -117,7 +123,7 @@ impl Observer {
         let Record::Controller { controller, message, .. } = record else {
             return;
         };
-        let has_begun = self.tally().rounds > 0;
+        let has_begun = self.history.as_ref().is_some_and(|history| history.rounds() > 0);
         let name = self.names.controller(*controller).to_owned();
         let Some(awaited) = &mut self.missing else { return };
         match message {
@@ -132,27 +138,23 @@ impl Observer {
         self.say_what_it_waits_for();
     }
 
-    /// What is known so far.
-    pub fn tally(&self) -> &Tally {
-        self.progress.tally()
-    }
-
     /// Closes the log, clears the live display, and tells the end.
     pub fn finish(&mut self) -> io::Result<()> {
         let flushed = self.file.flush();
         self.terminal.clear();
         let (width, palette) = (self.terminal.width(), self.terminal.palette());
-        let tally = self.tally();
-        if !self.is_quiet && !tally.intervals.is_empty() {
-            self.terminal.say(&format!("\n{}", show::timing(tally, width, &palette)));
-        }
-        if !self.is_quiet || tally.end == Some(MissionEnd::Stalled) {
-            self.terminal.say(&show::summary(tally, width, &palette));
+        if let Some(history) = &self.history {
+            if !self.is_quiet && history.step_count() > 0 {
+                self.terminal.say(&format!("\n{}", timeline::text(history, width, &palette)));
+            }
+            if !self.is_quiet || history.end() == Some(MissionEnd::Stalled) {
+                self.terminal.say(&live::summary(history, width, &palette));
+            }
         }
         if !self.is_quiet {
             self.terminal.say(&format!("log: {}", self.file.path().display()));
         }
-        if let Some(report) = tally.report().filter(|_| self.is_json) {
+        if let Some(report) = self.history.as_ref().and_then(History::report).filter(|_| self.is_json) {
             writeln!(io::stdout(), "{}", serde_json::to_string(&report).map_err(io::Error::other)?)?;
         }
         flushed.map_err(io::Error::other)
@@ -164,7 +166,8 @@ impl Observer {
             return;
         }
         self.drawn = Some(Instant::now());
-        let lines = self.progress.lines(self.terminal.width(), &self.terminal.palette());
-        self.terminal.show(&lines);
+        if let Some(history) = &self.history {
+            self.terminal.show(live::rows(history, self.terminal.width(), &self.terminal.palette()));
+        }
     }
 }
