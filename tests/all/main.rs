@@ -8,6 +8,7 @@ mod digests;
 mod dispatching;
 mod driver;
 mod fixtures;
+mod history;
 mod home;
 mod importing;
 mod journals;

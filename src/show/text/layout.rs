@@ -1,6 +1,6 @@
 //! Fitting text into columns. A wide letter takes two of them, a combining one none.
 
-use textwrap::Options;
+use textwrap::{Options, WordSplitter};
 use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
 
 /// Fewest columns that anything is drawn in; narrower terminals wrap.
@@ -42,7 +42,8 @@ pub(crate) fn fit(text: &str, width: usize) -> String {
 /// The head may be styled; what it takes of the first line are the columns of the indent.
 pub(crate) fn hang(head: &str, indent: usize, said: &str, width: usize) -> String {
     let rest = " ".repeat(indent);
-    let options = Options::new(width).subsequent_indent(&rest).initial_indent(&rest);
+    let options = Options::new(width).word_splitter(WordSplitter::NoHyphenation);
+    let options = options.subsequent_indent(&rest).initial_indent(&rest);
     let lines = textwrap::fill(said, options);
     format!("{head}{}\n", lines.get(indent..).unwrap_or_default())
 }
@@ -106,6 +107,7 @@ mod tests {
         check(&["pick 1 +", "pick 2 +", "a very long name"], 20, "1: pick 1 + pick 2 +\n   a very long name\n");
         check(&["物体 1 +", "物体 2"], 13, "1: 物体 1 +\n   物体 2\n");
         check(&[], 10, "1: \n");
+        assert_eq!(hang("", 2, "after move 2-1", 14), "after move\n  2-1\n");
         assert_eq!(
             hang("\u{1b}[1mpick\u{1b}[0m  ", 6, "waits for the base", 18),
             "\u{1b}[1mpick\u{1b}[0m  waits for\n      the base\n"

@@ -1,4 +1,4 @@
-//! Ctrl-C and SIGTERM at any moment: the mission is cancelled, the log is whole, nobody is left.
+//! Ctrl-C and SIGTERM at any moment: the mission is canceled, the log is whole, nobody is left.
 
 use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -45,7 +45,7 @@ fn check(moment: Duration, with: Signal) {
     println!("{with:?} after {moment:?}");
     run.signal(with);
     let finished = run.ends(130);
-    assert_eq!(report(&finished)["outcome"], "cancelled");
+    assert_eq!(report(&finished)["outcome"], "canceled");
     home.is_empty();
     let log = home.log();
     assert!(log.ends_with('\n'), "the log is whole");
@@ -110,7 +110,7 @@ fn a_daemon_told_to_end_leaves_its_controllers() {
     let mut daemon = home.daemon(&experiment_file(1), &["--json", "--speed", "20"]);
     daemon.says("step 3");
     daemon.signal(Signal::TERM);
-    assert_eq!(report(&daemon.ends(130))["outcome"], "cancelled");
+    assert_eq!(report(&daemon.ends(130))["outcome"], "canceled");
     assert!(controllers.iter_mut().all(|controller| !controller.has_ended()));
     for controller in controllers {
         controller.signal(Signal::INT);
