@@ -427,6 +427,7 @@ impl History {
             for leaf in self.met() {
                 self.states.enter(leaf, at, Phase::Skipped);
             }
+            self.states.complete(at);
         }
         self.states.end();
     }

@@ -181,6 +181,12 @@ impl LeafStates {
         }
     }
 
+    /// The task is complete, whatever was left of it.
+    pub(super) fn complete(&mut self, at: Time) {
+        self.nodes.iter_mut().take(2).for_each(|node| node.is_complete = true);
+        self.enter_all(NodeId(0), at, LeafState::Waiting, Phase::NotAsked, |_, _| true);
+    }
+
     /// Nothing is tried again.
     pub(super) fn end(&mut self) {
         self.is_over = true;
