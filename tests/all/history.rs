@@ -25,11 +25,22 @@ impl Heard {
         Self { history: History::with_past(&Header::new(mission, "greedy")), seen: 0, compared: 0 }
     }
 
+    /// What is granted was waiting for it: what is done once more was reopened before, what failed for good or is not
+    /// asked any more never comes again.
+    fn hear(&mut self, record: &Record) {
+        if let Record::Decided { granted, .. } = record {
+            for leaf in granted.iter().map(|grant| grant.leaf()) {
+                assert_eq!(self.history.state(leaf), LeafState::Waiting, "{leaf:?} {record:?}");
+            }
+        }
+        self.history.apply(record);
+    }
+
     /// Takes what one input to a node made, and compares. Root makes several records of one input, and its state is
     /// ahead of all but the last of them.
     fn compare(&mut self, driver: &Driver) {
         let new = &driver.records[self.seen..];
-        new.iter().for_each(|record| self.history.apply(record));
+        new.iter().for_each(|record| self.hear(record));
         self.seen = driver.records.len();
         self.compared += usize::from(!new.is_empty());
         let (root, history) = (driver.root(), &self.history);
