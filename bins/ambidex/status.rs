@@ -10,7 +10,6 @@ use ambidex::record::MissionOutcome;
 use ambidex::show::MIN_WIDTH;
 use ambidex::show::status::{Daemon, Phase, Snapshot};
 use clap::Args;
-use indicatif::ProgressDrawTarget;
 use miette::{IntoDiagnostic, Result};
 
 use crate::exit::Exit;
@@ -90,7 +89,8 @@ fn once(following: &Following, is_json: bool) -> Result<Told> {
 fn watch(following: &mut Following, is_json: bool) -> Result<Told> {
     let stop = Stop::on_signals().into_diagnostic()?;
     let is_drawn = !is_json && io::stdout().is_terminal();
-    let display = is_drawn.then(|| Display::new(ProgressDrawTarget::stdout()));
+    let mut size = terminal::size(io::stdout());
+    let display = is_drawn.then(Display::stdout);
     let mut last = None;
     let mut ended: Option<Instant> = None;
     loop {
@@ -102,6 +102,10 @@ fn watch(following: &mut Following, is_json: bool) -> Result<Told> {
         if let Some(snapshot) = news {
             let goes_on = match &display {
                 Some(display) => {
+                    let now = terminal::size(io::stdout());
+                    if std::mem::replace(&mut size, now) != now {
+                        display.start_over();
+                    }
                     display.show(lines(&snapshot));
                     true
                 }

@@ -34,7 +34,7 @@ const ALONE: &[(&str, &str)] = &[
     ("ZeroCopySend", "src/ipc/"),
     ("serde_saphyr", "src/config/document.rs"),
     ("indicatif", "bins/ambidex/terminal.rs"),
-    ("svg::node", "src/draw/svg/page.rs"),
+    ("svg::node", "src/show/svg/page.rs"),
 ];
 
 const FILE_WALL: usize = 500;

@@ -11,7 +11,7 @@ use ambidex_record::{LeafState, MissionOutcome};
 pub enum Daemon {
     /// It lives.
     Running {
-        /// Its process.
+        /// Its process id.
         pid: u32,
     },
     /// There is none.
@@ -93,7 +93,7 @@ pub struct Snapshot {
     pub resources: Vec<ResourceRow>,
     /// Every controller.
     pub controllers: Vec<ControllerRow>,
-    /// The world.
+    /// Base, objects and facts.
     pub world: WorldRow,
 }
 
@@ -102,7 +102,7 @@ pub struct Snapshot {
 pub struct NodeRow {
     /// Its id: its place in tree order.
     pub id: u32,
-    /// Its name.
+    /// What the mission calls it.
     pub name: String,
     /// `root`, `and`, `or`, `then`, or the kind of a behavior.
     pub kind: String,
@@ -125,9 +125,9 @@ pub struct NodeRow {
 /// A resource with the five properties of III-B.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ResourceRow {
-    /// Its name.
+    /// What the robot file calls it.
     pub name: String,
-    /// Its type.
+    /// `gripper`, `head`, `base`, or any other word.
     #[serde(rename = "type")]
     pub ty: String,
     /// Number of owners.
@@ -158,7 +158,7 @@ pub struct HolderRow {
 /// A controller.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ControllerRow {
-    /// Its name.
+    /// What the robot file calls it.
     pub name: String,
     /// How well it is.
     pub health: Health,
@@ -195,9 +195,9 @@ pub struct WorldRow {
 /// Where an object is; neither place nor resource where nobody knows.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ObjectRow {
-    /// Its name.
+    /// What the mission calls it.
     pub name: String,
-    /// The place.
+    /// The place where it lies.
     pub at: Option<String>,
     /// The resource that holds it.
     #[serde(rename = "in")]
@@ -207,7 +207,7 @@ pub struct ObjectRow {
 /// A fact.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FactRow {
-    /// Its name.
+    /// What the mission calls it.
     pub name: String,
     /// Whether it holds.
     pub holds: bool,

@@ -159,10 +159,4 @@ mod tests {
         assert_eq!(shown[0].last_child().and_then(|text| text.text()), Some(expected));
         assert!(document.descendants().all(|node| !node.has_tag_name("script")));
     }
-
-    #[test]
-    fn the_same_shapes_give_the_same_bytes() {
-        let draw = || page("a", "b", (9.0, 9.0), [Shape::circle("leaf", (1.0, 2.0), 3.0).titled("c")]);
-        assert_eq!(draw(), draw());
-    }
 }
