@@ -96,12 +96,13 @@ fn held(resource: ResourceId, lease: &Lease, access: Access, names: &Names) -> S
     }
 }
 
-/// A better request, and by how much.
+/// A better request, and how much better.
 fn outbid(by: &str, resource: &str, own: f64, theirs: f64) -> String {
     let more = theirs - own;
-    let by_much = if more.abs() < 0.000_5 { format!("{more:.1e}") } else { format!("{more:.3}") };
-    match more {
-        0.0 => format!("{by} took {resource}: both have potential {own:.3}, and {by} comes first"),
-        _ => format!("{by} took {resource} with potential {theirs:.3} against {own:.3}, which is {by_much} more"),
-    }
+    let numbers = match more {
+        0.0 => format!("both have {own:.3}, and {by} comes first"),
+        _ if more.abs() < 0.000_5 => format!("{theirs:.3}, which is {more:.1e} more"),
+        _ => format!("{theirs:.3} against {own:.3}"),
+    };
+    format!("outbid by {by} for {resource} ({numbers})")
 }

@@ -130,8 +130,8 @@ fn an_account_tells_round_by_round() {
         "move 3-1",
         "\
 move 3-1 (move in object 3)
-  ○ round 1        0.00 s  It waits: move 2-1 took base: both have potential 0.500, and
-                           move 2-1 comes first.
+  ○ round 1        0.00 s  It waits: outbid by move 2-1 for base (both have 0.500, and
+                           move 2-1 comes first).
   ○ round 2        0.00 s  It waits: base is held by move 2-1.
   ○ round 3        7.40 s  It waits: base is kept for \"at shelf\" by object 2, for what
                            comes after move 2-1.
@@ -143,8 +143,7 @@ move 3-1 (move in object 3)
         "move 1-1",
         "\
 move 1-1 (move in object 1)
-  ○ round 1  0.00 s  It waits: move 2-1 took base with potential 0.500 against 0.490,
-                     which is 0.010 more.
+  ○ round 1  0.00 s  It waits: outbid by move 2-1 for base (0.500 against 0.490).
   ○ round 2  0.00 s  It waits: base is held by move 2-1.
   ◇ round 3  7.40 s  It is skipped: its goal is met already, and pick 1 goes on from
                      there.

@@ -23,7 +23,7 @@ fn behaviors_of_experiment_1_are_explained() {
     }
     let skipped = explained(&["move 1-1"]);
     for true_thing in [
-        "It waits: move 2-1 took base with potential 0.502 against 0.490, which is 0.012 more.",
+        "It waits: outbid by move 2-1 for base (0.502 against 0.490).",
         "round 2 0.00 s It waits: base is in use by move 2-1.",
         "It is skipped: its goal is met already, and pick 1 goes on from there.",
     ] {

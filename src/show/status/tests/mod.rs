@@ -255,6 +255,7 @@ fn a_journal_of_odd_ids_is_no_reason_to_break() {
     ]);
     let told = snapshot(&records, Daemon::Unknown);
     for width in [40, 100] {
-        assert!(!told.lines(width, 24, &Palette::ansi()).is_empty());
+        let lines = told.lines(width, 24, &Palette::plain());
+        assert!(lines[0].starts_with("experiment 1  failed"), "{lines:?}");
     }
 }
