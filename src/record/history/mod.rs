@@ -5,6 +5,8 @@ mod leaf;
 mod leases;
 mod report;
 mod states;
+#[cfg(test)]
+mod tests;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
