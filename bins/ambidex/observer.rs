@@ -4,8 +4,8 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use ambidex::model::{ControllerMessage, MissionEnd, MissionSpec, Names, Record};
-use ambidex::record::{History, JournalError};
+use ambidex::model::{ControllerId, ControllerMessage, MissionEnd, MissionSpec, Names, Record};
+use ambidex::record::{History, JournalError, Presence};
 use ambidex::runtime::log::{self, JournalFile};
 use ambidex::show::{live, timeline};
 
@@ -27,8 +27,8 @@ pub struct Observer {
     is_json: bool,
     drawn: Option<Instant>,
     is_stale: bool,
-    /// Controllers that are awaited; none where they are only simulated.
-    missing: Option<Vec<String>>,
+    /// Whether controllers are awaited; they are there from the beginning where they are only simulated.
+    is_live: bool,
 }
 
 impl Observer {
@@ -55,7 +55,7 @@ impl Observer {
             is_json: args.json,
             drawn: None,
             is_stale: false,
-            missing: is_live.then(|| mission.names.controllers.clone()),
+            is_live,
         })
     }
 
@@ -86,7 +86,7 @@ impl Observer {
     /// The plain line for a record; simulated controllers are there from the beginning, which is no news.
     fn line(&self, record: &Record) -> Option<String> {
         let is_attached = matches!(record, Record::Controller { message: ControllerMessage::Attached, .. });
-        let is_news = self.missing.is_some() || !is_attached;
+        let is_news = self.is_live || !is_attached;
         live::line(self.history.as_ref().filter(|_| is_news)?, record)
     }
 
@@ -113,29 +113,30 @@ impl Observer {
 
     /// Names the controllers without which the mission does not begin.
     pub fn say_what_it_waits_for(&self) {
-        if let Some(missing) = self.missing.as_ref().filter(|missing| !self.is_quiet && !missing.is_empty()) {
+        let is_missing = |controller: ControllerId| {
+            let view = self.history.as_ref().and_then(|history| history.controllers().view(controller));
+            view.is_none_or(|view| view.presence == Presence::Lost)
+        };
+        let controllers = (0..self.names.controllers.len()).map(ControllerId::from);
+        let missing: Vec<&str> = controllers.filter(|id| is_missing(*id)).map(|id| self.names.controller(id)).collect();
+        if self.is_live && !self.is_quiet && !missing.is_empty() {
             self.terminal.say(&format!("waiting for {}", missing.join(", ")));
         }
     }
 
     /// Where no live display shows it: who is missing after one more has come or gone.
-    fn say_who_is_missing(&mut self, record: &Record) {
-        let Record::Controller { controller, message, .. } = record else {
-            return;
-        };
+    fn say_who_is_missing(&self, record: &Record) {
+        let Record::Controller { message, .. } = record else { return };
         let has_begun = self.history.as_ref().is_some_and(|history| history.rounds() > 0);
-        let name = self.names.controller(*controller).to_owned();
-        let Some(awaited) = &mut self.missing else { return };
         match message {
-            ControllerMessage::Attached => awaited.retain(|missing| *missing != name),
-            ControllerMessage::Lost if !has_begun => awaited.push(name),
+            ControllerMessage::Attached => self.say_what_it_waits_for(),
+            ControllerMessage::Lost if !has_begun => self.say_what_it_waits_for(),
             ControllerMessage::Lost
             | ControllerMessage::Told { .. }
             | ControllerMessage::Joined { .. }
             | ControllerMessage::Heard { .. }
-            | ControllerMessage::Refused { .. } => return,
+            | ControllerMessage::Refused { .. } => {}
         }
-        self.say_what_it_waits_for();
     }
 
     /// Closes the log, clears the live display, and tells the end.

@@ -15,7 +15,7 @@ pub struct Page {
 }
 
 impl Page {
-    /// Looks at stdout.
+    /// A page with the colors that stdout takes.
     pub fn new() -> Self {
         let stdout = io::stdout();
         let palette = terminal::palette(&stdout);
@@ -27,7 +27,7 @@ impl Page {
         self.palette
     }
 
-    /// Columns.
+    /// Columns to keep to.
     pub fn width(&self) -> usize {
         terminal::size(io::stdout()).map_or(WIDTH, |(columns, _)| columns)
     }

@@ -127,7 +127,7 @@ impl Terminal {
         self.palette != Palette::plain()
     }
 
-    /// Columns.
+    /// Columns to keep to.
     pub fn width(&self) -> usize {
         size(io::stderr()).map_or(WIDTH, |(columns, _)| columns)
     }

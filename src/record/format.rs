@@ -31,7 +31,7 @@ fn list<T>(
     Ok(())
 }
 
-/// Names of nodes.
+/// Names of nodes with commas between them.
 pub fn nodes(nodes: impl Iterator<Item = NodeId> + Clone, names: &Names) -> impl Display {
     lazy(move |f| list(nodes.clone(), f, |node, f| f.write_str(names.node(node))))
 }

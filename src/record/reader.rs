@@ -122,7 +122,10 @@ pub fn read_line(
     Ok(length)
 }
 
-/// A line behind the header.
+/// A line behind the header as a record.
+///
+/// # Errors
+/// When it is none, or a second header.
 pub fn parse(line: &[u8], path: &Path, number: u64) -> Result<Record, JournalError> {
     match serde_json::from_slice(line) {
         Ok(Record::Header(_)) => Err(JournalError::SecondHeader { path: path.to_owned(), line: number }),
@@ -138,7 +141,10 @@ fn legible(error: serde_json::Error) -> serde_json::Error {
     serde_json::Error::custom(said)
 }
 
-/// The first line.
+/// The first line of a journal as a header of this version whose nodes are a tree.
+///
+/// # Errors
+/// When it is none.
 pub fn parse_header(line: &[u8], path: &Path) -> Result<Box<Header>, JournalError> {
     /// What every version of a header has.
     #[derive(Deserialize)]

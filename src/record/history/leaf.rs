@@ -54,9 +54,9 @@ pub enum Phase {
     Done,
     /// It is done without having run.
     Skipped,
-    /// It failed.
+    /// It failed, for now or for good.
     Failed {
-        /// At what.
+        /// What went wrong.
         fault: Fault,
         /// Whether it is not asked again.
         is_final: bool,
@@ -100,7 +100,7 @@ pub struct Failures {
     pub times: u32,
     /// When the last one did.
     pub at: Time,
-    /// At what.
+    /// What went wrong then.
     pub fault: Fault,
 }
 

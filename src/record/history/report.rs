@@ -10,7 +10,7 @@ use super::History;
 pub struct MissionReport {
     /// The mission's name.
     pub mission: String,
-    /// How it ended.
+    /// How it ended, in a word.
     pub outcome: MissionOutcome,
     /// What was granted between two releases; names sorted.
     pub steps: Vec<Vec<String>>,

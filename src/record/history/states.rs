@@ -42,15 +42,15 @@ enum Kind {
 /// How many leaves at or below a node there are, and what they are.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// All of them.
+    /// All of them, whatever they are.
     pub of: usize,
     /// Done, skipped ones included.
     pub done: usize,
     /// Done without having run.
     pub skipped: usize,
-    /// Running.
+    /// Granted and not released.
     pub active: usize,
-    /// Told to end.
+    /// Told to end when they ran last.
     pub canceled: usize,
     /// Not to run any more.
     pub not_asked: usize,

@@ -36,7 +36,7 @@ pub struct Conversation {
     name_columns: usize,
 }
 
-/// One line.
+/// What a record says, before it is laid out.
 struct Line<'a> {
     round: Option<u32>,
     from: Cow<'a, str>,

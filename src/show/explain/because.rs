@@ -13,7 +13,7 @@ pub(super) struct Because {
 }
 
 impl Because {
-    /// Both in one.
+    /// The sentence with the detail in brackets.
     pub(super) fn whole(&self) -> String {
         match &self.detail {
             Some(detail) => format!("{} ({detail})", self.sentence),

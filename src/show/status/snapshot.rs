@@ -77,7 +77,7 @@ pub struct Snapshot {
     pub time_s: f64,
     /// Robot seconds from the first grant to the last release.
     pub makespan_s: f64,
-    /// Rounds so far.
+    /// How many rounds were decided.
     pub rounds: u32,
     /// Steps so far: grants between two releases count once.
     pub step: usize,
@@ -85,13 +85,13 @@ pub struct Snapshot {
     pub messages: u64,
     /// Behaviors that are done or skipped.
     pub done: usize,
-    /// All behaviors.
+    /// How many behaviors the task has.
     pub of: usize,
     /// Every node in tree order.
     pub nodes: Vec<NodeRow>,
     /// Every resource in resource order.
     pub resources: Vec<ResourceRow>,
-    /// Every controller.
+    /// Every controller, in the order of the robot file.
     pub controllers: Vec<ControllerRow>,
     /// Base, objects and facts.
     pub world: WorldRow,
@@ -130,17 +130,17 @@ pub struct ResourceRow {
     /// `gripper`, `head`, `base`, or any other word.
     #[serde(rename = "type")]
     pub ty: String,
-    /// Number of owners.
+    /// How many leases there are of it.
     pub owners: usize,
     /// The intention with which it is shared; none of one that is free or used exclusively.
     pub channel: Option<String>,
     /// Whether it is in use.
     pub locked: bool,
-    /// Who owns it.
+    /// Its leases, by holder.
     pub holders: Vec<HolderRow>,
     /// The object in it.
     pub holds: Option<String>,
-    /// Who moves it.
+    /// The controller that moves it; none of one that only counts.
     pub controller: Option<String>,
 }
 
@@ -164,7 +164,7 @@ pub struct ControllerRow {
     pub health: Health,
     /// Why it is said to be so.
     pub why: String,
-    /// What it does.
+    /// The commands that it has not ended, the oldest first.
     pub goals: Vec<GoalRow>,
 }
 
@@ -173,7 +173,7 @@ pub struct ControllerRow {
 pub struct GoalRow {
     /// The behaviors that it serves.
     pub behaviors: Vec<String>,
-    /// What it does.
+    /// `driving`, `grasping`, or `stopping` once it was told to end.
     pub verb: &'static str,
     /// Whether it ends its behavior or lasts as long.
     pub mode: Mode,
@@ -184,11 +184,11 @@ pub struct GoalRow {
 /// The world as root knows it; the base as its controller says.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct WorldRow {
-    /// Position of the base in the map frame, metres, and its heading, radians; none before anything was told.
+    /// Position of the base in the map frame, meters, and its heading, radians; none before anything was told.
     pub base: Option<[f64; 3]>,
-    /// Every object.
+    /// Every object, in the order of the mission.
     pub objects: Vec<ObjectRow>,
-    /// Every fact.
+    /// Every fact, in the order of the mission.
     pub facts: Vec<FactRow>,
 }
 
@@ -209,6 +209,6 @@ pub struct ObjectRow {
 pub struct FactRow {
     /// What the mission calls it.
     pub name: String,
-    /// Whether it holds.
+    /// Whether it is so now.
     pub holds: bool,
 }

@@ -3,9 +3,9 @@
 
 /// Sizes of the classes of text, user units.
 pub(crate) const TEXT: f64 = 10.0;
-/// Of the title.
+/// Size of the title.
 pub(crate) const TITLE: f64 = 14.0;
-/// Of notes.
+/// Size of notes.
 pub(crate) const NOTE: f64 = 9.5;
 /// Of labels at ticks.
 pub(crate) const SMALL: f64 = 9.0;
