@@ -90,7 +90,7 @@ fn composites_are_what_their_leaves_make_them() {
     check(std::slice::from_ref(&begun), [Active, Active, Active, Waiting, Waiting, Waiting, Waiting]);
     check(&[begun.clone(), first.clone()], [Waiting, Waiting, Done, Waiting, Waiting, Waiting, Waiting]);
     let skip = decided(1, &[(B, &[A])], None, &[]);
-    check(&[skip.clone()], [Active, Active, Skipped, Active, Waiting, Waiting, Waiting]);
+    check(std::slice::from_ref(&skip), [Active, Active, Skipped, Active, Waiting, Waiting, Waiting]);
     check(&[skip, succeeded(2, B, THEN)], [Waiting, Done, Skipped, Done, Waiting, Waiting, Waiting]);
     let way = [granted(1, D), succeeded(2, D, OR)];
     check(&way, [Waiting, Waiting, Waiting, Waiting, Done, NotAsked, Done]);

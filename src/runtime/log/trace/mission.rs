@@ -119,7 +119,7 @@ pub(super) fn ended(at_s: f64, end: MissionEnd, names: &Names) {
     const SAYS: &str = "mission ended";
     match end {
         MissionEnd::Done => info!(target: MISSION, outcome = "done", at_s, "{SAYS}"),
-        MissionEnd::Canceled => info!(target: MISSION, outcome = "cancelled", at_s, "{SAYS}"),
+        MissionEnd::Canceled => info!(target: MISSION, outcome = "canceled", at_s, "{SAYS}"),
         MissionEnd::Stalled => warn!(target: MISSION, outcome = "stalled", at_s, "{SAYS}"),
         MissionEnd::Failed(leaf) => {
             let leaf = names.node(leaf);
