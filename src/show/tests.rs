@@ -3,10 +3,11 @@
 use ambidex_model::*;
 use ambidex_record::History;
 
+use super::explain::Account;
 use super::live::{rows, summary};
 use super::sample::{self, decided, experiment_1, grant, history, named, released, seconds};
 use super::status::{Daemon, Snapshot};
-use super::text::columns;
+use super::text::{columns, mark};
 use super::{Palette, timeline, tree};
 
 fn check(text: &str, expected: &str) {
@@ -195,6 +196,25 @@ fn a_failure_names_leaf_moment_and_fault() {
     assert_eq!(rows[6], " pick 2   ····················████████████████████⊘", "\n{text}");
     let legend = " · waiting  █ active  ─ done  ◇ skipped  ✗ failed\n ⊘ canceled\n";
     assert!(text.ends_with(legend), "{text}");
+}
+
+#[test]
+fn every_product_says_the_same_of_every_leaf() {
+    for records in [experiment_1(), stalled(), failed(), failed()[..5].to_vec()] {
+        let history = history(&records);
+        let snapshot = Snapshot::new(&history, Daemon::Unknown, history.now());
+        let tree = tree::text(history.header(), Some(&history), 120, &Palette::plain());
+        for leaf in history.leaves() {
+            let (name, state) = (history.names().node(leaf), history.state(leaf));
+            assert_eq!(snapshot.nodes[leaf.index()].state, state, "{name}");
+            assert!(tree.contains(&format!("{} {name}\n", mark(state))), "{name}: {state:?}\n{tree}");
+            let mut account = Account::new(history.header(), name, None).unwrap();
+            records.iter().for_each(|record| account.add(record));
+            let text = account.text(400, &Palette::plain()).unwrap();
+            let last = text.lines().last().and_then(|line| line.trim_start().chars().next());
+            assert!(history.end().is_none() || last == Some(mark(state)), "{name}: {state:?}\n{text}");
+        }
+    }
 }
 
 #[test]
