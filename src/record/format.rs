@@ -2,9 +2,10 @@
 
 use std::fmt::{self, Display, Formatter};
 
+use serde::Serialize;
+
 use ambidex_model::{
-    Access, Binding, Blocked, Change, Command, CommandId, End, Fault, Location, Mode, Names, NodeId, PartEnd, Reason,
-    Request,
+    Access, Binding, Blocked, Change, Command, CommandId, End, Fault, Location, Names, NodeId, Reason, Request,
 };
 
 /// Text made when it is asked for.
@@ -151,19 +152,21 @@ pub fn at_fault(end: End, names: &Names) -> Option<&str> {
     end.at_fault().map(|controller| names.controller(controller))
 }
 
-/// How a controller's part ended.
-pub fn part_end(end: PartEnd) -> &'static str {
-    match end {
-        PartEnd::Succeeded => "succeeded",
-        PartEnd::Aborted => "aborted",
-        PartEnd::Canceled => "canceled",
-    }
+/// The journal's word for a value that has no fields: `succeeded`, `maintain`.
+pub fn word(value: impl Serialize) -> impl Display {
+    lazy(move |f| value.serialize(f))
 }
 
-/// Whether a part ends its goal.
-pub fn mode(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Achieve => "achieve",
-        Mode::Maintain => "maintain",
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ambidex_model::{Mode, PartEnd, Rejection};
+
+    #[test]
+    fn words_are_those_of_the_journal() {
+        let check = |word: String, expected: &str| assert_eq!(word, expected);
+        check(word(PartEnd::Canceled).to_string(), "canceled");
+        check(word(Mode::Maintain).to_string(), "maintain");
+        check(word(Rejection::OutOfReach).to_string(), "out_of_reach");
     }
 }

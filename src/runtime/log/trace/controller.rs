@@ -44,7 +44,7 @@ fn told(at_s: f64, controller: &str, leaf: Option<NodeId>, message: &ToControlle
             controller,
             goal = %format::goal(*id),
             leaf = leaf.map(|leaf| names.node(leaf)),
-            mode = format::mode(*mode),
+            mode = %format::word(*mode),
             command = %format::command(command, names),
             at_s,
             "goal"
@@ -100,7 +100,7 @@ fn result(at_s: f64, controller: &str, id: CommandId, end: PartEnd, (began, ende
                 target: CONTROLLER,
                 controller,
                 goal = %format::goal(id),
-                end = format::part_end(end),
+                end = %format::word(end),
                 began_s = began.seconds(),
                 ended_s = ended.seconds(),
                 at_s,
