@@ -1,7 +1,7 @@
 //! `ambidex explain`.
 
 use ambidex::record::Reader;
-use ambidex::show::{Account, Story};
+use ambidex::show::explain::{Account, Story};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
 
@@ -35,20 +35,12 @@ pub fn explain(args: &ExplainArgs) -> Result<Exit> {
     let (width, palette) = (page.width(), page.palette());
     let text = match &args.node {
         None => {
-            let mut story = Story::new(reader.header());
-            log::read(reader, |record| {
-                story.add(record);
-                Ok(true)
-            })?;
-            story.text(width, &palette)
+            let story = Story::new(reader.header());
+            log::folded(reader, story, Story::add)?.text(width, &palette)
         }
         Some(node) => {
-            let account = Account::new(reader.header(), node, args.round);
-            let mut account = account.map_err(|error| log::unknown(&error))?;
-            log::read(reader, |record| {
-                account.add(record);
-                Ok(true)
-            })?;
+            let account = Account::new(reader.header(), node, args.round).map_err(|error| log::unknown(&error))?;
+            let account = log::folded(reader, account, Account::add)?;
             account.text(width, &palette).map_err(|error| log::unknown(&error))?
         }
     };

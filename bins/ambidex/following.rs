@@ -7,11 +7,10 @@ use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
 use ambidex::link::{Instance, Present};
-use ambidex::model::Time;
-use ambidex::model::nearest;
-use ambidex::record::JournalError;
+use ambidex::model::{Record, Time, nearest};
+use ambidex::record::{History, JournalError};
 use ambidex::runtime::log::{self, Follower, News};
-use ambidex::show::{Daemon, Snapshot, Status};
+use ambidex::show::status::{Daemon, Snapshot};
 use miette::{IntoDiagnostic, Report, Result, miette};
 
 /// Records that are read at once, so that whoever wants to leave need not wait for the last of a million.
@@ -76,9 +75,8 @@ impl Source {
             }
             Err(error) => return Err(error).into_diagnostic(),
         };
-        let status = Status::default();
         let (source, asked) = (self.clone(), Instant::now());
-        let mut following = Following { source, follower, status, present, asked, is_replaced: false };
+        let mut following = Following { source, follower, history: None, present, asked, is_replaced: false };
         while following.read()? {}
         Ok(Some(following))
     }
@@ -116,7 +114,7 @@ fn described(name: &str) -> String {
 pub struct Following {
     source: Source,
     follower: Follower,
-    status: Status,
+    history: Option<History>,
     present: Option<Present>,
     asked: Instant,
     is_replaced: bool,
@@ -138,7 +136,7 @@ impl Following {
 
     /// What it tells now; none before its header.
     pub fn snapshot(&self) -> Option<Snapshot> {
-        self.status.snapshot(self.daemon(), self.now())
+        self.history.as_ref().map(|history| Snapshot::new(history, self.daemon(), self.now(history)))
     }
 
     /// Whether its daemon went before it wrote a header.
@@ -149,16 +147,20 @@ impl Following {
     fn read(&mut self) -> Result<bool> {
         for _ in 0..AT_ONCE {
             match self.follower.look().into_diagnostic()? {
-                News::Record(record) => self.status.add(&record),
+                News::Record(record) => match (record.as_ref(), &mut self.history) {
+                    (Record::Header(header), _) => self.history = Some(History::new(header)),
+                    (record, Some(history)) => history.apply(record),
+                    (_, None) => {}
+                },
                 News::Quiet => return Ok(false),
                 // A mission that ended is told to its end, whatever comes after it.
-                News::Replaced if self.status.tally().end.is_some() => {
+                News::Replaced if self.history.as_ref().is_some_and(|history| history.end().is_some()) => {
                     self.is_replaced = true;
                     return Ok(false);
                 }
                 News::Replaced => {
                     self.follower = Follower::open(self.follower.path()).into_diagnostic()?;
-                    self.status = Status::default();
+                    self.history = None;
                 }
             }
         }
@@ -194,9 +196,9 @@ impl Following {
     }
 
     /// Robot time: that of the last record, and what went by since.
-    fn now(&self) -> Time {
+    fn now(&self, history: &History) -> Time {
         let since = self.written().and_then(|written| written.elapsed().ok()).unwrap_or_default();
-        self.status.tally().now
-            + since.mul_f64(self.status.speed().filter(|speed| (0.0..=1e6).contains(speed)).unwrap_or(1.0))
+        let speed = history.controllers().speed().filter(|speed| (0.0..=1e6).contains(speed));
+        history.now() + since.mul_f64(speed.unwrap_or(1.0))
     }
 }

@@ -71,6 +71,18 @@ pub fn read(mut reader: Reader<BufReader<fs::File>>, mut take: impl FnMut(&Recor
     Ok(())
 }
 
+/// What every record of a log comes to.
+///
+/// # Errors
+/// When the log cannot be read or has another version.
+pub fn folded<T>(reader: Reader<BufReader<fs::File>>, mut fold: T, add: impl Fn(&mut T, &Record)) -> Result<T> {
+    read(reader, |record| {
+        add(&mut fold, record);
+        Ok(true)
+    })?;
+    Ok(fold)
+}
+
 /// A name that the log does not have, with what it has.
 pub fn unknown(unknown: &Unknown) -> Report {
     miette!(help = unknown.help().to_owned(), "{unknown}")

@@ -1,7 +1,6 @@
 //! The command line of Ambidex: one file per verb, no logic of its own.
 
 mod args;
-mod canvas;
 mod check;
 mod children;
 mod controller;

@@ -1,13 +1,13 @@
-//! Follows a run: log file, tracing events, live display, and the tally for the report.
+//! Follows a run: log file, tracing events, live display, and the report.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use ambidex::model::{ControllerMessage, MissionEnd, MissionSpec, Record, Tally};
-use ambidex::record::JournalError;
+use ambidex::model::{ControllerId, ControllerMessage, MissionEnd, MissionSpec, Names, Record};
+use ambidex::record::{History, JournalError, Presence};
 use ambidex::runtime::log::{self, JournalFile};
-use ambidex::show::{self, Progress};
+use ambidex::show::{live, timeline};
 
 use crate::args::MissionArgs;
 use crate::terminal::Terminal;
@@ -17,17 +17,18 @@ pub const REDRAW: Duration = Duration::from_millis(100);
 
 /// Takes every record of a run.
 pub struct Observer {
-    names: ambidex::model::Names,
+    names: Names,
     file: JournalFile,
     failure: Option<JournalError>,
-    progress: Progress,
+    /// None before the first record.
+    history: Option<History>,
     terminal: Terminal,
     is_quiet: bool,
     is_json: bool,
     drawn: Option<Instant>,
     is_stale: bool,
-    /// Controllers that are awaited; none where they are only simulated.
-    missing: Option<Vec<String>>,
+    /// Whether controllers are awaited; they are there from the beginning where they are only simulated.
+    is_live: bool,
 }
 
 impl Observer {
@@ -48,13 +49,13 @@ impl Observer {
             names: mission.names.clone(),
             file: JournalFile::create(path)?,
             failure: None,
-            progress: Progress::default(),
+            history: None,
             terminal: terminal.clone(),
             is_quiet: args.quiet,
             is_json: args.json,
             drawn: None,
             is_stale: false,
-            missing: is_live.then(|| mission.names.controllers.clone()),
+            is_live,
         })
     }
 
@@ -66,22 +67,27 @@ impl Observer {
             self.fail(error);
         }
         log::emit(record, &self.names);
-        self.progress.add(record);
+        match (&mut self.history, record) {
+            (Some(history), record) => history.apply(record),
+            (history, Record::Header(header)) => *history = Some(History::with_past(header)),
+            (None, _) => {}
+        }
         if self.is_quiet {
             return;
         }
         if self.terminal.is_tty() {
             self.draw();
-        } else if let Some(line) = self.progress.plain_line(record).filter(|_| self.is_news(record)) {
+        } else if let Some(line) = self.line(record) {
             self.terminal.say(&line);
             self.say_who_is_missing(record);
         }
     }
 
-    /// Simulated controllers are there from the beginning.
-    fn is_news(&self, record: &Record) -> bool {
+    /// The plain line for a record; simulated controllers are there from the beginning, which is no news.
+    fn line(&self, record: &Record) -> Option<String> {
         let is_attached = matches!(record, Record::Controller { message: ControllerMessage::Attached, .. });
-        self.missing.is_some() || !is_attached
+        let is_news = self.is_live || !is_attached;
+        live::line(self.history.as_ref().filter(|_| is_news)?, record)
     }
 
     /// Nothing waits: what was taken so far is safe from now on.
@@ -107,34 +113,30 @@ impl Observer {
 
     /// Names the controllers without which the mission does not begin.
     pub fn say_what_it_waits_for(&self) {
-        if let Some(missing) = self.missing.as_ref().filter(|missing| !self.is_quiet && !missing.is_empty()) {
+        let is_missing = |controller: ControllerId| {
+            let view = self.history.as_ref().and_then(|history| history.controllers().view(controller));
+            view.is_none_or(|view| view.presence == Presence::Lost)
+        };
+        let controllers = (0..self.names.controllers.len()).map(ControllerId::from);
+        let missing: Vec<&str> = controllers.filter(|id| is_missing(*id)).map(|id| self.names.controller(id)).collect();
+        if self.is_live && !self.is_quiet && !missing.is_empty() {
             self.terminal.say(&format!("waiting for {}", missing.join(", ")));
         }
     }
 
     /// Where no live display shows it: who is missing after one more has come or gone.
-    fn say_who_is_missing(&mut self, record: &Record) {
-        let Record::Controller { controller, message, .. } = record else {
-            return;
-        };
-        let has_begun = self.tally().rounds > 0;
-        let name = self.names.controller(*controller).to_owned();
-        let Some(awaited) = &mut self.missing else { return };
+    fn say_who_is_missing(&self, record: &Record) {
+        let Record::Controller { message, .. } = record else { return };
+        let has_begun = self.history.as_ref().is_some_and(|history| history.rounds() > 0);
         match message {
-            ControllerMessage::Attached => awaited.retain(|missing| *missing != name),
-            ControllerMessage::Lost { .. } if !has_begun => awaited.push(name),
+            ControllerMessage::Attached => self.say_what_it_waits_for(),
+            ControllerMessage::Lost { .. } if !has_begun => self.say_what_it_waits_for(),
             ControllerMessage::Lost { .. }
             | ControllerMessage::Told { .. }
             | ControllerMessage::Joined { .. }
             | ControllerMessage::Heard { .. }
-            | ControllerMessage::Refused { .. } => return,
+            | ControllerMessage::Refused { .. } => {}
         }
-        self.say_what_it_waits_for();
-    }
-
-    /// What is known so far.
-    pub fn tally(&self) -> &Tally {
-        self.progress.tally()
     }
 
     /// Closes the log, clears the live display, and tells the end.
@@ -142,17 +144,18 @@ impl Observer {
         let flushed = self.file.flush();
         self.terminal.clear();
         let (width, palette) = (self.terminal.width(), self.terminal.palette());
-        let tally = self.tally();
-        if !self.is_quiet && !tally.intervals.is_empty() {
-            self.terminal.say(&format!("\n{}", show::timing(tally, width, &palette)));
-        }
-        if !self.is_quiet || tally.end == Some(MissionEnd::Stalled) {
-            self.terminal.say(&show::summary(tally, width, &palette));
+        if let Some(history) = &self.history {
+            if !self.is_quiet && history.step_count() > 0 {
+                self.terminal.say(&format!("\n{}", timeline::text(history, width, &palette)));
+            }
+            if !self.is_quiet || history.end() == Some(MissionEnd::Stalled) {
+                self.terminal.say(&live::summary(history, width, &palette));
+            }
         }
         if !self.is_quiet {
             self.terminal.say(&format!("log: {}", self.file.path().display()));
         }
-        if let Some(report) = tally.report().filter(|_| self.is_json) {
+        if let Some(report) = self.history.as_ref().and_then(History::report).filter(|_| self.is_json) {
             writeln!(io::stdout(), "{}", serde_json::to_string(&report).map_err(io::Error::other)?)?;
         }
         flushed.map_err(io::Error::other)
@@ -164,7 +167,8 @@ impl Observer {
             return;
         }
         self.drawn = Some(Instant::now());
-        let lines = self.progress.lines(self.terminal.width(), &self.terminal.palette());
-        self.terminal.show(&lines);
+        if let Some(history) = &self.history {
+            self.terminal.show(live::rows(history, self.terminal.width(), &self.terminal.palette()));
+        }
     }
 }

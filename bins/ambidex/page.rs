@@ -1,12 +1,11 @@
 //! stdout as a page: colors and width where somebody looks at it, and a reader that may leave before the end.
 
-use std::io::{self, BufWriter, IsTerminal, StdoutLock, Write};
+use std::io::{self, BufWriter, StdoutLock, Write};
 
 use ambidex::show::Palette;
 use miette::{IntoDiagnostic, Result};
 
-/// Columns where there is no terminal to ask.
-const WIDTH: usize = 100;
+use crate::terminal::{self, WIDTH};
 
 /// stdout of a verb that prints text.
 #[derive(Debug)]
@@ -16,11 +15,10 @@ pub struct Page {
 }
 
 impl Page {
-    /// Looks at stdout.
+    /// A page with the colors that stdout takes.
     pub fn new() -> Self {
         let stdout = io::stdout();
-        let has_color = anstream::AutoStream::choice(&stdout) != anstream::ColorChoice::Never;
-        let palette = if has_color { Palette::ansi() } else { Palette::plain() };
+        let palette = terminal::palette(&stdout);
         Self { out: BufWriter::with_capacity(1 << 16, stdout.lock()), palette }
     }
 
@@ -29,13 +27,9 @@ impl Page {
         self.palette
     }
 
-    /// Columns.
+    /// Columns to keep to.
     pub fn width(&self) -> usize {
-        if !io::stdout().is_terminal() {
-            return WIDTH;
-        }
-        let size = rustix::termios::tcgetwinsize(io::stdout()).ok();
-        size.map(|size| usize::from(size.ws_col)).filter(|&columns| columns > 0).unwrap_or(WIDTH)
+        terminal::size(io::stdout()).map_or(WIDTH, |(columns, _)| columns)
     }
 
     /// Prints a line; false where nobody reads any more, as behind `head`.

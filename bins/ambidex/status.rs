@@ -1,19 +1,21 @@
 //! `ambidex status`: what a mission is at, from its journal alone, once or until it ends.
 
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use ambidex::link::Instance;
 use ambidex::link::Stop;
-use ambidex::show::{Daemon, MIN_WIDTH, Phase, Snapshot};
+use ambidex::record::MissionOutcome;
+use ambidex::show::MIN_WIDTH;
+use ambidex::show::status::{Daemon, Phase, Snapshot};
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
 
-use crate::canvas::{self, Canvas};
 use crate::exit::Exit;
 use crate::following::{Following, Source};
 use crate::page::is_read;
+use crate::terminal::{self, Display, WIDTH};
 use crate::values;
 use crate::waiting::is_stopped;
 
@@ -21,6 +23,9 @@ use crate::waiting::is_stopped;
 const TICK: Duration = Duration::from_millis(100);
 /// How long a daemon is waited for that ended its mission and makes its controllers safe.
 const LEAVE_WITHIN: Duration = Duration::from_secs(5);
+
+/// Lines of a text that is not drawn again.
+const HEIGHT: usize = 500;
 
 const HELP: &str = "\
 It tells of one instance, since it also asks whether that one's daemon lives; where nothing is named, of `default`.
@@ -51,7 +56,7 @@ pub fn status(args: &StatusArgs) -> Result<Exit> {
     match told {
         Told::Ended(outcome) => {
             if args.watch && !args.json {
-                say(&format!("the mission ended: {outcome}"));
+                say(&format!("the mission ended: {}", outcome.word()));
             }
             Ok(Exit::Done)
         }
@@ -66,7 +71,7 @@ pub fn status(args: &StatusArgs) -> Result<Exit> {
 
 /// What the last thing told was.
 enum Told {
-    Ended(&'static str),
+    Ended(MissionOutcome),
     Gone,
     SoFar,
     Interrupted,
@@ -83,7 +88,9 @@ fn once(following: &Following, is_json: bool) -> Result<Told> {
 /// Tells every change until the mission ended, its daemon is gone, or nobody listens.
 fn watch(following: &mut Following, is_json: bool) -> Result<Told> {
     let stop = Stop::on_signals().into_diagnostic()?;
-    let mut canvas = (!is_json && canvas::is_terminal()).then(Canvas::new).transpose().into_diagnostic()?;
+    let is_drawn = !is_json && io::stdout().is_terminal();
+    let mut size = terminal::size(io::stdout());
+    let display = is_drawn.then(Display::stdout);
     let mut last = None;
     let mut ended: Option<Instant> = None;
     loop {
@@ -93,8 +100,15 @@ fn watch(following: &mut Following, is_json: bool) -> Result<Told> {
         }
         let news = following.snapshot().filter(|_| !is_behind);
         if let Some(snapshot) = news {
-            let goes_on = match &mut canvas {
-                Some(canvas) => draw(canvas, &snapshot, canvas::size())?,
+            let goes_on = match &display {
+                Some(display) => {
+                    let now = terminal::size(io::stdout());
+                    if std::mem::replace(&mut size, now) != now {
+                        display.start_over();
+                    }
+                    display.show(lines(&snapshot));
+                    true
+                }
                 None if last.as_ref() == Some(&snapshot) => true,
                 None if is_json => print(&json(&snapshot)?)?,
                 None => print(&(text(&snapshot) + "\n"))?,
@@ -106,10 +120,8 @@ fn watch(following: &mut Following, is_json: bool) -> Result<Told> {
                 Told::SoFar | Told::Interrupted => false,
             };
             if is_over || !goes_on {
-                if let Some(canvas) = &mut canvas {
-                    // One line less, for what is said of the end.
-                    let (width, height) = canvas::size();
-                    draw(canvas, &snapshot, (width, height.saturating_sub(1)))?;
+                if let Some(display) = &display {
+                    display.leave(lines(&snapshot));
                 }
                 return Ok(told);
             }
@@ -128,23 +140,23 @@ fn has_left(snapshot: &Snapshot, ended: Instant) -> bool {
 
 fn told(snapshot: &Snapshot) -> Told {
     match snapshot.phase {
-        Phase::Ended => Told::Ended(snapshot.outcome.unwrap_or("ended")),
         Phase::Gone => Told::Gone,
-        Phase::Waiting | Phase::Running => Told::SoFar,
+        Phase::Ended | Phase::Waiting | Phase::Running => snapshot.outcome.map_or(Told::SoFar, Told::Ended),
     }
 }
 
-fn draw(canvas: &mut Canvas, snapshot: &Snapshot, (width, height): (usize, usize)) -> Result<bool> {
-    let lines = match width < MIN_WIDTH {
+/// What a terminal has room for, without two lines: where the cursor rests, and where the end is told.
+fn lines(snapshot: &Snapshot) -> Vec<String> {
+    let (width, height) = terminal::size(io::stdout()).unwrap_or((WIDTH, HEIGHT));
+    match width < MIN_WIDTH {
         true => vec!["…".to_owned()],
-        false => snapshot.lines(width, height, &canvas::palette()),
-    };
-    is_read(canvas.show(lines))
+        false => snapshot.lines(width, height.saturating_sub(2), &terminal::palette(&io::stdout())),
+    }
 }
 
 fn text(snapshot: &Snapshot) -> String {
-    let (width, height) = canvas::long_size();
-    snapshot.lines(width, height, &canvas::palette()).join("\n")
+    let width = terminal::size(io::stdout()).map_or(WIDTH, |(columns, _)| columns);
+    snapshot.lines(width, HEIGHT, &terminal::palette(&io::stdout())).join("\n")
 }
 
 fn json(snapshot: &Snapshot) -> Result<String> {

@@ -2,9 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use ambidex::record::Reader;
-use ambidex::show;
-use ambidex::show::svg::{self, History};
+use ambidex::record::{History, Reader};
+use ambidex::show::timeline as show;
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
 
@@ -40,18 +39,15 @@ pub fn timeline(args: &TimelineArgs) -> Result<Exit> {
 }
 
 fn read(log: &Path) -> Result<History> {
-    let mut history = History::default();
-    log::read(Reader::open(log).into_diagnostic()?, |record| {
-        history.add(record);
-        Ok(true)
-    })?;
-    Ok(history)
+    let reader = Reader::open(log).into_diagnostic()?;
+    let history = History::with_past(reader.header());
+    log::folded(reader, history, History::apply)
 }
 
 fn picture(runs: &[History]) -> String {
     match runs {
-        [upper, lower] => svg::compare(upper, lower),
-        [run, ..] => svg::timeline(run),
+        [upper, lower] => show::compare(upper, lower),
+        [run, ..] => show::picture(run),
         [] => String::new(),
     }
 }
@@ -59,6 +55,6 @@ fn picture(runs: &[History]) -> String {
 fn text(runs: &[History]) -> String {
     let page = Page::new();
     let (width, palette) = (page.width(), page.palette());
-    let diagrams = runs.iter().map(|run| show::timing(run.tally(), width, &palette));
+    let diagrams = runs.iter().map(|run| show::text(run, width, &palette));
     diagrams.collect::<Vec<_>>().join("\n")
 }

@@ -9,10 +9,11 @@ use ambidex::link::Stop;
 use ambidex::model::{Header, Record, Time};
 use ambidex::record::{JournalError, Reader};
 use ambidex::runtime::log::{Follower, News};
-use ambidex::show::{Conversation, Filters, Kind, Selection};
+use ambidex::show::conversation::{Conversation, Filters, Kind, Selection};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use miette::{IntoDiagnostic, Result, miette};
+use strum::VariantArray;
 
 use crate::exit::Exit;
 use crate::log;
@@ -176,8 +177,8 @@ fn follow_run(args: &TraceArgs, mut follower: Follower, stop: &Stop, page: &mut 
 }
 
 fn kinds() -> impl TypedValueParser<Value = Kind> {
-    let of = |word: String| Kind::ALL.into_iter().find(|kind| kind.word() == word).expect("one of the words");
-    PossibleValuesParser::new(Kind::ALL.map(Kind::word)).map(of)
+    let words = Kind::VARIANTS.iter().map(|kind| kind.word());
+    PossibleValuesParser::new(words).map(|word| word.parse().expect("one of the words"))
 }
 
 fn rounds(text: &str) -> Result<RangeInclusive<u32>, String> {

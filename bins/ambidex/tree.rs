@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use ambidex::files::{self, ConfigError};
-use ambidex::model::{Header, Tally};
-use ambidex::record::{JournalError, Reader};
-use ambidex::show;
+use ambidex::model::Header;
+use ambidex::record::{History, JournalError, Reader};
+use ambidex::show::tree as show;
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
 
@@ -31,12 +31,12 @@ pub struct TreeArgs {
 pub fn tree(args: &TreeArgs) -> Result<Exit> {
     let path = log::find(Some(&args.mission)).unwrap_or_else(|_| PathBuf::from(&args.mission));
     out::spare(&path, args.output.as_deref())?;
-    let (header, tally) = load(&path, args.robot.as_deref())?;
+    let (header, history) = load(&path, args.robot.as_deref())?;
     match &args.output {
-        Some(output) => out::write(output, &show::svg::tree(&header, tally.as_ref()))?,
+        Some(output) => out::write(output, &show::picture(&header, history.as_ref()))?,
         None => {
             let mut page = Page::new();
-            let text = show::tree(&header, tally.as_ref(), page.width(), &page.palette());
+            let text = show::text(&header, history.as_ref(), page.width(), &page.palette());
             page.text(&text)?;
         }
     }
@@ -44,7 +44,7 @@ pub fn tree(args: &TreeArgs) -> Result<Exit> {
 }
 
 /// The content decides: what begins with a header is a log, anything else is told as a mission what is wrong with it.
-fn load(path: &Path, robot: Option<&Path>) -> Result<(Header, Option<Tally>)> {
+fn load(path: &Path, robot: Option<&Path>) -> Result<(Header, Option<History>)> {
     let reader = match Reader::open(path) {
         Ok(reader) => reader,
         Err(JournalError::NoHeader { .. } | JournalError::Open { .. }) => {
@@ -54,11 +54,7 @@ fn load(path: &Path, robot: Option<&Path>) -> Result<(Header, Option<Tally>)> {
         }
         Err(error) => return Err(error).into_diagnostic(),
     };
-    let header = reader.header().clone();
-    let mut tally = Tally::default();
-    log::read(reader, |record| {
-        tally.add(record);
-        Ok(true)
-    })?;
-    Ok((header, Some(tally)))
+    let history = History::new(reader.header());
+    let history = log::folded(reader, history, History::apply)?;
+    Ok((history.header().clone(), Some(history)))
 }

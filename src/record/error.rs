@@ -11,55 +11,55 @@ pub enum JournalError {
     /// The folder of a new journal cannot be made.
     #[error("cannot create the folder {}", path.display())]
     Folder {
-        /// The folder.
+        /// Where it should be.
         path: PathBuf,
-        /// Why.
+        /// What the operating system said.
         source: io::Error,
     },
     /// A new journal cannot be made.
     #[error("cannot create the journal {}", path.display())]
     Create {
-        /// The journal.
+        /// The journal's file.
         path: PathBuf,
-        /// Why.
+        /// What the operating system said.
         source: io::Error,
     },
     /// A record cannot be written.
     #[error("cannot write to the journal {}", path.display())]
     Write {
-        /// The journal.
+        /// The journal's file.
         path: PathBuf,
-        /// Why.
+        /// What the operating system said.
         source: io::Error,
     },
     /// A journal cannot be opened.
     #[error("cannot open the journal {}", path.display())]
     Open {
-        /// The journal.
+        /// The journal's file.
         path: PathBuf,
-        /// Why.
+        /// What the operating system said.
         source: io::Error,
     },
     /// A journal cannot be read on.
     #[error("cannot read the journal {} at line {line}", path.display())]
     Read {
-        /// The journal.
+        /// The journal's file.
         path: PathBuf,
         /// The line, from 1.
         line: u64,
-        /// Why.
+        /// What the operating system said.
         source: io::Error,
     },
     /// The first line is no header.
     #[error("{} is no journal: its first line is not a header", path.display())]
     NoHeader {
-        /// The file.
+        /// What was to be read.
         path: PathBuf,
     },
     /// The journal has another form.
     #[error("the journal {} has version {found}; this program reads version {known}", path.display())]
     Version {
-        /// The journal.
+        /// The journal's file.
         path: PathBuf,
         /// The journal's version.
         found: u64,
@@ -69,17 +69,17 @@ pub enum JournalError {
     /// A line is no record.
     #[error("line {line} of the journal {} is not a record", path.display())]
     Line {
-        /// The journal.
+        /// The journal's file.
         path: PathBuf,
         /// The line, from 1.
         line: u64,
-        /// Why.
+        /// What is wrong with it, without what a terminal would obey.
         source: serde_json::Error,
     },
     /// A header stands where none may.
     #[error("line {line} of the journal {} is a second header", path.display())]
     SecondHeader {
-        /// The journal.
+        /// The journal's file.
         path: PathBuf,
         /// The line, from 1.
         line: u64,
@@ -87,7 +87,7 @@ pub enum JournalError {
     /// A line is longer than any record.
     #[error("line {line} of the journal {} is longer than {MAX_LINE_BYTES} bytes", path.display())]
     TooLong {
-        /// The journal.
+        /// The journal's file.
         path: PathBuf,
         /// The line, from 1.
         line: u64,

@@ -1,12 +1,17 @@
-//! Records of a run as bytes, line by line, and back. No decisions.
+//! Records of a run as bytes, line by line, and back; and what they come to. No decisions.
 
 mod error;
+pub mod format;
+mod history;
 mod reader;
 #[cfg(any(test, feature = "samples"))]
 pub mod samples;
-pub mod words;
 mod writer;
 
 pub use error::JournalError;
+pub use history::{
+    ActiveCommand, ControllerView, Controllers, Counts, Failures, Held, History, Lane, LastError, LeafHistory,
+    LeafState, MissionOutcome, MissionReport, Phase, Presence, Step,
+};
 pub use reader::{MAX_LINE_BYTES, Reader, parse, parse_header, read_line};
 pub use writer::Journal;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde::de::Error;
 
-use ambidex_model::{Header, JOURNAL_VERSION, Record, make_legible};
+use ambidex_model::{Header, JOURNAL_VERSION, NodeEntry, NodeId, Record, make_legible};
 
 use super::JournalError;
 
@@ -122,7 +122,10 @@ pub fn read_line(
     Ok(length)
 }
 
-/// A line behind the header.
+/// A line behind the header as a record.
+///
+/// # Errors
+/// When it is none, or a second header.
 pub fn parse(line: &[u8], path: &Path, number: u64) -> Result<Record, JournalError> {
     match serde_json::from_slice(line) {
         Ok(Record::Header(_)) => Err(JournalError::SecondHeader { path: path.to_owned(), line: number }),
@@ -138,7 +141,10 @@ fn legible(error: serde_json::Error) -> serde_json::Error {
     serde_json::Error::custom(said)
 }
 
-/// The first line.
+/// The first line of a journal as a header of this version whose nodes are a tree.
+///
+/// # Errors
+/// When it is none.
 pub fn parse_header(line: &[u8], path: &Path) -> Result<Box<Header>, JournalError> {
     /// What every version of a header has.
     #[derive(Deserialize)]
@@ -156,10 +162,26 @@ pub fn parse_header(line: &[u8], path: &Path) -> Result<Box<Header>, JournalErro
     }
     let header: Result<Header, _> = serde_json::from_slice(line);
     let header = header.map_err(|source| JournalError::Line { path: path(), line: 1, source: legible(source) })?;
-    if header.nodes.is_empty() {
-        return Err(JournalError::Line { path: path(), line: 1, source: Error::custom("a task has at least a root") });
+    if !is_tree(&header.nodes) {
+        let source = Error::custom("the nodes are no tree in preorder");
+        return Err(JournalError::Line { path: path(), line: 1, source });
     }
     Ok(Box::new(header.legible()))
+}
+
+/// Whether the nodes are those of a tree in preorder under one root, which is its own parent.
+fn is_tree(nodes: &[NodeEntry]) -> bool {
+    let mut line: Vec<NodeId> = Vec::new();
+    for (node, entry) in nodes.iter().enumerate() {
+        while line.last().is_some_and(|last| *last != entry.parent) {
+            line.pop();
+        }
+        if line.is_empty() && (node > 0 || entry.parent.0 > 0) {
+            return false;
+        }
+        line.push(NodeId::from(node));
+    }
+    !nodes.is_empty()
 }
 
 #[cfg(test)]
@@ -263,12 +285,21 @@ mod tests {
         check(&written(&samples::records())[..30], no_journal);
         check(
             b"{\"record\":\"header\",\"version\":7,\"shape\":[]}\n",
-            "the journal run.jsonl has version 7; this program reads version 2",
+            &format!("the journal run.jsonl has version 7; this program reads version {JOURNAL_VERSION}"),
         );
         let no_header = "line 1 of the journal run.jsonl is not a record";
-        check(b"{\"record\":\"header\",\"version\":2}\n", no_header);
-        let mut empty = reader(&written(&samples::records())).unwrap().header().clone();
-        empty.nodes.clear();
-        check(&written(&[Record::Header(Box::new(empty))]), no_header);
+        check(format!("{{\"record\":\"header\",\"version\":{JOURNAL_VERSION}}}\n").as_bytes(), no_header);
+        let whole = reader(&written(&samples::records())).unwrap().header().clone();
+        let parents = |parents: &[u32]| {
+            let kind = || ambidex_model::EntryKind::And;
+            let nodes = parents.iter().map(|parent| NodeEntry { parent: NodeId(*parent), kind: kind() }).collect();
+            written(&[Record::Header(Box::new(Header { nodes, ..whole.clone() }))])
+        };
+        for odd in [&[][..], &[1, 0], &[0, 1], &[0, 0, 9], &[0, 0, 1, 0, 1]] {
+            check(&parents(odd), no_header);
+        }
+        for sound in [&[0][..], &[0, 0, 1, 2, 1, 0]] {
+            assert_eq!(reader(&parents(sound)).err(), None);
+        }
     }
 }

@@ -13,7 +13,7 @@ pub struct Journal<W: Write> {
 }
 
 impl<W: Write> Journal<W> {
-    /// An empty journal.
+    /// A journal that has no lines yet.
     pub fn new(out: W) -> Self {
         Self { out, line: Vec::new(), lines: 0 }
     }

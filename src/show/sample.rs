@@ -2,6 +2,7 @@
 //! paper's.
 
 use ambidex_model::*;
+use ambidex_record::History;
 
 const ROBOT: [&str; 4] = ["base", "head", "left_gripper", "right_gripper"];
 
@@ -118,10 +119,6 @@ pub(super) fn experiment_1() -> Vec<Record> {
     records
 }
 
-pub(super) fn tally(records: &[Record]) -> Tally {
-    let mut tally = Tally::default();
-    for record in records {
-        tally.add(record);
-    }
-    tally
+pub(super) fn history(records: &[Record]) -> History {
+    History::of(records).expect("a header comes first")
 }

@@ -1,9 +1,14 @@
 //! Diagram, summary and tree of whole runs, as people see them without color.
 
-use super::sample::{self, decided, experiment_1, grant, named, released, seconds, tally};
-use super::text::columns;
-use super::{Daemon, Palette, Progress, Status, last_reasons, summary, timing, tree};
 use ambidex_model::*;
+use ambidex_record::History;
+
+use super::explain::Account;
+use super::live::{rows, summary};
+use super::sample::{self, decided, experiment_1, grant, history, named, released, seconds};
+use super::status::{Daemon, Snapshot};
+use super::text::{columns, mark};
+use super::{Palette, timeline, tree};
 
 fn check(text: &str, expected: &str) {
     assert_eq!(text, expected, "\n{text}");
@@ -33,20 +38,20 @@ const TIMING_80: &str = " step     ╷1     ╷2   ╷3   ╷4   ╷5           
 
 #[test]
 fn the_diagram_of_experiment_1() {
-    let text = timing(&tally(&experiment_1()), 80, &Palette::plain());
+    let text = timeline::text(&history(&experiment_1()), 80, &Palette::plain());
     check(&text, TIMING_80);
 }
 
 #[test]
 fn every_width_is_kept_to() {
     let records = [experiment_1(), stalled(), failed()];
-    for tally in records.map(|records| tally(&records)) {
+    for history in records.map(|records| history(&records)) {
         for width in (40..=120).chain([200]) {
             let plain = Palette::plain();
-            let header = tally.header.as_deref().unwrap();
-            let text = timing(&tally, width, &plain)
-                + &summary(&tally, width, &plain)
-                + &tree(header, Some(&tally), width, &plain);
+            let text = timeline::text(&history, width, &plain)
+                + &summary(&history, width, &plain)
+                + &tree::text(history.header(), Some(&history), width, &plain)
+                + &rows(&history, width, &plain).join("\n");
             for line in text.lines() {
                 assert!(columns(line) <= width, "{width}: {line:?}");
             }
@@ -56,24 +61,28 @@ fn every_width_is_kept_to() {
 
 #[test]
 fn nothing_is_drawn_of_nothing() {
-    let empty = Tally::default();
+    let mut header = sample::header();
+    header.nodes.truncate(1);
+    header.names = Names::default();
+    let empty = History::with_past(&header);
     for palette in [Palette::plain(), Palette::ansi()] {
         for width in [0, 1, 40, 80, 200] {
-            timing(&empty, width, &palette);
-            summary(&empty, width, &palette);
-            Progress::default().lines(width, &palette);
+            let text = timeline::text(&empty, width, &palette) + &summary(&empty, width, &palette);
+            assert!(text.contains("not ended"), "{text}");
+            assert_eq!(rows(&empty, width, &palette).len(), 1);
         }
     }
-    assert_eq!(last_reasons(&empty), []);
-    let waiting = tally(&experiment_1()[..1]);
-    let text = timing(&waiting, 40, &Palette::plain());
+    assert_eq!(empty.open().count(), 0);
+    assert_eq!(History::of(&experiment_1()[1..]).map(drop), None);
+    let waiting = history(&experiment_1()[..1]);
+    let text = timeline::text(&waiting, 40, &Palette::plain());
     assert!(text.contains(" move 1-1 ····"), "{text}");
 }
 
 #[test]
 fn the_summary_of_experiment_1() {
     check(
-        &summary(&tally(&experiment_1()), 80, &Palette::plain()),
+        &summary(&history(&experiment_1()), 80, &Palette::plain()),
         "\
 experiment 1: done
   10 steps in 77.7 s of robot time, 10 rounds, 0 messages between nodes
@@ -125,7 +134,7 @@ fn stalled() -> Vec<Record> {
 
 #[test]
 fn a_stall_says_why_of_every_leaf() {
-    let text = summary(&tally(&stalled()), 60, &Palette::plain());
+    let text = summary(&history(&stalled()), 60, &Palette::plain());
     check(
         &text,
         "\
@@ -176,17 +185,36 @@ fn failed() -> Vec<Record> {
 
 #[test]
 fn a_failure_names_leaf_moment_and_fault() {
-    let tally = tally(&failed());
-    let text = summary(&tally, 80, &Palette::plain());
+    let history = history(&failed());
+    let text = summary(&history, 80, &Palette::plain());
     let head = "experiment 1: failed\n  pick 1 failed 2 times, at last at 20.00 s: left_arm gave up\n";
     assert!(text.starts_with(head), "{text}");
-    let text = timing(&tally, 52, &Palette::plain());
+    let text = timeline::text(&history, 52, &Palette::plain());
     let rows: Vec<&str> = text.lines().collect();
     assert_eq!(rows[1], " move 1-1 ████████████████████─────────────────────", "\n{text}");
     assert_eq!(rows[2], " pick 1   ····················█████████✗····█████✗", "\n{text}");
     assert_eq!(rows[6], " pick 2   ····················████████████████████⊘", "\n{text}");
-    let legend = " · waiting  █ active  ─ done  ◇ skipped  ✗ failed\n ⊘ cancelled\n";
+    let legend = " · waiting  █ active  ─ done  ◇ skipped  ✗ failed\n ⊘ canceled\n";
     assert!(text.ends_with(legend), "{text}");
+}
+
+#[test]
+fn every_product_says_the_same_of_every_leaf() {
+    for records in [experiment_1(), stalled(), failed(), failed()[..5].to_vec()] {
+        let history = history(&records);
+        let snapshot = Snapshot::new(&history, Daemon::Unknown, history.now());
+        let tree = tree::text(history.header(), Some(&history), 120, &Palette::plain());
+        for leaf in history.leaves() {
+            let (name, state) = (history.names().node(leaf), history.state(leaf));
+            assert_eq!(snapshot.nodes[leaf.index()].state, state, "{name}");
+            assert!(tree.contains(&format!("{} {name}\n", mark(state))), "{name}: {state:?}\n{tree}");
+            let mut account = Account::new(history.header(), name, None).unwrap();
+            records.iter().for_each(|record| account.add(record));
+            let text = account.text(400, &Palette::plain()).unwrap();
+            let last = text.lines().last().and_then(|line| line.trim_start().chars().next());
+            assert!(history.end().is_none() || last == Some(mark(state)), "{name}: {state:?}\n{text}");
+        }
+    }
 }
 
 #[test]
@@ -203,7 +231,7 @@ fn a_loss_is_told_with_its_own_moment() {
         released(1.5, "pick 1", End::Failed(Fault::Lost(lost))),
         Record::Ended { at: seconds(1.5), end: MissionEnd::ControllerLost(lost) },
     ];
-    let text = summary(&tally(&records), 80, &Palette::plain());
+    let text = summary(&history(&records), 80, &Palette::plain());
     assert!(text.starts_with("experiment 1: failed\n  the controller left_arm was lost at 1.00 s\n"), "{text}");
 }
 
@@ -216,7 +244,7 @@ fn a_big_tree_shows_what_ran() {
     }
     let mut records = experiment_1();
     records[0] = Record::Header(Box::new(header));
-    let text = timing(&tally(&records), 80, &Palette::plain());
+    let text = timeline::text(&history(&records), 80, &Palette::plain());
     assert_eq!(text.lines().count(), 13 + 5, "{text}");
     assert!(text.ends_with("\n 103 behaviors that did not run left out\n"), "{text}");
 }
@@ -226,22 +254,20 @@ fn a_tree_of_any_depth_is_drawn_at_once() {
     let mut header = sample::header();
     let then = |node: u32| NodeEntry { parent: NodeId(node.saturating_sub(1)), kind: EntryKind::Then };
     header.nodes = (0..100_000).map(then).collect();
-    let text = tree(&header, None, 60, &Palette::plain());
+    let text = tree::text(&header, None, 60, &Palette::plain());
     assert_eq!(text.lines().count(), 100_000);
     assert!(text.lines().all(|line| columns(line) <= 60), "{}", text.lines().last().unwrap());
-    let tally = tally(&[Record::Header(Box::new(header))]);
-    let mut status = Status::default();
-    status.add(&Record::Header(tally.header.clone().unwrap()));
-    let lines = status.snapshot(Daemon::Unknown, Time::ZERO).unwrap().lines(80, 50, &Palette::plain());
+    let snapshot = Snapshot::new(&History::new(&header), Daemon::Unknown, Time::ZERO);
+    let lines = snapshot.lines(80, 50, &Palette::plain());
     assert!(lines.len() <= 50 && lines.iter().any(|line| line.contains("not shown")), "{}", lines.join("\n"));
 }
 
 #[test]
 fn the_tree_shows_kinds_and_states() {
     let records = stalled();
-    let tally = tally(&records[..4]);
+    let history = history(&records[..4]);
     let header = sample::header();
-    let text = tree(&header, Some(&tally), 60, &Palette::plain());
+    let text = tree::text(&header, Some(&history), 60, &Palette::plain());
     let expected = "\
 root
 └─ all objects  and
@@ -254,6 +280,6 @@ root
 ";
     assert!(text.starts_with(expected), "\n{text}");
     let last = "   └─ object 4  then\n      ├─ move 4-1\n      ├─ pick 4\n      ├─ move 4-2\n      └─ place 4\n";
-    let bare = tree(&header, None, 60, &Palette::plain());
+    let bare = tree::text(&header, None, 60, &Palette::plain());
     assert!(bare.ends_with(last), "\n{bare}");
 }

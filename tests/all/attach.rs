@@ -1,6 +1,7 @@
 //! Controllers that attach in any order, simulated.
 
-use ambidex::model::{ControllerId, MissionReport, Time};
+use ambidex::model::{ControllerId, Time};
+use ambidex::record::MissionReport;
 use ambidex::sim::Event;
 use ambidex::tree::Settings;
 
@@ -35,7 +36,7 @@ fn the_order_in_which_controllers_attach_does_not_matter() {
     assert_eq!(orders.len(), 24);
     for order in orders {
         let report = attached_at(order);
-        assert_eq!(report.outcome, "done", "{order:?}");
+        assert_eq!(report.outcome.word(), "done", "{order:?}");
         assert_eq!(report.steps, expected.steps, "{order:?}");
         assert_eq!(report.skipped, expected.skipped, "{order:?}");
     }
@@ -61,6 +62,6 @@ fn a_mission_canceled_before_all_have_attached_does_not_begin() {
         let mut events: Vec<_> = (0..4).map(attach).collect();
         events.insert(before, (Time::ZERO, Event::Cancel));
         let (_, report) = simulate(&load(&experiment_file(1)), &Settings::default(), events);
-        assert_eq!((report.outcome, report.rounds), ("canceled", 0), "after {before}");
+        assert_eq!((report.outcome.word(), report.rounds), ("canceled", 0), "after {before}");
     }
 }

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use ambidex::files;
-use ambidex::model::{MissionReport, MissionSpec, Record, Tally};
+use ambidex::model::{MissionSpec, Record};
+use ambidex::record::{History, MissionReport};
 use ambidex::sim::{self, Event};
 use ambidex::tree::Settings;
 use serde::Deserialize;
@@ -138,12 +139,14 @@ pub fn simulate(
     events: Vec<(ambidex::model::Time, Event)>,
 ) -> (Vec<Record>, MissionReport) {
     let mut records = Vec::new();
-    let mut tally = Tally::default();
-    sim::simulate(mission, settings, events, &mut |record| {
-        tally.add(record);
-        records.push(record.clone());
-    });
-    (records, tally.report().expect("a simulation ends"))
+    sim::simulate(mission, settings, events, &mut |record| records.push(record.clone()));
+    let report = history(&records).report().expect("a simulation ends");
+    (records, report)
+}
+
+/// What records from a header on come to.
+pub fn history(records: &[Record]) -> History {
+    History::of(records).expect("a header comes first")
 }
 
 /// Experiment 1 in which one behavior may take no time at all.

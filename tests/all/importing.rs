@@ -272,7 +272,7 @@ fn imported_steps(folder: &Path, text: &str) -> Vec<Vec<String>> {
     fs::write(&beside.path, beside.text).expect("a file");
     fs::write(&mission, imported.text).expect("a file");
     let (_, report) = simulate(&load(&mission), &Settings::default(), Vec::new());
-    assert_eq!(report.outcome, "done");
+    assert_eq!(report.outcome.word(), "done");
     report.steps
 }
 

@@ -9,6 +9,7 @@ mod digests;
 mod dispatching;
 mod driver;
 mod fixtures;
+mod history;
 mod home;
 mod importing;
 mod journals;

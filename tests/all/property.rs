@@ -11,6 +11,7 @@ mod run;
 
 use std::cell::Cell;
 
+use crate::driver::Driver;
 use ambidex::model::{MissionSpec, Record};
 use proptest::prelude::{Strategy, any};
 use proptest::sample::select;
@@ -81,6 +82,13 @@ pub fn decided(seed: u64) -> (std::sync::Arc<MissionSpec>, Vec<Record>) {
     let case = Case::new(seed);
     let records = run::records(&case, 0).0;
     (case.mission, records)
+}
+
+/// Runs a generated case in which anything may happen at any moment, and shows it after every input to a node.
+pub fn watched(seed: u64, is_canceled: bool, mut watch: impl FnMut(&MissionSpec, &Driver)) {
+    let case = Case::new(seed);
+    let cancel_after = if is_canceled { case.plan.cancel_after() } else { usize::MAX };
+    run::all_at_once(&case, cancel_after, |driver| watch(&case.mission, driver));
 }
 
 /// Every decision, lease, change of the world and end is that of the reference model.

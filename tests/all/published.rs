@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
 use ambidex::model::{
-    Command, CommandId, ControllerId, ControllerKind, ControllerMessage, ControllerState, FromController, MissionEnd,
-    MissionSpec, Mode, NodeId, Record, Rejection, Tally, Time, ToController,
+    Command, CommandId, ControllerId, ControllerKind, ControllerMessage, ControllerState, FromController, Header,
+    MissionEnd, MissionSpec, Mode, NodeId, Record, Rejection, Time, ToController,
 };
 use ambidex::motion::{self, Controller, Progress, STEP};
 use ambidex::runtime::Ended;
 use nalgebra::{Vector2, Vector3};
 
-use crate::fixtures::{experiment_file, load};
+use crate::fixtures::{experiment_file, history, load};
 use crate::live::{self, Live};
 
 const ROUNDING: f64 = 1e-6;
@@ -193,14 +193,14 @@ fn granted_together_they_work_together() {
         let mission = mission(number);
         let body = |index: usize| motion::simulated(&mission.robot.controllers[index].kind);
         let live = live::run(&mission, 20.0, body, |_| None);
-        let mut tally = Tally::default();
-        live.records.iter().for_each(|record| tally.add(record));
+        let header = Record::Header(Box::new(Header::new(&mission, "greedy")));
+        let history = history(&[vec![header], live.records.clone()].concat());
         let works = works(&live.records);
         let achieved = |leaf: &NodeId| {
             let is_it = |work: &&Work| work.leaf == *leaf && work.mode == Mode::Achieve;
             *works.iter().find(is_it).expect("every behavior achieves something")
         };
-        for step in tally.steps.iter().filter(|step| step.len() > 1) {
+        for step in history.steps().iter().map(|step| &step.leaves).filter(|step| step.len() > 1) {
             let works: Vec<_> = step.iter().map(achieved).collect();
             let began = works.iter().map(|work| work.began).max();
             let ended = works.iter().map(|work| work.ended).min();

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use ambidex::model::{Names, Reason, Tally};
-use ambidex::record::Reader;
+use ambidex::model::{Names, Reason};
+use ambidex::record::{History, Reader};
 use serde_json::Value;
 
 use crate::fixtures::{HANDS_FULL, TOO_FAR, experiment_file, mission, too_slow};
@@ -109,15 +109,12 @@ fn check(home: &Home, log: &Path, finished: &Finished) -> Story {
     assert_eq!(serde_json::json!(story.named_steps()), report["steps"]);
     let skipped: Vec<_> = story.skipped.iter().map(|node| story.name(node)).collect();
     assert_eq!(serde_json::json!(skipped), report["skipped"]);
-    let mut tally = Tally::default();
-    for record in Reader::open(log).expect("a journal") {
-        tally.add(&record.expect("a record"));
-    }
-    let reasons: BTreeMap<u64, Value> = tally
-        .reasons
-        .iter()
-        .map(|(leaf, reason)| (u64::from(leaf.0), serde_json::to_value(reason).expect("JSON")))
-        .collect();
+    let reader = Reader::open(log).expect("a journal");
+    let mut history = History::new(reader.header());
+    reader.for_each(|record| history.apply(&record.expect("a record")));
+    let told = history.leaves().filter_map(|leaf| Some((u64::from(leaf.0), history.leaf(leaf)?.reason()?)));
+    let reasons: BTreeMap<u64, Value> =
+        told.map(|(leaf, reason)| (leaf, serde_json::to_value(reason).expect("JSON"))).collect();
     assert_eq!(story.reasons, reasons);
     home.is_empty();
     story

@@ -9,7 +9,7 @@ use crate::fixtures::{Expected, experiment_file, experiments, load, rooms, simul
 /// The number of steps it took.
 fn check(name: &str, file: &std::path::Path, expected: &Expected) -> usize {
     let (_, report) = simulate(&load(file), &Settings::default(), Vec::new());
-    assert_eq!(report.outcome, "done", "{name}");
+    assert_eq!(report.outcome.word(), "done", "{name}");
     assert_eq!(report.steps, expected.steps, "{name}");
     assert_eq!(report.skipped, expected.skipped, "{name}");
     report.steps.len()
@@ -42,7 +42,7 @@ fn serial_delivers_everything_one_behavior_at_a_time() {
     let settings = Settings { allocator: Arc::new(Serial), ..Settings::default() };
     for number in experiments().into_keys() {
         let (records, report) = simulate(&load(&experiment_file(number)), &settings, Vec::new());
-        assert_eq!(report.outcome, "done");
+        assert_eq!(report.outcome.word(), "done");
         assert!(report.steps.iter().all(|step| step.len() == 1), "{:?}", report.steps);
         let mut running = 0;
         for record in records {

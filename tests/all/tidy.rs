@@ -36,6 +36,7 @@ const ALONE: &[(&str, &str)] = &[
     ("parry3d", "src/core/world/"),
     ("pathfinding", "src/core/world/"),
     ("serde_saphyr", "src/files/document.rs"),
+    ("indicatif", "bins/ambidex/terminal.rs"),
     ("svg::node", "src/show/svg/page.rs"),
 ];
 

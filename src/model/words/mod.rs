@@ -12,7 +12,6 @@ mod pose;
 mod reason;
 mod record;
 mod rejection;
-mod report;
 mod request;
 mod resource;
 mod spec;
@@ -35,7 +34,6 @@ pub use record::{
     NodeEntry, Record, Reopened,
 };
 pub use rejection::{Refusal, Rejection};
-pub use report::{Interval, MissionReport, Tally};
 pub use request::{Binding, Candidate, ClaimOptions, Grant, Request};
 pub use resource::{Heir, Lease, LeaseKind, Resource, ResourceTable};
 pub use spec::{

@@ -1,14 +1,14 @@
 //! What the runtime and a controller tell each other, in words.
 
 use ambidex_model::{ControllerMessage, FromController, Mode, Names, ToController};
-use ambidex_record::words;
+use ambidex_record::format;
 
 /// What is said, and whether the controller says it.
 pub(super) fn said(message: &ControllerMessage, names: &Names) -> (String, bool) {
     match message {
         ControllerMessage::Attached => ("attached".into(), true),
         ControllerMessage::Told { message, .. } => (told(message, names), false),
-        ControllerMessage::Joined { id, .. } => (format!("shares goal {}", words::goal(*id)), false),
+        ControllerMessage::Joined { id, .. } => (format!("shares goal {}", format::goal(*id)), false),
         ControllerMessage::Heard { message } => (heard(message), true),
         ControllerMessage::Refused { why, .. } => (format!("something that is not used: {why}"), true),
         ControllerMessage::Lost { .. } => ("lost".into(), true),
@@ -25,23 +25,23 @@ fn told(message: &ToController, names: &Names) -> String {
                 Mode::Achieve => "",
                 Mode::Maintain => ", until told to stop",
             };
-            format!("goal {}: {}{lasts}", words::goal(*id), words::command(command, names))
+            format!("goal {}: {}{lasts}", format::goal(*id), format::command(command, names))
         }
-        ToController::Cancel { id } => format!("stop goal {}", words::goal(*id)),
+        ToController::Cancel { id } => format!("stop goal {}", format::goal(*id)),
     }
 }
 
 fn heard(message: &FromController) -> String {
     match message {
         FromController::Configured { generation, .. } => format!("configured, generation {generation}"),
-        FromController::Accepted { id, .. } => format!("accepted goal {}", words::goal(*id)),
-        FromController::Rejected { id, why } => format!("rejected goal {}: {why}", words::goal(*id)),
+        FromController::Accepted { id, .. } => format!("accepted goal {}", format::goal(*id)),
+        FromController::Rejected { id, why } => format!("rejected goal {}: {why}", format::goal(*id)),
         FromController::Feedback { id, progress, .. } => {
-            format!("goal {} is at {:.0} %", words::goal(*id), progress * 100.0)
+            format!("goal {} is at {:.0} %", format::goal(*id), progress * 100.0)
         }
         FromController::Result { id, end, began, ended, .. } => {
             let took_s = (*ended - *began).as_secs_f64();
-            format!("goal {} {} after {took_s:.2} s", words::goal(*id), words::part_end(*end))
+            format!("goal {} {} after {took_s:.2} s", format::goal(*id), format::word(*end))
         }
     }
 }

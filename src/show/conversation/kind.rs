@@ -3,7 +3,10 @@
 use ambidex_model::{ControllerMessage, FromController, Message, Record, ToController};
 
 /// What kind of record it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, strum::EnumString, strum::IntoStaticStr, strum::VariantArray,
+)]
+#[strum(serialize_all = "snake_case")]
 pub enum Kind {
     /// What the ids stand for.
     Header,
@@ -56,62 +59,9 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// All of them.
-    pub const ALL: [Self; 24] = [
-        Self::Header,
-        Self::Activation,
-        Self::Answer,
-        Self::Verdict,
-        Self::Reopen,
-        Self::Cancel,
-        Self::Release,
-        Self::Decided,
-        Self::Released,
-        Self::World,
-        Self::Resource,
-        Self::Attached,
-        Self::Configure,
-        Self::Goal,
-        Self::Joined,
-        Self::Stop,
-        Self::Configured,
-        Self::Accepted,
-        Self::Rejected,
-        Self::Feedback,
-        Self::Result,
-        Self::Refused,
-        Self::Lost,
-        Self::Ended,
-    ];
-
     /// The word for it on a command line.
     pub fn word(self) -> &'static str {
-        match self {
-            Self::Header => "header",
-            Self::Activation => "activation",
-            Self::Answer => "answer",
-            Self::Verdict => "verdict",
-            Self::Reopen => "reopen",
-            Self::Cancel => "cancel",
-            Self::Release => "release",
-            Self::Decided => "decided",
-            Self::Released => "released",
-            Self::World => "world",
-            Self::Resource => "resource",
-            Self::Attached => "attached",
-            Self::Configure => "configure",
-            Self::Goal => "goal",
-            Self::Joined => "joined",
-            Self::Stop => "stop",
-            Self::Configured => "configured",
-            Self::Accepted => "accepted",
-            Self::Rejected => "rejected",
-            Self::Feedback => "feedback",
-            Self::Result => "result",
-            Self::Refused => "refused",
-            Self::Lost => "lost",
-            Self::Ended => "ended",
-        }
+        self.into()
     }
 
     /// The kind of a record.

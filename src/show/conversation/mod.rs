@@ -1,12 +1,11 @@
 //! A journal as a conversation: who says what to whom, one line per record, for people or as JSON with names.
 
-mod commands;
 mod controller;
+mod json;
 mod kind;
-mod named;
+mod nodes;
 mod selection;
-mod spoken;
-mod tree;
+mod subjects;
 
 #[cfg(test)]
 mod tests;
@@ -15,15 +14,13 @@ use std::borrow::Cow;
 
 use anstyle::Style;
 
-use ambidex_model::{ControllerMessage, End, FromController, Header, Names, NodeId, PartEnd, Record, Time};
+use ambidex_model::{ControllerMessage, FromController, Header, Names, NodeId, PartEnd, Record, Time};
+use ambidex_record::History;
 
-use super::Palette;
-use super::phrase;
-use super::text::{columns, count};
-
-use commands::Commands;
+use crate::Palette;
+use crate::text::{columns, count, ended, mission_ended, phrase};
 pub use kind::Kind;
-pub use selection::{Filters, Selection, Unknown};
+pub use selection::{Filters, Selection};
 
 /// Widest column of names; longer names stand out of line.
 const MAX_NAME: usize = 24;
@@ -34,14 +31,12 @@ const DISPATCH: &str = "dispatch";
 /// The records of a journal in order, and what is needed of the earlier ones to tell the later.
 #[derive(Debug, Clone)]
 pub struct Conversation {
-    names: Names,
+    history: History,
     selection: Selection,
-    commands: Commands,
-    decided: u32,
     name_columns: usize,
 }
 
-/// One line.
+/// What a record says, before it is laid out.
 struct Line<'a> {
     round: Option<u32>,
     from: Cow<'a, str>,
@@ -55,32 +50,14 @@ impl Conversation {
         let Names { nodes, resources, controllers, .. } = &header.names;
         let all = nodes.iter().chain(resources).chain(controllers);
         let longest = all.map(|name| columns(name)).chain([DISPATCH.len()]).max().unwrap_or_default();
-        Self {
-            names: header.names.clone(),
-            selection,
-            commands: Commands::default(),
-            decided: 0,
-            name_columns: longest.min(MAX_NAME),
-        }
+        Self { history: History::new(header), selection, name_columns: longest.min(MAX_NAME) }
     }
 
     /// Takes the next record; true if it is wanted.
     pub fn take(&mut self, record: &Record) -> bool {
-        self.commands.add(record);
-        let round = match record {
-            Record::Sent { round, .. } => *round,
-            Record::Decided { round, .. } => {
-                self.decided = *round;
-                *round
-            }
-            Record::Header(_)
-            | Record::Released { .. }
-            | Record::World { .. }
-            | Record::Resource { .. }
-            | Record::Controller { .. }
-            | Record::Ended { .. } => self.decided,
-        };
-        self.selection.has(record, round, &self.commands)
+        self.history.apply(record);
+        let round = if let Record::Sent { round, .. } = record { *round } else { self.history.rounds() };
+        self.selection.has(record, round, &self.history)
     }
 
     /// The record that was just taken as one line, without its end.
@@ -103,11 +80,11 @@ impl Conversation {
     /// # Errors
     /// Never with a record that came out of a journal.
     pub fn json(&self, record: &Record) -> serde_json::Result<String> {
-        named::to_string(record, &self.names)
+        json::to_string(record, self.history.names())
     }
 
     fn told(&self, record: &Record) -> Line<'_> {
-        let names = &self.names;
+        let names = self.history.names();
         let root = Cow::from(names.node(NodeId(0)));
         let line = |from, said| Line { round: None, from, to: None, said };
         match record {
@@ -116,18 +93,18 @@ impl Conversation {
                 round: Some(*round),
                 from: names.node(*from).into(),
                 to: Some(names.node(*to).into()),
-                said: tree::said(*from, *to, message, names),
+                said: nodes::said(*from, *to, message, names),
             },
             Record::Decided { round, granted, refused, reopened, .. } => {
-                let said = tree::decided(granted, refused, reopened.as_ref(), names);
+                let said = nodes::decided(granted, refused, reopened.as_ref(), names);
                 Line { round: Some(*round), ..line(root, said) }
             }
             Record::Released { leaf, end, consequences, changes, .. } => {
-                line(root, tree::released(*leaf, *end, *consequences, changes, names))
+                line(root, nodes::released(*leaf, *end, *consequences, changes, names))
             }
             Record::World { change, .. } => line("world".into(), phrase::changed(change, names)),
             Record::Resource { resource, state, .. } => {
-                line(names.resource(*resource).into(), tree::used(state, names))
+                line(names.resource(*resource).into(), nodes::used(state, names))
             }
             Record::Controller { controller, message, .. } => {
                 let (said, is_heard) = controller::said(message, names);
@@ -135,9 +112,7 @@ impl Conversation {
                 let (from, to) = if is_heard { (other, one) } else { (one, other) };
                 Line { round: None, from, to: Some(to), said }
             }
-            Record::Ended { end, .. } => {
-                line(root, format!("the mission is over: {}", phrase::mission_ended(*end, names)))
-            }
+            Record::Ended { end, .. } => line(root, format!("the mission is over: {}", mission_ended(*end, names))),
         }
     }
 
@@ -146,13 +121,14 @@ impl Conversation {
         let Record::Controller { controller, message, .. } = record else {
             return DISPATCH.into();
         };
+        let names = self.history.names();
         if let Some(leaf) = message.leaf() {
-            return self.names.node(leaf).into();
+            return names.node(leaf).into();
         }
-        match spoken::command(message).map(|id| self.commands.holders(*controller, id)) {
-            None | Some([]) => DISPATCH.into(),
-            Some([only]) => self.names.node(*only).into(),
-            Some(many) => many.iter().map(|leaf| self.names.node(*leaf)).collect::<Vec<_>>().join(" + ").into(),
+        match subjects::behaviors(*controller, message, &self.history) {
+            [] => DISPATCH.into(),
+            [only] => names.node(*only).into(),
+            many => many.iter().map(|leaf| names.node(*leaf)).collect::<Vec<_>>().join(" + ").into(),
         }
     }
 }
@@ -170,16 +146,12 @@ fn begins(header: &Header) -> String {
 
 /// Colors for what a person looks for; what only repeats is faint.
 fn style(record: &Record, palette: &Palette) -> Style {
-    let of_end = |end: &End| match end {
-        End::Succeeded => palette.done,
-        End::Failed(_) => palette.failed,
-        End::Canceled => palette.cancelled,
-    };
+    let of_end = |end| palette.of(ended(end));
     match record {
-        Record::Sent { message, .. } => tree::style(message, palette, of_end),
+        Record::Sent { message, .. } => nodes::style(message, palette, of_end),
         Record::Decided { granted, .. } if granted.is_empty() => palette.waiting,
         Record::Decided { .. } => palette.active,
-        Record::Released { end, .. } => of_end(end),
+        Record::Released { end, .. } => of_end(*end),
         Record::Controller { message, .. } => match message {
             ControllerMessage::Lost { .. } | ControllerMessage::Refused { .. } => palette.failed,
             ControllerMessage::Heard { message } => match message {

@@ -4,10 +4,12 @@ use std::ops::RangeInclusive;
 
 use glob::Pattern;
 
-use ambidex_model::{ControllerId, Header, Record, ResourceId, Time, suggestion};
+use ambidex_model::{ControllerId, Header, Record, ResourceId, Time};
+use ambidex_record::History;
 
-use super::commands::Commands;
-use super::{Kind, spoken};
+use super::kind::Kind;
+use super::subjects;
+use crate::Unknown;
 
 /// Filters as a person gives them; what is left out selects all, what is given must all be so.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -26,32 +28,6 @@ pub struct Filters {
     pub from: Option<Time>,
     /// Not after this moment.
     pub to: Option<Time>,
-}
-
-/// A name that nothing in the journal has.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{message}")]
-pub struct Unknown {
-    message: String,
-    help: String,
-}
-
-impl Unknown {
-    /// The thing's noun, the name, and the names there are.
-    pub(crate) fn new(what: &str, found: &str, allowed: &[String]) -> Self {
-        let names = allowed.iter().map(String::as_str);
-        Self { message: format!("there is no {what} `{found}`"), help: suggestion(found, what, names) }
-    }
-
-    /// What is not there, and what is.
-    pub(crate) fn told(message: String, help: String) -> Self {
-        Self { message, help }
-    }
-
-    /// What was probably meant, and what is allowed.
-    pub fn help(&self) -> &str {
-        &self.help
-    }
 }
 
 /// Filters of one journal.
@@ -85,16 +61,16 @@ impl Selection {
     }
 
     /// Whether a record is wanted; `round` is its own or the one that was decided last.
-    pub(super) fn has(&self, record: &Record, round: u32, commands: &Commands) -> bool {
+    pub(super) fn has(&self, record: &Record, round: u32, history: &History) -> bool {
         let Filters { kinds, rounds, from, to, .. } = &self.rest;
         let at = record.at();
         (kinds.is_empty() || kinds.contains(&Kind::of(record)))
             && rounds.as_ref().is_none_or(|rounds| rounds.contains(&round))
             && from.is_none_or(|from| at >= from)
             && to.is_none_or(|to| at <= to)
-            && self.resource.is_none_or(|resource| spoken::of_resource(record, resource))
-            && self.controller.is_none_or(|controller| spoken::of_controller(record, controller))
-            && self.nodes.as_ref().is_none_or(|marks| spoken::of_node(record, commands, marks))
+            && self.resource.is_none_or(|resource| subjects::of_resource(record, resource))
+            && self.controller.is_none_or(|controller| subjects::of_controller(record, controller))
+            && self.nodes.as_ref().is_none_or(|marks| subjects::of_node(record, history, marks))
     }
 }
 

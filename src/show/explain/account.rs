@@ -3,21 +3,19 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use crate::conversation::Unknown;
-use crate::text::{MIN_WIDTH, flow, hang};
-use crate::{LeafState, Palette, phrase};
-use ambidex_model::{Blocked, Grant, Header, Message, MissionEnd, NodeId, Reason, Record, Reopened, Time};
+use ambidex_model::{Blocked, Grant, Header, Message, MissionEnd, NodeId, Record, Reopened, Time};
+use ambidex_record::{History, LeafState};
 
+use super::because::{Because, because};
 use super::entry::{Entry, Leaf, Wait};
-use super::holdings::{Because, Holdings};
 use super::sentence;
-use super::standing::Standing;
+use crate::text::{MIN_WIDTH, ended, hang, mission_ended, phrase};
+use crate::{Palette, Unknown};
 
 /// A running fold of records about one node.
 #[derive(Debug, Clone)]
 pub struct Account {
-    standing: Standing,
-    holdings: Holdings,
+    history: History,
     node: NodeId,
     round: Option<u32>,
     rounds: Option<(u32, u32)>,
@@ -55,8 +53,7 @@ impl Account {
         let nodes = (0..header.nodes.len()).map(NodeId::from);
         let below = nodes.filter(|leaf| header.nodes[leaf.index()].kind.is_behavior() && is_within[leaf.index()]);
         Ok(Self {
-            standing: Standing::new(header),
-            holdings: Holdings::new(header),
+            history: History::new(header),
             node,
             round,
             rounds: None,
@@ -78,23 +75,28 @@ impl Account {
                 self.decide(&Decision { at: *at, round: *round, granted, refused, reopened });
             }
             Record::Released { at, leaf, end, consequences, changes } if self.leaves.contains_key(leaf) => {
-                let names = &self.standing.header().names;
-                let took_s = self.standing.started(*leaf).map(|from| (*at - from).as_secs_f64());
-                let mut said = vec!["It".to_owned()];
-                said.extend(sentence::ended(*leaf, *end, took_s, *consequences, names));
-                said.extend(sentence::changes(changes, names));
-                self.tell(*leaf, Entry::moment(*at, None, (*end).into(), said.join(" ")));
+                let ends = sentence::ended(&self.history, *at, *leaf, *end, *consequences);
+                let changes = sentence::changes(changes, self.history.names());
+                let said: Vec<String> = ["It".to_owned()].into_iter().chain(ends).chain(changes).collect();
+                self.tell(*leaf, Entry::moment(*at, None, ended(*end), said.join(" ")));
             }
-            Record::Ended { at, end } => self.end(*at, *end),
             Record::Header(_)
+            | Record::Ended { .. }
             | Record::Sent { .. }
             | Record::Released { .. }
             | Record::World { .. }
             | Record::Resource { .. }
             | Record::Controller { .. } => {}
         }
-        self.holdings.add(record);
-        self.standing.add(record);
+        let is_first_end = self.history.end().is_none();
+        let met =
+            if let Record::Ended { end: MissionEnd::Done, .. } = record { self.history.met() } else { Vec::new() };
+        self.history.apply(record);
+        if let Record::Ended { at, end } = record
+            && is_first_end
+        {
+            self.end(*at, *end, &met);
+        }
         self.remember(record);
     }
 
@@ -114,7 +116,7 @@ impl Account {
         let is_leaf = self.leaves.contains_key(&self.node);
         for (&node, leaf) in &self.leaves {
             if !is_leaf {
-                let name = self.standing.header().names.node(node);
+                let name = self.history.names().node(node);
                 let _ = writeln!(text, "\n{}", Palette::paint(palette.strong, name));
             }
             text.push_str(&leaf.text(self.round, width, palette));
@@ -132,20 +134,16 @@ impl Account {
     fn decide(&mut self, decision: &Decision) {
         let first = self.rounds.map_or(decision.round, |(first, _)| first.min(decision.round));
         self.rounds = Some((first, decision.round));
-        let not_asked = self.standing.not_asked();
-        let mut told = Vec::new();
-        for &leaf in self.leaves.keys() {
-            let entries = self.entries(leaf, decision, || not_asked.reason(leaf));
-            told.extend(entries.into_iter().map(|entry| (leaf, entry)));
-        }
-        for (leaf, entry) in told {
-            self.tell(leaf, entry);
+        let entries = |leaf: &NodeId| (*leaf, self.entries(*leaf, decision));
+        let told: Vec<_> = self.leaves.keys().map(entries).collect();
+        for (leaf, entries) in told {
+            entries.into_iter().for_each(|entry| self.tell(leaf, entry));
         }
     }
 
     /// What a decision means for a leaf.
-    fn entries(&self, leaf: NodeId, decision: &Decision, not_asked: impl Fn() -> Option<Reason>) -> Vec<Entry> {
-        let names = &self.standing.header().names;
+    fn entries(&self, leaf: NodeId, decision: &Decision) -> Vec<Entry> {
+        let names = self.history.names();
         let moment = |state, said| Entry::moment(decision.at, Some(decision.round), state, said);
         let mut entries = Vec::new();
         if let Some(reopened) = decision.reopened.filter(|reopened| reopened.leaf == leaf) {
@@ -155,7 +153,7 @@ impl Account {
             entries.push(moment(LeafState::Active, self.started(grant, decision)));
             return entries;
         }
-        let skipper = decision.granted.iter().find(|grant| self.standing.skipped(grant).contains(&leaf));
+        let skipper = decision.granted.iter().find(|grant| self.history.skipped_by(grant).contains(&leaf));
         if let Some(grant) = skipper {
             let next = names.node(grant.leaf());
             let said = format!("It is skipped: its goal is met already, and {next} goes on from there.");
@@ -163,14 +161,14 @@ impl Account {
             return entries;
         }
         let refused = decision.refused.iter().find(|one| one.leaf == leaf).map(|one| &one.reason);
-        let is_settled = self.standing.state(leaf) != LeafState::Waiting;
+        let is_settled = !self.history.state(leaf).is_open();
         if is_settled || (refused.is_none() && !entries.is_empty()) {
             return entries;
         }
         let (reason, because) = match refused {
-            Some(reason) => (Some(reason.clone()), self.holdings.because(reason, names)),
+            Some(reason) => (Some(reason.clone()), because(reason, &self.history)),
             None => {
-                let reason = not_asked();
+                let reason = self.history.not_asked(leaf);
                 let why = reason.as_ref().map(|reason| format!(": {}", reason.sentence(names)));
                 let sentence = format!("it is not asked{}", why.unwrap_or_default());
                 (reason, Because { sentence, detail: None })
@@ -185,7 +183,7 @@ impl Account {
 
     /// How a leaf starts: with what, before whom, and beside whom.
     fn started(&self, grant: &Grant, decision: &Decision) -> String {
-        let names = &self.standing.header().names;
+        let names = self.history.names();
         let mut said = vec![format!(
             "It starts with potential {:.3} and has {}.",
             grant.request.potential,
@@ -198,20 +196,19 @@ impl Account {
             let verb = if decision.granted.len() > 2 { "start" } else { "starts" };
             said.push(format!("{beside} {verb} with it."));
         }
-        said.extend(sentence::beside(self.standing.running(), names));
+        said.extend(sentence::beside(self.history.running().keys().copied(), names));
         said.join(" ")
     }
 
-    fn end(&mut self, at: Time, end: MissionEnd) {
-        let over = format!("The mission is over: {}.", phrase::mission_ended(end, &self.standing.header().names));
-        let met: Vec<NodeId> = self.standing.met().collect();
-        let open: Vec<NodeId> = self.leaves.keys().copied().filter(|leaf| !self.standing.is_done(*leaf)).collect();
+    /// What the end means for whatever was not done before it; of that, what is met in the end is skipped.
+    fn end(&mut self, at: Time, end: MissionEnd, met: &[NodeId]) {
+        let over = format!("The mission is over: {}.", mission_ended(end, self.history.names()));
+        let is_told = |leaf: &NodeId| met.contains(leaf) || !self.history.state(*leaf).is_done();
+        let open: Vec<NodeId> = self.leaves.keys().copied().filter(is_told).collect();
         for leaf in open {
-            let entry = match end == MissionEnd::Done && met.contains(&leaf) {
-                true => Entry::moment(at, None, LeafState::Skipped, "It is skipped: its goal is met already.".into()),
-                false => Entry::moment(at, None, self.standing.state(leaf), over.clone()),
-            };
-            self.tell(leaf, entry);
+            let said =
+                if met.contains(&leaf) { "It is skipped: its goal is met already.".into() } else { over.clone() };
+            self.tell(leaf, Entry::moment(at, None, self.history.state(leaf), said));
         }
     }
 
@@ -228,13 +225,13 @@ impl Account {
             && Some(*round) == self.round
         {
             for (&node, leaf) in &mut self.leaves {
-                leaf.then = Some(self.standing.state(node));
+                leaf.then = Some(self.history.state(node));
             }
         }
     }
 
     fn head(&self, width: usize, palette: &Palette) -> String {
-        let header = self.standing.header();
+        let header = self.history.header();
         let name = header.names.node(self.node);
         let entry = &header.nodes[self.node.index()];
         let within = match entry.parent == self.node {
@@ -250,7 +247,7 @@ impl Account {
                 false => format!("potentials from {least:.3} to {most:.3}"),
             };
             let said = format!("It asked for resources {times}, with {potential}.");
-            text.push_str(&hang("  ", 2, &flow(said.split(' '), width - 2)));
+            text.push_str(&hang("  ", 2, &said, width));
         }
         text
     }

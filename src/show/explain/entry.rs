@@ -3,11 +3,12 @@
 use std::collections::VecDeque;
 use std::fmt::Write;
 
-use crate::text::{columns, flow, hang};
-use crate::{LeafState, Palette};
 use ambidex_model::{Reason, Time};
+use ambidex_record::LeafState;
 
-use super::holdings::Because;
+use super::because::Because;
+use crate::Palette;
+use crate::text::{columns, hang, mark};
 
 /// Most entries that are kept of one leaf; of more, the latest.
 const MAX_ENTRIES: usize = 1000;
@@ -67,24 +68,24 @@ impl Leaf {
             let _ = writeln!(text, "  … {} earlier entries left out; --round tells of one round", self.left_out);
         }
         if let (Some(round), Some(then), []) = (round, self.then, wanted.as_slice()) {
-            let mark = Palette::paint(palette.of(then), then.mark());
+            let mark = Palette::paint(palette.of(then), mark(then));
             let _ = writeln!(text, "  {mark} round {round}: nothing was decided about it; it was {}.", then.word());
         }
         let heads: Vec<[String; 2]> = wanted.iter().map(|entry| entry.head()).collect();
         let longest = |column: usize| heads.iter().map(|head| columns(&head[column])).max().unwrap_or_default();
         let widths = [longest(0), longest(1)];
         for (entry, [rounds, time]) in wanted.iter().zip(&heads) {
-            let mark = Palette::paint(palette.of(entry.state), entry.state.mark());
+            let mark = Palette::paint(palette.of(entry.state), mark(entry.state));
             let head = format!("{rounds:<0$}  {time:>1$}", widths[0], widths[1]);
             let indent = widths[0] + widths[1] + 8;
             let head = format!("  {mark} {}", Palette::paint(palette.faint, head));
             let said = entry.said();
             if width < indent + MIN_SAID {
                 let _ = writeln!(text, "{head}");
-                text.push_str(&hang("    ", 4, &flow(said.split(' '), width - 4)));
+                text.push_str(&hang("    ", 4, &said, width));
                 continue;
             }
-            text.push_str(&hang(&(head + "  "), indent, &flow(said.split(' '), width - indent)));
+            text.push_str(&hang(&(head + "  "), indent, &said, width));
         }
         text
     }

@@ -2,11 +2,10 @@
 //! behavior.
 
 mod account;
+mod because;
 mod entry;
-mod holdings;
-mod moment;
 mod sentence;
-mod standing;
+mod step;
 mod story;
 
 #[cfg(test)]

@@ -1,7 +1,9 @@
 //! Sentences that both the story and an account tell.
 
-use crate::phrase;
-use ambidex_model::{Blocked, Change, Consequences, End, Grant, Names, NodeId, Reason, Reopened};
+use ambidex_model::{Blocked, Change, Consequences, End, Grant, Names, NodeId, Reason, Reopened, Time};
+use ambidex_record::{History, LeafState};
+
+use crate::text::phrase;
 
 /// The requests that lost to one, each with its potential, the best first.
 pub(super) fn losers(winner: NodeId, refused: &[Blocked]) -> Vec<(NodeId, f64)> {
@@ -39,17 +41,13 @@ pub(super) fn beats(grant: &Grant, losers: &[(NodeId, f64)], is_named: bool, nam
 }
 
 /// What became of a behavior that ended, after its name or "it": "is done after 4.15 s."
-pub(super) fn ended(
-    leaf: NodeId,
-    end: End,
-    took_s: Option<f64>,
-    consequences: Consequences,
-    names: &Names,
-) -> Vec<String> {
-    let after = took_s.map(|took_s| format!(" after {took_s:.2} s")).unwrap_or_default();
+pub(super) fn ended(history: &History, at: Time, leaf: NodeId, end: End, consequences: Consequences) -> Vec<String> {
+    let names = history.names();
+    let runs = history.leaf(leaf).filter(|leaf| leaf.state() == LeafState::Active);
+    let after = runs.map(|runs| format!(" after {:.2} s", (at - runs.since()).as_secs_f64())).unwrap_or_default();
     let mut said = vec![match end {
         End::Succeeded => format!("is done{after}."),
-        End::Canceled => format!("is cancelled{after}."),
+        End::Canceled => format!("is canceled{after}."),
         End::Failed(fault) => format!("fails{after}: {}.", phrase::fault_sentence(fault, names)),
     }];
     if let Some(done) = consequences.completed.filter(|done| done.node != leaf) {

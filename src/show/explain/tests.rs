@@ -30,7 +30,7 @@ fn refused(mut record: Record, reasons: &[(&str, Reason)]) -> Record {
 fn kept(at_s: f64, resource: u32, holder: &str, behavior: &str) -> Record {
     let state = serde_json::json!({
         "access": {"shared": 0},
-        "leases": [{"holder": named(holder), "behavior": named(behavior), "hold": "intention", "from": null}],
+        "leases": [{"holder": named(holder), "behavior": named(behavior), "kind": "intention", "from": null}],
     });
     let state = serde_json::from_value(state).unwrap();
     Record::Resource { at: seconds(at_s), resource: ResourceId(resource), state }
@@ -100,7 +100,7 @@ experiment 1 on pr2, greedy: failed: right_arm was lost
             now, since no free resource reaches object 1.
           ○ move 3-1 waits: no gripper would be available to it there.
   9.50 s  ✗ The controller right_arm is lost.
-          ⊘ pick 2 is cancelled after 1.10 s.
+          ⊘ pick 2 is canceled after 1.10 s.
           ✗ The mission is over: failed: right_arm was lost.
 ";
 
@@ -118,8 +118,8 @@ fn a_story_keeps_to_its_width_and_to_a_page() {
     }
     assert!(story(&experiment_1(), 100).lines().count() <= 50);
     let long = story(&std::iter::repeat_n(experiment_1(), 100).flatten().collect::<Vec<_>>(), 100);
-    assert!(long.contains("further moments left out") && long.lines().count() < 120, "{long}");
-    assert!(story(&[], 80).starts_with("experiment 1 on pr2, greedy: not over where its records stop"));
+    assert!(long.contains("further steps left out") && long.lines().count() < 120, "{long}");
+    assert!(story(&[], 80).starts_with("experiment 1 on pr2, greedy: the log ends before the mission did"));
     let cut = story(&turns()[..6], 80);
     assert!(cut.contains("Still under way: pick 1 and pick 2."), "{cut}");
 }
@@ -134,8 +134,8 @@ fn an_account_tells_round_by_round() {
         "move 3-1",
         "\
 move 3-1 (move in object 3)
-  ○ round 1        0.00 s  It waits: move 2-1 took base: both have potential 0.500, and
-                           move 2-1 comes first.
+  ○ round 1        0.00 s  It waits: outbid by move 2-1 for base (both have 0.500, and
+                           move 2-1 comes first).
   ○ round 2        0.00 s  It waits: base is held by move 2-1.
   ○ round 3        7.40 s  It waits: base is kept for \"at shelf\" by object 2, for what
                            comes after move 2-1.
@@ -147,8 +147,7 @@ move 3-1 (move in object 3)
         "move 1-1",
         "\
 move 1-1 (move in object 1)
-  ○ round 1  0.00 s  It waits: move 2-1 took base with potential 0.500 against 0.490,
-                     which is 0.010 more.
+  ○ round 1  0.00 s  It waits: outbid by move 2-1 for base (0.500 against 0.490).
   ○ round 2  0.00 s  It waits: base is held by move 2-1.
   ◇ round 3  7.40 s  It is skipped: its goal is met already, and pick 1 goes on from
                      there.
@@ -167,8 +166,8 @@ pick 2 (pick in object 2)
   ✗                8.40 s  It fails after 1.00 s: right_arm gave up.
   ● round 4        8.40 s  It starts with potential 1.000 and has right_gripper alone,
                            base and head for \"at shelf\". pick 1 still runs.
-  ⊘                9.50 s  It is cancelled after 1.10 s.
-  ○                9.50 s  The mission is over: failed: right_arm was lost.
+  ⊘                9.50 s  It is canceled after 1.10 s.
+  ⊘                9.50 s  The mission is over: failed: right_arm was lost.
 ",
     );
 }

@@ -1,9 +1,10 @@
 //! The tree of a snapshot as lines; where there are too few of them, what matters least is not shown.
 
-use crate::text::{clip, columns};
-use crate::tree::{branches, last_children};
-use crate::{LeafState, Palette};
 use ambidex_model::NodeId;
+use ambidex_record::LeafState;
+
+use crate::Palette;
+use crate::text::{branches, clip, columns, last_children, mark};
 
 use super::snapshot::NodeRow;
 use super::table::{Column, NARROW, head, line, rest};
@@ -69,7 +70,7 @@ impl<'a> Outline<'a> {
         format!(
             "{}{} {name}{}{free}  {}",
             Palette::paint(self.palette.faint, branches),
-            Palette::paint(style, node.state.mark()),
+            Palette::paint(style, mark(node.state)),
             Palette::paint(self.palette.faint, kind),
             line(&[*potential, *state], &[(self.palette.faint, own), (note_style, note)]),
         )
@@ -151,6 +152,7 @@ fn rank(node: &NodeRow) -> u8 {
         (true, LeafState::Waiting) => 5,
         (false, LeafState::Done | LeafState::Skipped) => 6,
         (true, LeafState::Done | LeafState::Skipped) => 7,
+        (_, LeafState::NotAsked) => 8,
     }
 }
 
@@ -162,18 +164,21 @@ fn note(node: &NodeRow, hidden: usize) -> String {
         let done = if node.done < node.of { format!(", {} of {} done", node.done, node.of) } else { String::new() };
         return format!("{word}{done}{hidden}");
     }
-    match (node.state, &node.reason, node.progress) {
-        (LeafState::Active, _, Some(progress)) => format!("{word}, {:.0} %", (progress * 100.0).floor()),
-        (LeafState::Waiting, Some(reason), _) => reason.clone(),
-        (LeafState::Failed | LeafState::Canceled, Some(reason), _) => format!("{word}: {reason}"),
+    match (node.state, &node.reason) {
+        (LeafState::Active, _) => match node.progress {
+            Some(progress) => format!("{word}, {:.0} %", (progress * 100.0).floor()),
+            None => word.to_owned(),
+        },
+        (LeafState::Waiting, Some(reason)) => reason.clone(),
+        (LeafState::Failed | LeafState::Canceled | LeafState::NotAsked, Some(reason)) => format!("{word}: {reason}"),
         (
             LeafState::Waiting
-            | LeafState::Active
             | LeafState::Done
             | LeafState::Skipped
             | LeafState::Failed
-            | LeafState::Canceled,
-            ..,
+            | LeafState::Canceled
+            | LeafState::NotAsked,
+            _,
         ) => word.to_owned(),
     }
 }

@@ -1,34 +1,52 @@
-//! The resource table as root told it, with names (III-B).
+//! The resource table as root told it (III-B), and the world, with names.
 
-use ambidex_model::{Header, Lease, Resource, ResourceId};
+use ambidex_model::{Lease, Location, Resource, ResourceId};
+use ambidex_record::History;
 
-use super::Status;
-use super::snapshot::{HolderRow, ResourceRow};
+use super::snapshot::{FactRow, HolderRow, ObjectRow, ResourceRow, WorldRow};
 
-impl Status {
-    pub(super) fn resource_rows(&self, header: &Header) -> Vec<ResourceRow> {
-        let resources = self.resources.iter().enumerate().map(|(index, state)| (ResourceId::from(index), state));
-        resources.map(|(id, state)| self.resource_row(id, state, header)).collect()
+/// Every resource in resource order.
+pub(super) fn rows(history: &History) -> Vec<ResourceRow> {
+    let resources = history.resources().iter().enumerate();
+    resources.map(|(index, state)| row(history, ResourceId::from(index), state)).collect()
+}
+
+fn row(history: &History, id: ResourceId, state: &Resource) -> ResourceRow {
+    let (header, names) = (history.header(), history.names());
+    let ty = header.resource_types.get(id.index());
+    let mover = header.movers.get(id.index()).copied().flatten();
+    let holder = |lease: &Lease| HolderRow {
+        node: names.node(lease.holder).to_owned(),
+        behavior: names.node(lease.behavior).to_owned(),
+        kind: lease.kind,
+    };
+    ResourceRow {
+        name: names.resource(id).to_owned(),
+        ty: ty.map_or("?", |ty| names.ty(*ty)).to_owned(),
+        owners: state.owners(),
+        channel: state.channel().map(|channel| names.channel(channel).to_owned()),
+        locked: state.is_locked(),
+        holders: state.leases().iter().map(holder).collect(),
+        holds: history.world().held_by(id).map(|object| names.object(object).to_owned()),
+        controller: mover.map(|controller| names.controller(controller).to_owned()),
     }
+}
 
-    fn resource_row(&self, id: ResourceId, state: &Resource, header: &Header) -> ResourceRow {
-        let names = &header.names;
-        let ty = header.resource_types.get(id.index());
-        let mover = header.movers.get(id.index()).copied().flatten();
-        let holder = |lease: &Lease| HolderRow {
-            node: names.node(lease.holder).to_owned(),
-            behavior: names.node(lease.behavior).to_owned(),
-            kind: lease.kind,
+/// Base, objects and facts.
+pub(super) fn world(history: &History) -> WorldRow {
+    let (names, world) = (history.names(), history.world());
+    let object = |(name, at): (&String, &Location)| {
+        let (at, held_by) = match *at {
+            Location::At(place) => (Some(names.place(place).to_owned()), None),
+            Location::In(resource) => (None, Some(names.resource(resource).to_owned())),
+            Location::Unknown => (None, None),
         };
-        ResourceRow {
-            name: names.resource(id).to_owned(),
-            ty: ty.map_or("?", |ty| names.ty(*ty)).to_owned(),
-            owners: state.owners(),
-            channel: state.channel().map(|channel| names.channel(channel).to_owned()),
-            locked: state.is_locked(),
-            holders: state.leases().iter().map(holder).collect(),
-            holds: self.world.held_by(id).map(|object| names.object(object).to_owned()),
-            controller: mover.map(|controller| names.controller(controller).to_owned()),
-        }
+        ObjectRow { name: name.clone(), at, held_by }
+    };
+    let fact = |(name, holds): (&String, &bool)| FactRow { name: name.clone(), holds: *holds };
+    WorldRow {
+        base: history.base().map(|pose| [pose.at.x, pose.at.y, pose.heading]),
+        objects: names.objects.iter().zip(&world.objects).map(object).collect(),
+        facts: names.facts.iter().zip(&world.facts).map(fact).collect(),
     }
 }

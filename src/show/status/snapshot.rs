@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::LeafState;
 use ambidex_model::{LeaseKind, Mode};
+use ambidex_record::{LeafState, MissionOutcome};
 
 /// Whether the process that writes the journal lives. No record tells it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -11,7 +11,7 @@ use ambidex_model::{LeaseKind, Mode};
 pub enum Daemon {
     /// It lives.
     Running {
-        /// Its process.
+        /// Its process id.
         pid: u32,
     },
     /// There is none.
@@ -35,8 +35,9 @@ pub enum Phase {
 }
 
 /// How well a controller is, in the words of robot diagnostics.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, strum::IntoStaticStr)]
 #[serde(rename_all = "UPPERCASE")]
+#[strum(serialize_all = "UPPERCASE")]
 pub enum Health {
     /// As it should be.
     Ok,
@@ -51,12 +52,7 @@ pub enum Health {
 impl Health {
     /// The word for it.
     pub fn word(self) -> &'static str {
-        match self {
-            Self::Ok => "OK",
-            Self::Warn => "WARN",
-            Self::Error => "ERROR",
-            Self::Stale => "STALE",
-        }
+        self.into()
     }
 }
 
@@ -74,14 +70,14 @@ pub struct Snapshot {
     /// How far it is.
     pub phase: Phase,
     /// The report's `outcome`; none before the end.
-    pub outcome: Option<&'static str>,
+    pub outcome: Option<MissionOutcome>,
     /// At what it ended, as a sentence.
     pub why: Option<String>,
     /// Robot time of the last record, seconds.
     pub time_s: f64,
     /// Robot seconds from the first grant to the last release.
     pub makespan_s: f64,
-    /// Rounds so far.
+    /// How many rounds were decided.
     pub rounds: u32,
     /// Steps so far: grants between two releases count once.
     pub step: usize,
@@ -89,15 +85,15 @@ pub struct Snapshot {
     pub messages: u64,
     /// Behaviors that are done or skipped.
     pub done: usize,
-    /// All behaviors.
+    /// How many behaviors the task has.
     pub of: usize,
     /// Every node in tree order.
     pub nodes: Vec<NodeRow>,
     /// Every resource in resource order.
     pub resources: Vec<ResourceRow>,
-    /// Every controller.
+    /// Every controller, in the order of the robot file.
     pub controllers: Vec<ControllerRow>,
-    /// The world.
+    /// Base, objects and facts.
     pub world: WorldRow,
 }
 
@@ -106,7 +102,7 @@ pub struct Snapshot {
 pub struct NodeRow {
     /// Its id: its place in tree order.
     pub id: u32,
-    /// Its name.
+    /// What the mission calls it.
     pub name: String,
     /// `root`, `and`, `or`, `then`, or the kind of a behavior.
     pub kind: String,
@@ -129,22 +125,22 @@ pub struct NodeRow {
 /// A resource with the five properties of III-B.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ResourceRow {
-    /// Its name.
+    /// What the robot file calls it.
     pub name: String,
-    /// Its type.
+    /// `gripper`, `head`, `base`, or any other word.
     #[serde(rename = "type")]
     pub ty: String,
-    /// Number of owners.
+    /// How many leases there are of it.
     pub owners: usize,
     /// The intention with which it is shared; none of one that is free or used exclusively.
     pub channel: Option<String>,
     /// Whether it is in use.
     pub locked: bool,
-    /// Who owns it.
+    /// Its leases, by holder.
     pub holders: Vec<HolderRow>,
     /// The object in it.
     pub holds: Option<String>,
-    /// Who moves it.
+    /// The controller that moves it; none of one that only counts.
     pub controller: Option<String>,
 }
 
@@ -162,13 +158,13 @@ pub struct HolderRow {
 /// A controller.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ControllerRow {
-    /// Its name.
+    /// What the robot file calls it.
     pub name: String,
     /// How well it is.
     pub health: Health,
     /// Why it is said to be so.
     pub why: String,
-    /// What it does.
+    /// The commands that it has not ended, the oldest first.
     pub goals: Vec<GoalRow>,
 }
 
@@ -177,7 +173,7 @@ pub struct ControllerRow {
 pub struct GoalRow {
     /// The behaviors that it serves.
     pub behaviors: Vec<String>,
-    /// What it does.
+    /// `driving`, `grasping`, or `stopping` once it was told to end.
     pub verb: &'static str,
     /// Whether it ends its behavior or lasts as long.
     pub mode: Mode,
@@ -188,20 +184,20 @@ pub struct GoalRow {
 /// The world as root knows it; the base as its controller says.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct WorldRow {
-    /// Position of the base in the map frame, metres, and its heading, radians; none before anything was told.
+    /// Position of the base in the map frame, meters, and its heading, radians; none before anything was told.
     pub base: Option<[f64; 3]>,
-    /// Every object.
+    /// Every object, in the order of the mission.
     pub objects: Vec<ObjectRow>,
-    /// Every fact.
+    /// Every fact, in the order of the mission.
     pub facts: Vec<FactRow>,
 }
 
 /// Where an object is; neither place nor resource where nobody knows.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ObjectRow {
-    /// Its name.
+    /// What the mission calls it.
     pub name: String,
-    /// The place.
+    /// The place where it lies.
     pub at: Option<String>,
     /// The resource that holds it.
     #[serde(rename = "in")]
@@ -211,8 +207,8 @@ pub struct ObjectRow {
 /// A fact.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FactRow {
-    /// Its name.
+    /// What the mission calls it.
     pub name: String,
-    /// Whether it holds.
+    /// Whether it is so now.
     pub holds: bool,
 }

@@ -1,8 +1,10 @@
 //! A snapshot as text: head, resources, controllers, world, tree.
 
-use crate::Palette;
-use crate::text::{MIN_WIDTH, clip, columns, count, fit, flow, hang, listed};
 use ambidex_model::{LeaseKind, Mode};
+use anstyle::Style;
+
+use crate::Palette;
+use crate::text::{MIN_WIDTH, clip, columns, count, fit, flow, hang, listed, of_end};
 
 use super::outline::Outline;
 use super::page::{Page, Row};
@@ -29,7 +31,7 @@ impl Snapshot {
     /// Which mission it is, how far, and at what it ended.
     fn head(&self, width: usize, palette: &Palette) -> Vec<String> {
         let mission = clip(&self.mission, width / 3);
-        let (style, word) = self.standing(palette);
+        let (style, word) = self.stage(palette);
         let word = clip(&word, width - columns(&mission) - 2);
         let room = width.saturating_sub(columns(&mission) + 2 + columns(&word));
         let figures = format!(
@@ -38,22 +40,25 @@ impl Snapshot {
         );
         let figures = clip(&figures, room);
         let first = format!("{}  {}{figures}", Palette::paint(palette.strong, mission), Palette::paint(style, word));
-        let messages = count(usize::try_from(self.messages).unwrap_or(usize::MAX), "message");
+        let messages = count(self.messages, "message");
         let about = format!("{}, {} · {} · {messages} between nodes", self.robot, self.allocator, self.daemon_words());
         let mut lines = vec![first, Palette::paint(palette.faint, clip(&about, width))];
-        lines.extend(self.why.iter().flat_map(|why| flow(why.split(' '), width)));
+        lines.extend(
+            self.why.iter().flat_map(|why| hang("", 0, why, width).lines().map(str::to_owned).collect::<Vec<_>>()),
+        );
         lines
     }
 
-    fn standing(&self, palette: &Palette) -> (anstyle::Style, String) {
-        match (self.phase, self.outcome) {
-            (Phase::Ended, Some("done")) => (palette.done, "done".into()),
-            (Phase::Ended, Some("cancelled")) => (palette.cancelled, "cancelled".into()),
-            (Phase::Ended, outcome) => (palette.failed, outcome.unwrap_or("ended").into()),
-            (Phase::Gone, _) => (palette.failed, "the daemon is gone (crashed or killed)".into()),
-            (Phase::Running, _) if self.daemon == Daemon::Unknown => (palette.cancelled, "not ended".into()),
-            (Phase::Running, _) => (palette.active, "running".into()),
-            (Phase::Waiting, _) => {
+    /// How far it is, in a word.
+    fn stage(&self, palette: &Palette) -> (Style, String) {
+        if let Some(outcome) = self.outcome {
+            return (palette.of(of_end(outcome)), outcome.word().into());
+        }
+        match self.phase {
+            Phase::Ended | Phase::Gone => (palette.failed, "the daemon is gone (crashed or killed)".into()),
+            Phase::Running if self.daemon == Daemon::Unknown => (palette.canceled, "not ended".into()),
+            Phase::Running => (palette.active, "running".into()),
+            Phase::Waiting => {
                 let absent = self.controllers.iter().filter(|row| row.health != Health::Ok);
                 let absent: Vec<&str> = absent.map(|row| row.name.as_str()).collect();
                 (palette.waiting, format!("waiting for {}", absent.join(", ")))
@@ -174,8 +179,8 @@ fn world_lines(world: &WorldRow, width: usize) -> Vec<String> {
             .enumerate()
             .map(|(at, item)| if at < last { format!("{item} ·") } else { item.clone() })
             .collect();
-        let lines = flow(items.iter().map(String::as_str), width - LABEL);
-        hang(&fit(label, LABEL), LABEL, &lines).lines().map(str::to_owned).collect()
+        let text = flow(&fit(label, LABEL), LABEL, items.iter().map(String::as_str), width);
+        text.lines().map(str::to_owned).collect()
     };
     let base =
         world.base.map(|[x, y, heading]| format!("base at ({x:.2}, {y:.2}), heading {:.0}°", heading.to_degrees()));
@@ -184,7 +189,7 @@ fn world_lines(world: &WorldRow, width: usize) -> Vec<String> {
         lines.extend(labeled("objects", objects(world)));
     }
     if !world.facts.is_empty() {
-        let holds = |holds: bool| if holds { "holds" } else { "does not kind" };
+        let holds = |holds: bool| if holds { "holds" } else { "does not hold" };
         let facts = world.facts.iter().map(|fact| format!("{} {}", fact.name, holds(fact.holds)));
         lines.extend(labeled("facts", facts.collect()));
     }

@@ -2,25 +2,25 @@
 //! fits in the narrower ones too.
 
 /// Sizes of the classes of text, user units.
-pub(super) const TEXT: f64 = 10.0;
-/// Of the title.
-pub(super) const TITLE: f64 = 14.0;
-/// Of notes.
-pub(super) const NOTE: f64 = 9.5;
+pub(crate) const TEXT: f64 = 10.0;
+/// Size of the title.
+pub(crate) const TITLE: f64 = 14.0;
+/// Size of notes.
+pub(crate) const NOTE: f64 = 9.5;
 /// Of labels at ticks.
-pub(super) const SMALL: f64 = 9.0;
+pub(crate) const SMALL: f64 = 9.0;
 /// Of labels in bars.
-pub(super) const INNER: f64 = 8.5;
+pub(crate) const INNER: f64 = 8.5;
 /// Of the names of channels.
-pub(super) const CHANNEL: f64 = 8.5;
+pub(crate) const CHANNEL: f64 = 8.5;
 
 /// Width of a text of a size, user units.
-pub(super) fn width(text: &str, size: f64) -> f64 {
+pub(crate) fn width(text: &str, size: f64) -> f64 {
     text.chars().map(share).sum::<f64>() * size
 }
 
 /// The text, cut with an ellipsis where it is wider than the room.
-pub(super) fn clip(text: &str, size: f64, room: f64) -> String {
+pub(crate) fn clip(text: &str, size: f64, room: f64) -> String {
     if width(text, size) <= room {
         return text.to_owned();
     }
@@ -38,12 +38,12 @@ pub(super) fn clip(text: &str, size: f64, room: f64) -> String {
 }
 
 /// The first of these texts that fits, whole.
-pub(super) fn first_that_fits(texts: &[String], size: f64, room: f64) -> Option<&str> {
+pub(crate) fn first_that_fits(texts: &[String], size: f64, room: f64) -> Option<&str> {
     texts.iter().map(String::as_str).find(|text| width(text, size) <= room)
 }
 
 /// The text in at most two lines, broken at the space that makes the wider one narrowest.
-pub(super) fn two_lines(text: &str, size: f64) -> Vec<String> {
+pub(crate) fn two_lines(text: &str, size: f64) -> Vec<String> {
     let breaks = text.match_indices(' ').map(|(at, _)| (&text[..at], &text[at + 1..]));
     let wider = |(one, other): &(&str, &str)| width(one, size).max(width(other, size));
     match breaks.min_by(|one, other| wider(one).total_cmp(&wider(other))) {

@@ -4,7 +4,7 @@ use super::page::Shape;
 
 /// A sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Mark {
+pub(crate) enum Mark {
     /// Not yet run: a ring.
     Waiting,
     /// Runs: a disk.
@@ -17,6 +17,8 @@ pub(super) enum Mark {
     Failed,
     /// Ended by being told to: a ring with a stroke.
     Canceled,
+    /// Not to run any more: a stroke.
+    NotAsked,
     /// Not done any more: an arrow back.
     Reopened,
     /// Runs when the log ends: an arrow on.
@@ -24,7 +26,7 @@ pub(super) enum Mark {
 }
 
 /// A sign around a point, of a radius.
-pub(super) fn mark(mark: Mark, (x, y): (f64, f64), radius: f64) -> Shape {
+pub(crate) fn mark(mark: Mark, (x, y): (f64, f64), radius: f64) -> Shape {
     let r = radius;
     match mark {
         Mark::Waiting => Shape::circle("mark-waiting", (x, y), r * 0.8),
@@ -47,6 +49,7 @@ pub(super) fn mark(mark: Mark, (x, y): (f64, f64), radius: f64) -> Shape {
             let d = r * 0.63;
             Shape::group("barred", [ring, Shape::line("mark-failed", (x - d, y + d), (x + d, y - d))])
         }
+        Mark::NotAsked => Shape::line("line", (x - r * 0.7, y), (x + r * 0.7, y)),
         Mark::Reopened => {
             let points = [(x + r, y - r), (x + r, y + r * 0.2), (x - r, y + r * 0.2)];
             let tip = [(x - r * 0.3, y - r * 0.6), (x - r, y + r * 0.2), (x - r * 0.3, y + r)];

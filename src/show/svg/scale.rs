@@ -1,6 +1,6 @@
 //! Robot time along a page: where a moment lies, and the round seconds below.
 
-use crate::axis::round_step;
+use crate::text::round_step;
 use ambidex_model::Time;
 
 /// Least distance of two ticks, user units.
@@ -8,9 +8,9 @@ const TICK: f64 = 42.0;
 
 /// A stretch of seconds over a stretch of the page.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Scale {
-    pub(super) left: f64,
-    pub(super) width: f64,
+pub(crate) struct Scale {
+    pub(crate) left: f64,
+    pub(crate) width: f64,
     start_s: f64,
     span_s: f64,
     /// What is taken from every moment, seconds.
@@ -19,29 +19,29 @@ pub(super) struct Scale {
 
 impl Scale {
     /// From a moment to another.
-    pub(super) fn new(start: Time, end: Time, left: f64, width: f64) -> Self {
+    pub(crate) fn new(start: Time, end: Time, left: f64, width: f64) -> Self {
         let span_s = (end - start).as_secs_f64();
         let span_s = if span_s > 0.0 { span_s } else { 1.0 };
         Self { left, width, start_s: start.seconds(), span_s, origin_s: 0.0 }
     }
 
     /// The same for another run, which begins at 0 where this one does.
-    pub(super) fn counted_from(self, origin: Time) -> Self {
+    pub(crate) fn counted_from(self, origin: Time) -> Self {
         Self { origin_s: origin.seconds(), ..self }
     }
 
     /// Where a moment lies; what is beyond the ends lies there.
-    pub(super) fn x(&self, at: Time) -> f64 {
+    pub(crate) fn x(&self, at: Time) -> f64 {
         self.x_of(at.seconds() - self.origin_s)
     }
 
     /// Right end.
-    pub(super) fn right(&self) -> f64 {
+    pub(crate) fn right(&self) -> f64 {
         self.left + self.width
     }
 
     /// Round seconds with their places.
-    pub(super) fn ticks(&self) -> Vec<(f64, String)> {
+    pub(crate) fn ticks(&self) -> Vec<(f64, String)> {
         let step_s = round_step(self.span_s / self.width * TICK);
         let first = (self.start_s / step_s).ceil();
         let count = ((self.start_s + self.span_s) / step_s + 1e-9).floor() - first;

@@ -70,7 +70,7 @@ const RULES: &[(&str, &str)] = &[
     ("mark-runs-on", "stroke:@active-edge;stroke-width:0.8;fill:@active"),
 ];
 
-/// The style sheet.
+/// The style sheet that every picture carries.
 pub(super) fn sheet() -> String {
     let variables = |pick: fn(&(&str, &str, &str)) -> String| COLORS.iter().map(pick).collect::<String>();
     let light = variables(|(name, light, _)| format!("--{name}:{light};"));

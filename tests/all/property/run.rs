@@ -157,15 +157,15 @@ pub fn lines(case: &Case, interleaving: u64) -> (String, Counts) {
 }
 
 pub fn chaos(case: &Case) -> Counts {
-    all_at_once(case, usize::MAX)
+    all_at_once(case, usize::MAX, |_| ())
 }
 
 pub fn canceled(case: &Case) -> Counts {
-    all_at_once(case, case.plan.cancel_after())
+    all_at_once(case, case.plan.cancel_after(), |_| ())
 }
 
-/// Messages, ends, changes of the world and a cancel in any order.
-fn all_at_once(case: &Case, cancel_after: usize) -> Counts {
+/// Messages, ends, changes of the world and a cancel in any order; `watch` sees what came of each.
+pub fn all_at_once(case: &Case, cancel_after: usize, mut watch: impl FnMut(&Driver)) -> Counts {
     let mut rng = Rng::of(&[case.seed, 8]);
     let mut driver = driver(case, 9);
     let mut agenda = Agenda::new(case);
@@ -183,6 +183,7 @@ fn all_at_once(case: &Case, cancel_after: usize) -> Counts {
         } else {
             assert!(driver.step(), "nothing is left to happen, and the mission goes on");
         }
+        watch(&driver);
         assert!(rounds(&driver) <= MOST_ROUNDS, "a livelock");
     }
     driver.rest();

@@ -1,8 +1,9 @@
 //! `ambidex explain`: what it says of experiment 1 is what the records say.
 
-use ambidex::model::{Record, Tally};
+use ambidex::model::Record;
 
 use super::{printed, refused, simulated};
+use crate::fixtures::history;
 use crate::home::flat;
 
 #[test]
@@ -22,7 +23,7 @@ fn behaviors_of_experiment_1_are_explained() {
     }
     let skipped = explained(&["move 1-1"]);
     for true_thing in [
-        "It waits: move 2-1 took base with potential 0.502 against 0.490, which is 0.012 more.",
+        "It waits: outbid by move 2-1 for base (0.502 against 0.490).",
         "round 2 0.00 s It waits: base is in use by move 2-1.",
         "It is skipped: its goal is met already, and pick 1 goes on from there.",
     ] {
@@ -41,14 +42,13 @@ fn the_story_of_a_run_has_its_steps_and_skips_on_a_page() {
     for number in 1..=4 {
         let (home, log) = simulated(number);
         let text = printed(&home, "explain", log.to_str().expect("a path"), &[]);
-        let mut tally = Tally::default();
         let records = ambidex::record::Reader::open(&log).expect("a log");
         let records: Vec<Record> = records.map(|record| record.expect("a record")).collect();
-        records.iter().for_each(|record| tally.add(record));
-        let names = &tally.header.as_ref().expect("a header").names;
+        let history = history(&records);
+        let names = history.names();
         let story = flat(&text);
-        for step in &tally.steps {
-            let mut leaves: Vec<&str> = step.iter().map(|leaf| names.node(*leaf)).collect();
+        for step in history.steps() {
+            let mut leaves: Vec<&str> = step.leaves.iter().map(|leaf| names.node(*leaf)).collect();
             let last = leaves.pop().expect("no step is empty");
             let starts = match leaves.as_slice() {
                 [] => format!("● {last} starts with"),
@@ -56,8 +56,8 @@ fn the_story_of_a_run_has_its_steps_and_skips_on_a_page() {
             };
             assert!(story.contains(&starts), "{starts}\n{text}");
         }
-        for (leaf, _) in &tally.skipped {
-            let skipped = format!("◇ {} is skipped: its goal is met already.", names.node(*leaf));
+        for (leaf, _) in history.skipped() {
+            let skipped = format!("◇ {} is skipped: its goal is met already.", names.node(leaf));
             assert!(story.contains(&skipped), "{skipped}\n{text}");
         }
         assert!(story.ends_with("The mission is over: done."), "{text}");

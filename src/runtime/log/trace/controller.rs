@@ -5,7 +5,7 @@ use tracing::{info, trace, warn};
 use ambidex_model::{CommandId, ControllerMessage, FromController, Names, NodeId, PartEnd, Time, ToController};
 
 use super::CONTROLLER;
-use ambidex_record::words;
+use ambidex_record::format;
 
 pub(super) fn said(at_s: f64, controller: &str, message: &ControllerMessage, names: &Names) {
     match message {
@@ -16,7 +16,7 @@ pub(super) fn said(at_s: f64, controller: &str, message: &ControllerMessage, nam
         ControllerMessage::Joined { leaf, id } => trace!(
             target: CONTROLLER,
             controller,
-            goal = %words::goal(*id),
+            goal = %format::goal(*id),
             leaf = names.node(*leaf),
             at_s,
             "joined"
@@ -42,17 +42,17 @@ fn told(at_s: f64, controller: &str, leaf: Option<NodeId>, message: &ToControlle
         ToController::Goal { id, mode, command } => trace!(
             target: CONTROLLER,
             controller,
-            goal = %words::goal(*id),
+            goal = %format::goal(*id),
             leaf = leaf.map(|leaf| names.node(leaf)),
-            mode = words::mode(*mode),
-            command = %words::command(command, names),
+            mode = %format::word(*mode),
+            command = %format::command(command, names),
             at_s,
             "goal"
         ),
         ToController::Cancel { id } => trace!(
             target: CONTROLLER,
             controller,
-            goal = %words::goal(*id),
+            goal = %format::goal(*id),
             leaf = leaf.map(|leaf| names.node(leaf)),
             at_s,
             "cancel"
@@ -68,7 +68,7 @@ fn heard(at_s: f64, controller: &str, message: &FromController) {
         FromController::Accepted { id, at } => trace!(
             target: CONTROLLER,
             controller,
-            goal = %words::goal(*id),
+            goal = %format::goal(*id),
             accepted_s = at.seconds(),
             at_s,
             "accepted"
@@ -76,7 +76,7 @@ fn heard(at_s: f64, controller: &str, message: &FromController) {
         FromController::Rejected { id, why } => warn!(
             target: CONTROLLER,
             controller,
-            goal = %words::goal(*id),
+            goal = %format::goal(*id),
             reason = %why,
             at_s,
             "rejected"
@@ -84,7 +84,7 @@ fn heard(at_s: f64, controller: &str, message: &FromController) {
         FromController::Feedback { id, progress, .. } => trace!(
             target: CONTROLLER,
             controller,
-            goal = %words::goal(*id),
+            goal = %format::goal(*id),
             progress,
             at_s,
             "feedback"
@@ -99,8 +99,8 @@ fn result(at_s: f64, controller: &str, id: CommandId, end: PartEnd, (began, ende
             $level!(
                 target: CONTROLLER,
                 controller,
-                goal = %words::goal(id),
-                end = words::part_end(end),
+                goal = %format::goal(id),
+                end = %format::word(end),
                 began_s = began.seconds(),
                 ended_s = ended.seconds(),
                 at_s,

@@ -7,7 +7,7 @@ use ambidex_model::{
 };
 
 use super::MISSION;
-use ambidex_record::words;
+use ambidex_record::format;
 
 pub(super) fn started(header: &Header) {
     info!(
@@ -29,7 +29,7 @@ pub(super) fn decided(at_s: f64, round: u32, granted: &[Grant], refused: usize, 
     info!(
         target: MISSION,
         round,
-        granted = %words::nodes(leaves, names),
+        granted = %format::nodes(leaves, names),
         refused,
         at_s,
         "round granted"
@@ -40,7 +40,7 @@ pub(super) fn decided(at_s: f64, round: u32, granted: &[Grant], refused: usize, 
             round,
             leaf = names.node(grant.leaf()),
             potential = grant.request.potential,
-            claims = %words::bindings(&grant.bindings, names),
+            claims = %format::bindings(&grant.bindings, names),
             at_s,
             "grant"
         );
@@ -56,7 +56,7 @@ pub(super) fn reopened(at_s: f64, round: u32, reopened: &Reopened, names: &Names
         holder = names.node(reopened.holder),
         lapsed = reopened.lapsed.map(|resource| names.resource(resource)),
         heir = lacks.map(|lacks| names.node(lacks.leaf)),
-        reason = lacks.map(|lacks| display(words::reason(&lacks.reason, names))),
+        reason = lacks.map(|lacks| display(format::reason(&lacks.reason, names))),
         at_s,
         "reopened"
     );
@@ -76,11 +76,11 @@ pub(super) fn released(
             $level!(
                 target: MISSION,
                 leaf = names.node(leaf),
-                end = words::end(end),
-                controller = words::at_fault(end, names),
+                end = format::end(end),
+                controller = format::at_fault(end, names),
                 completes = completes.map(|node| names.node(node)),
                 fails = fails.map(|node| names.node(node)),
-                changes = (!changes.is_empty()).then(|| display(words::changes(changes, names))),
+                changes = (!changes.is_empty()).then(|| display(format::changes(changes, names))),
                 at_s,
                 "goal ended"
             )
@@ -95,7 +95,7 @@ pub(super) fn released(
 pub(super) fn changed(at_s: f64, change: &Change, names: &Names) {
     debug!(
         target: MISSION,
-        changes = %words::changes(std::slice::from_ref(change), names),
+        changes = %format::changes(std::slice::from_ref(change), names),
         at_s,
         "world changed"
     );
@@ -109,7 +109,7 @@ pub(super) fn used(at_s: f64, id: ResourceId, resource: &Resource, names: &Names
         owners = resource.owners(),
         channel = resource.channel().map(|channel| names.channel(channel)),
         locked = resource.is_locked(),
-        holders = %words::nodes(resource.leases().iter().map(|lease| lease.holder), names),
+        holders = %format::nodes(resource.leases().iter().map(|lease| lease.holder), names),
         at_s,
         "resource"
     );

@@ -5,7 +5,7 @@ use tracing::{debug, trace};
 use ambidex_model::{Consequences, End, Message, Names, NodeId};
 
 use super::TREE;
-use ambidex_record::words;
+use ambidex_record::format;
 
 /// Who tells whom, when.
 pub(super) struct Edge {
@@ -37,8 +37,8 @@ pub(super) fn sent(edge: &Edge, message: &Message, names: &Names) {
             trace,
             edge,
             names,
-            granted = %words::nodes(granted.iter().copied(), names),
-            reason = refused.as_ref().map(|reason| display(words::reason(reason, names))),
+            granted = %format::nodes(granted.iter().copied(), names),
+            reason = refused.as_ref().map(|reason| display(format::reason(reason, names))),
             "verdict"
         ),
         Message::Reopen { leaf } => tell!(trace, edge, names, leaf = names.node(*leaf), "reopen"),
@@ -62,13 +62,13 @@ fn answer(edge: &Edge, message: &Message, names: &Names) {
                 potential = *potential,
                 running = *running,
                 satisfied = *satisfied,
-                asking = %words::nodes(asking.iter().copied(), names),
-                claims = request.as_deref().map(|request| display(words::claims(request, names))),
+                asking = %format::nodes(asking.iter().copied(), names),
+                claims = request.as_deref().map(|request| display(format::claims(request, names))),
                 skips = request
                     .as_deref()
                     .filter(|request| !request.skips.is_empty())
-                    .map(|request| display(words::skips(request, names))),
-                reason = (!blocked.is_empty()).then(|| display(words::reasons(blocked, names))),
+                    .map(|request| display(format::skips(request, names))),
+                reason = (!blocked.is_empty()).then(|| display(format::reasons(blocked, names))),
                 "answer"
             )
         };
@@ -89,8 +89,8 @@ fn release(edge: &Edge, leaf: NodeId, end: End, consequences: Consequences, name
         edge,
         names,
         leaf = names.node(leaf),
-        end = words::end(end),
-        controller = words::at_fault(end, names),
+        end = format::end(end),
+        controller = format::at_fault(end, names),
         completes = completes.map(|node| names.node(node)),
         heir = heir.map(|node| names.node(node)),
         fails = fails.map(|node| names.node(node)),

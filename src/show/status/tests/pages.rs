@@ -1,8 +1,9 @@
 //! The status as text without color, in terminals of any size.
 
+use crate::Palette;
 use crate::sample::experiment_1;
+use crate::status::Snapshot;
 use crate::text::{MIN_WIDTH, columns};
-use crate::{Palette, Snapshot};
 
 use super::{LIVES, picking, snapshot};
 

@@ -1,0 +1,276 @@
+//! What the records of a run come to: the one fold that everything asks that reads a log.
+
+mod apply;
+mod controllers;
+mod leaf;
+mod leases;
+mod report;
+mod states;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use ambidex_model::{
+    ControllerId, Grant, Header, Location, MissionEnd, Names, NodeId, Pose, Reason, Record, Resource, Time, WorldState,
+};
+
+pub use controllers::{ActiveCommand, ControllerView, Controllers, LastError, Presence};
+pub use leaf::{Failures, LeafHistory, LeafState, Phase};
+pub use leases::{Held, Lane};
+pub use report::{MissionOutcome, MissionReport};
+pub use states::Counts;
+use states::LeafStates;
+
+/// What a run is at after some of its records, and where it is kept also what it was at before.
+///
+/// Ids that the header does not have are passed over.
+#[derive(Debug, Clone)]
+pub struct History {
+    header: Arc<Header>,
+    states: LeafStates,
+    running: BTreeMap<NodeId, Grant>,
+    resources: Vec<Resource>,
+    world: WorldState,
+    is_base_known: bool,
+    controllers: Controllers,
+    potentials: Vec<Option<f64>>,
+    lost: BTreeMap<ControllerId, Time>,
+    now: Time,
+    rounds: u32,
+    messages: u64,
+    step_count: usize,
+    is_step_over: bool,
+    first_grant: Option<Time>,
+    last_release: Option<Time>,
+    end: Option<MissionEnd>,
+    past: Option<Past>,
+}
+
+/// What grows with every grant.
+#[derive(Debug, Clone, Default)]
+struct Past {
+    steps: Vec<Step>,
+    rounds: Vec<Time>,
+    lanes: Vec<Lane>,
+}
+
+/// What was granted between two releases.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Step {
+    /// When the first of it was.
+    pub at: Time,
+    /// The behaviors in the order of their grants.
+    pub leaves: Vec<NodeId>,
+}
+
+impl History {
+    /// A run that has not begun, in memory bounded by the mission however long its log is.
+    ///
+    /// # Panics
+    /// When the nodes of the header are no tree in preorder, as those of a header that was read always are.
+    pub fn new(header: &Header) -> Self {
+        Self::begin(header, None)
+    }
+
+    /// The same with phases of leaves, steps, rounds and leases over time.
+    ///
+    /// # Panics
+    /// As [`History::new`].
+    pub fn with_past(header: &Header) -> Self {
+        let lanes = vec![Lane::default(); header.names.resources.len()];
+        Self::begin(header, Some(Past { lanes, ..Past::default() }))
+    }
+
+    /// What these records come to, with the past; none where they do not begin with a header.
+    pub fn of<'a>(records: impl IntoIterator<Item = &'a Record>) -> Option<Self> {
+        let mut records = records.into_iter();
+        let Some(Record::Header(header)) = records.next() else { return None };
+        let mut history = Self::with_past(header);
+        records.for_each(|record| history.apply(record));
+        Some(history)
+    }
+
+    fn begin(header: &Header, past: Option<Past>) -> Self {
+        let names = &header.names;
+        let unknown = WorldState { base: Pose::new(0.0, 0.0, 0.0), objects: Vec::new(), facts: Vec::new() };
+        let mut world = header.start.clone().unwrap_or(unknown);
+        world.objects.resize(names.objects.len(), Location::Unknown);
+        world.facts.resize(names.facts.len(), false);
+        Self {
+            states: LeafStates::new(header, past.is_some()),
+            running: BTreeMap::new(),
+            resources: vec![Resource::default(); names.resources.len()],
+            world,
+            is_base_known: header.start.is_some(),
+            controllers: Controllers::default(),
+            potentials: vec![None; header.nodes.len()],
+            lost: BTreeMap::new(),
+            now: Time::ZERO,
+            rounds: 0,
+            messages: 0,
+            step_count: 0,
+            is_step_over: true,
+            first_grant: None,
+            last_release: None,
+            end: None,
+            past,
+            header: Arc::new(header.clone()),
+        }
+    }
+
+    /// What the ids stand for.
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// What everything is called.
+    pub fn names(&self) -> &Names {
+        &self.header.names
+    }
+
+    /// Time of the last record.
+    pub fn now(&self) -> Time {
+        self.now
+    }
+
+    /// How many rounds were decided.
+    pub fn rounds(&self) -> u32 {
+        self.rounds
+    }
+
+    /// How many messages went between nodes.
+    pub fn messages(&self) -> u64 {
+        self.messages
+    }
+
+    /// How many steps there were: grants between two releases count once.
+    pub fn step_count(&self) -> usize {
+        self.step_count
+    }
+
+    /// How the mission ended; only the first word counts, since what is made safe afterwards ends as canceled.
+    pub fn end(&self) -> Option<MissionEnd> {
+        self.end
+    }
+
+    /// Robot seconds from the first grant to the last release.
+    pub fn makespan_s(&self) -> f64 {
+        self.first_grant.zip(self.last_release).map_or(0.0, |(first, last)| (last - first).as_secs_f64())
+    }
+
+    /// From the first grant, since waiting for controllers says nothing of the task, to the last release, or to the
+    /// last record where something runs on.
+    pub fn span(&self) -> (Time, Time) {
+        let end = self.last_release.filter(|_| self.running.is_empty()).unwrap_or(self.now);
+        (self.first_grant.unwrap_or_default(), end)
+    }
+
+    /// What runs, each with what it was granted.
+    pub fn running(&self) -> &BTreeMap<NodeId, Grant> {
+        &self.running
+    }
+
+    /// Every resource as root told it last, in resource order.
+    pub fn resources(&self) -> &[Resource] {
+        &self.resources
+    }
+
+    /// Robot pose, objects, facts: as root knows them, corrected by what controllers say.
+    pub fn world(&self) -> &WorldState {
+        &self.world
+    }
+
+    /// Pose of the base in the map frame; none before anything was told of it.
+    pub fn base(&self) -> Option<Pose> {
+        self.is_base_known.then_some(self.world.base)
+    }
+
+    /// What each controller is at.
+    pub fn controllers(&self) -> &Controllers {
+        &self.controllers
+    }
+
+    /// When a controller was lost last.
+    pub fn lost_at(&self, controller: ControllerId) -> Option<Time> {
+        self.lost.get(&controller).copied()
+    }
+
+    /// Every leaf in tree order.
+    pub fn leaves(&self) -> impl Iterator<Item = NodeId> {
+        let nodes = self.header.nodes.iter().enumerate();
+        nodes.filter(|(_, node)| node.kind.is_behavior()).map(|(node, _)| NodeId::from(node))
+    }
+
+    /// What became of a leaf; none of a node that is no leaf.
+    pub fn leaf(&self, leaf: NodeId) -> Option<&LeafHistory> {
+        self.states.leaf(leaf)
+    }
+
+    /// What any node is; a composite is what its leaves and the ends that root applied make it.
+    pub fn state(&self, node: NodeId) -> LeafState {
+        self.states.state(node)
+    }
+
+    /// How many leaves at or below a node are what.
+    pub fn counts(&self, node: NodeId) -> Counts {
+        self.states.counts(node)
+    }
+
+    /// The potential of a node's last answer; of a running behavior that of its last request.
+    pub fn potential(&self, node: NodeId) -> Option<f64> {
+        self.potentials.get(node.index()).copied().flatten()
+    }
+
+    /// Why a leaf does not run: the last reason that was told, else why it was not asked, if that is known.
+    pub fn reason(&self, leaf: NodeId) -> Option<Reason> {
+        let told = self.leaf(leaf)?.reason.clone();
+        told.or_else(|| self.not_asked(leaf))
+    }
+
+    /// Every leaf that is not done and does not run, in tree order, with why.
+    pub fn open(&self) -> impl Iterator<Item = (NodeId, Option<Reason>)> {
+        let is_open = |leaf: &NodeId| self.state(*leaf).is_open();
+        self.leaves().filter(is_open).map(|leaf| (leaf, self.reason(leaf)))
+    }
+
+    /// What stands before a leaf in a THEN, or the way that an OR went instead of it.
+    pub fn not_asked(&self, leaf: NodeId) -> Option<Reason> {
+        self.states.not_asked(leaf)
+    }
+
+    /// The leaves that a grant skips and that were not done before.
+    pub fn skipped_by(&self, grant: &Grant) -> Vec<NodeId> {
+        let is_open = |leaf: &NodeId| self.leaf(*leaf).is_some_and(|leaf| leaf.state().is_open());
+        grant.skipped(self.header.nodes.len()).filter(is_open).collect()
+    }
+
+    /// The leaves that count as skipped once the mission is done: their goal is met though nobody went on from it.
+    pub fn met(&self) -> Vec<NodeId> {
+        self.states.met()
+    }
+
+    /// What is done without having run, in the order in which that was settled, with its time.
+    pub fn skipped(&self) -> Vec<(NodeId, Time)> {
+        let leaves = self.leaves().filter_map(|leaf| Some((leaf, self.leaf(leaf)?)));
+        let mut skipped: Vec<_> = leaves.filter(|(_, history)| history.state() == LeafState::Skipped).collect();
+        skipped.sort_by_key(|(_, history)| history.order);
+        skipped.into_iter().map(|(leaf, history)| (leaf, history.since)).collect()
+    }
+
+    /// The steps so far; empty where the past is not kept.
+    pub fn steps(&self) -> &[Step] {
+        self.past.as_ref().map_or(&[], |past| &past.steps)
+    }
+
+    /// When rounds were decided, several at one moment once; empty where the past is not kept.
+    pub fn round_times(&self) -> &[Time] {
+        self.past.as_ref().map_or(&[], |past| &past.rounds)
+    }
+
+    /// Who held each resource when, in resource order; empty where the past is not kept.
+    pub fn lanes(&self) -> &[Lane] {
+        self.past.as_ref().map_or(&[], |past| &past.lanes)
+    }
+}

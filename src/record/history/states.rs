@@ -1,0 +1,285 @@
+//! What every node is: leaves as the records tell, composites as their leaves and the records' consequences say.
+
+use ambidex_model::{Consequences, EntryKind, Header, NodeId, Reason, Time, Topology};
+
+use super::leaf::{LeafHistory, LeafState, Phase};
+
+/// What every node is at a moment.
+#[derive(Debug, Clone)]
+pub(super) struct LeafStates {
+    pub(super) topology: Topology,
+    nodes: Vec<Node>,
+    leaves: Vec<LeafHistory>,
+    entered: u64,
+    keeps_past: bool,
+    is_over: bool,
+}
+
+/// A node as its leaves make it.
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    kind: Kind,
+    counts: Counts,
+    children: u32,
+    done_children: u32,
+    is_complete: bool,
+    is_failed: bool,
+    has_run: bool,
+    has_succeeded: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Leaf,
+    /// Done when one child is.
+    Or,
+    /// Done when all children are, in order or not.
+    All {
+        is_ordered: bool,
+    },
+}
+
+/// How many leaves at or below a node there are, and what they are.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// All of them, whatever they are.
+    pub of: usize,
+    /// Done, skipped ones included.
+    pub done: usize,
+    /// Done without having run.
+    pub skipped: usize,
+    /// Granted and not released.
+    pub active: usize,
+    /// Told to end when they ran last.
+    pub canceled: usize,
+    /// Not to run any more.
+    pub not_asked: usize,
+}
+
+impl Counts {
+    fn count(&mut self, state: LeafState, change: isize) {
+        let numbers: &mut [&mut usize] = match state {
+            LeafState::Waiting | LeafState::Failed => &mut [],
+            LeafState::Active => &mut [&mut self.active],
+            LeafState::Done => &mut [&mut self.done],
+            LeafState::Skipped => &mut [&mut self.done, &mut self.skipped],
+            LeafState::Canceled => &mut [&mut self.canceled],
+            LeafState::NotAsked => &mut [&mut self.not_asked],
+        };
+        numbers.iter_mut().for_each(|number| **number = number.saturating_add_signed(change));
+    }
+}
+
+impl LeafStates {
+    pub(super) fn new(header: &Header, keeps_past: bool) -> Self {
+        let topology = Topology::new(header.nodes.iter().map(|node| node.parent).collect());
+        let node = |kind: &EntryKind| Node {
+            kind: match kind {
+                EntryKind::Behavior(_) => Kind::Leaf,
+                EntryKind::Or => Kind::Or,
+                EntryKind::Then => Kind::All { is_ordered: true },
+                EntryKind::Root | EntryKind::And => Kind::All { is_ordered: false },
+            },
+            counts: Counts { of: usize::from(kind.is_behavior()), ..Counts::default() },
+            children: 0,
+            done_children: 0,
+            is_complete: false,
+            is_failed: false,
+            has_run: false,
+            has_succeeded: false,
+        };
+        let mut nodes: Vec<Node> = header.nodes.iter().map(|entry| node(&entry.kind)).collect();
+        for index in (1..nodes.len()).rev() {
+            let of = nodes[index].counts.of;
+            let parent = &mut nodes[header.nodes[index].parent.index()];
+            parent.children += 1;
+            parent.counts.of += of;
+        }
+        let leaves = vec![LeafHistory::default(); nodes.len()];
+        Self { topology, nodes, leaves, entered: 0, keeps_past, is_over: false }
+    }
+
+    pub(super) fn leaf(&self, leaf: NodeId) -> Option<&LeafHistory> {
+        self.leaves.get(leaf.index()).filter(|_| self.nodes[leaf.index()].kind == Kind::Leaf)
+    }
+
+    pub(super) fn leaf_mut(&mut self, leaf: NodeId) -> Option<&mut LeafHistory> {
+        self.leaves.get_mut(leaf.index()).filter(|_| self.nodes[leaf.index()].kind == Kind::Leaf)
+    }
+
+    pub(super) fn counts(&self, node: NodeId) -> Counts {
+        self.nodes.get(node.index()).map_or(Counts::default(), |node| node.counts)
+    }
+
+    /// What any node is.
+    pub(super) fn state(&self, node: NodeId) -> LeafState {
+        if let Some(leaf) = self.leaf(node) {
+            return leaf.state();
+        }
+        let Some(Node { counts, is_failed, .. }) = self.nodes.get(node.index()) else {
+            return LeafState::Waiting;
+        };
+        match *counts {
+            _ if *is_failed => LeafState::Failed,
+            Counts { active: 1.., .. } => LeafState::Active,
+            Counts { of: 1.., done, skipped, .. } if self.is_done(node) && done == skipped => LeafState::Skipped,
+            Counts { of: 1.., .. } if self.is_done(node) => LeafState::Done,
+            Counts { canceled: 1.., .. } if self.is_over => LeafState::Canceled,
+            Counts { of: of @ 1.., not_asked, .. } if of == not_asked => LeafState::NotAsked,
+            Counts { .. } => LeafState::Waiting,
+        }
+    }
+
+    /// From now on a leaf is something else; what is above it may be, too.
+    pub(super) fn enter(&mut self, leaf: NodeId, at: Time, phase: Phase) {
+        let Some(before) = self.leaf(leaf).map(LeafHistory::state) else { return };
+        let was_done = self.is_done(leaf);
+        self.entered += 1;
+        self.leaves[leaf.index()].enter(at, phase, self.entered, self.keeps_past);
+        for node in self.path(leaf).collect::<Vec<_>>() {
+            let node = &mut self.nodes[node.index()];
+            node.counts.count(before, -1);
+            node.counts.count(phase.state(), 1);
+            node.has_run |= phase == Phase::Active;
+            node.has_succeeded |= phase == Phase::Done;
+        }
+        self.tell_parent(leaf, was_done);
+    }
+
+    /// What the end of a leaf means for the nodes above it, and for what is then not to run any more.
+    pub(super) fn settle(&mut self, leaf: NodeId, at: Time, consequences: Consequences) {
+        if let Some(completed) = consequences.completed {
+            self.mark(leaf, completed.node, |node| node.is_complete = true);
+        }
+        if let Some(failed) = consequences.failed {
+            self.mark(leaf, failed, |node| node.is_failed = true);
+        }
+        for top in consequences.completed.map(|completed| completed.node).into_iter().chain(consequences.failed) {
+            self.enter_all(top, at, LeafState::Waiting, Phase::NotAsked, |_, _| true);
+        }
+    }
+
+    /// A leaf is done no more, nor is what is above it; what was not asked for that reason may be asked again.
+    pub(super) fn reopen(&mut self, leaf: NodeId, at: Time) {
+        let mut top = None;
+        for node in self.path(leaf).collect::<Vec<_>>() {
+            if self.nodes[node.index()].is_complete {
+                top = Some(node);
+                let was_done = self.is_done(node);
+                self.nodes[node.index()].is_complete = false;
+                self.tell_parent(node, was_done);
+            }
+        }
+        self.enter(leaf, at, Phase::Reopened);
+        let is_open = |states: &Self, leaf| {
+            let is_settled =
+                |node: NodeId| states.nodes[node.index()].is_complete || states.nodes[node.index()].is_failed;
+            !states.path(leaf).any(is_settled)
+        };
+        if let Some(top) = top {
+            self.enter_all(top, at, LeafState::NotAsked, Phase::Waiting, is_open);
+        }
+    }
+
+    /// The task is complete, whatever was left of it.
+    pub(super) fn complete(&mut self, at: Time) {
+        self.nodes.iter_mut().take(2).for_each(|node| node.is_complete = true);
+        self.enter_all(NodeId(0), at, LeafState::Waiting, Phase::NotAsked, |_, _| true);
+    }
+
+    /// Nothing is tried again.
+    pub(super) fn end(&mut self) {
+        self.is_over = true;
+        self.leaves.iter_mut().for_each(LeafHistory::give_up);
+    }
+
+    /// Leaves whose goal is met though they were not needed: done in the end, unless an OR above went another way.
+    pub(super) fn met(&self) -> Vec<NodeId> {
+        let leaves = self.leaves.iter().enumerate();
+        let met = leaves.filter(|(_, leaf)| leaf.reason == Some(Reason::Satisfied) && leaf.state().is_open());
+        met.map(|(leaf, _)| NodeId::from(leaf)).filter(|leaf| !self.is_way_not_taken(*leaf)).collect()
+    }
+
+    /// Why a leaf was never asked: what stands before it in a THEN, or the way that an OR went instead.
+    pub(super) fn not_asked(&self, leaf: NodeId) -> Option<Reason> {
+        self.path(leaf).find_map(|node| {
+            let parent = self.topology.parent(node);
+            let mut siblings = self.topology.children(parent).filter(|sibling| *sibling != node);
+            match self.nodes[parent.index()].kind {
+                Kind::All { is_ordered: true } => {
+                    let before = siblings.take_while(|sibling| *sibling < node);
+                    before.into_iter().find(|before| !self.is_done(*before)).map(|after| Reason::NotItsTurn { after })
+                }
+                Kind::Or => {
+                    siblings.find(|sibling| self.has_begun(*sibling)).map(|chosen| Reason::Alternative { chosen })
+                }
+                Kind::All { is_ordered: false } | Kind::Leaf => None,
+            }
+        })
+    }
+
+    fn is_done(&self, node: NodeId) -> bool {
+        let Node { kind, children, done_children, is_complete, .. } = self.nodes[node.index()];
+        match kind {
+            Kind::Leaf => self.leaves[node.index()].state().is_done(),
+            Kind::Or => is_complete || done_children > 0,
+            Kind::All { .. } => is_complete || done_children == children,
+        }
+    }
+
+    fn has_begun(&self, node: NodeId) -> bool {
+        let Node { counts, has_run, .. } = self.nodes[node.index()];
+        has_run || counts.done > 0
+    }
+
+    fn is_way_not_taken(&self, leaf: NodeId) -> bool {
+        let succeeded = |node: NodeId| self.nodes[node.index()].has_succeeded;
+        self.path(leaf).any(|node| {
+            let parent = self.topology.parent(node);
+            self.nodes[parent.index()].kind == Kind::Or && succeeded(parent) && !succeeded(node)
+        })
+    }
+
+    /// A node and all above it but the root, which has no parent.
+    fn path(&self, node: NodeId) -> impl Iterator<Item = NodeId> {
+        let is_known = node.index() < self.nodes.len();
+        std::iter::successors(Some(node).filter(|_| is_known), |node| (node.0 > 0).then(|| self.topology.parent(*node)))
+    }
+
+    /// Marks what is above a leaf up to a node.
+    fn mark(&mut self, leaf: NodeId, top: NodeId, mark: impl Fn(&mut Node)) {
+        for node in self.path(leaf).skip(1).take_while(|node| *node >= top).collect::<Vec<_>>() {
+            let was_done = self.is_done(node);
+            mark(&mut self.nodes[node.index()]);
+            self.tell_parent(node, was_done);
+        }
+    }
+
+    /// Counts a node that is done now or no more, with whatever that makes of the nodes above.
+    fn tell_parent(&mut self, mut node: NodeId, mut was_done: bool) {
+        while node.0 > 0 && self.is_done(node) != was_done {
+            let parent = self.topology.parent(node);
+            let (is_done, was_parent_done) = (self.is_done(node), self.is_done(parent));
+            let count = &mut self.nodes[parent.index()].done_children;
+            *count = if is_done { *count + 1 } else { count.saturating_sub(1) };
+            (node, was_done) = (parent, was_parent_done);
+        }
+    }
+
+    /// Whatever below a node is in a state enters a phase.
+    fn enter_all(
+        &mut self,
+        top: NodeId,
+        at: Time,
+        from: LeafState,
+        to: Phase,
+        is_meant: impl Fn(&Self, NodeId) -> bool,
+    ) {
+        let end = if top.index() < self.nodes.len() { self.topology.end(top) } else { top };
+        for leaf in (top.0..end.0).map(NodeId) {
+            if self.leaf(leaf).is_some_and(|leaf| leaf.state() == from) && is_meant(self, leaf) {
+                self.enter(leaf, at, to);
+            }
+        }
+    }
+}

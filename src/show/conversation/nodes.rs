@@ -1,0 +1,169 @@
+//! What nodes tell each other and what root decides, in words.
+
+use ambidex_model::{
+    Blocked, Change, Consequences, End, Grant, LeaseKind, Message, Names, NodeId, Reason, Reopened, Request, Resource,
+};
+use ambidex_record::format;
+
+use anstyle::Style;
+
+use crate::Palette;
+use crate::text::phrase;
+
+pub(super) fn said(from: NodeId, to: NodeId, message: &Message, names: &Names) -> String {
+    match message {
+        Message::Activation => "activation".into(),
+        Message::Answer { .. } => answer(from, message, names),
+        Message::Verdict { granted, refused: Some(reason) } if granted.is_empty() => {
+            format!("refused: {}", reason.sentence(names))
+        }
+        Message::Verdict { granted, .. } if granted.is_empty() => "nothing granted".into(),
+        Message::Verdict { granted, .. } if granted == &[to] => "granted".into(),
+        Message::Verdict { granted, .. } => {
+            format!("granted: {}", phrase::nodes(granted.iter().copied(), names))
+        }
+        Message::Reopen { leaf } => format!("{} is done no more", names.node(*leaf)),
+        Message::Cancel => "cancel".into(),
+        Message::Release { leaf, end, consequences } => parts([
+            Some(format!("{} {}", names.node(*leaf), phrase::ended(*end, names))),
+            follows(*leaf, *consequences, names),
+        ]),
+    }
+}
+
+pub(super) fn style(message: &Message, palette: &Palette, of_end: impl Fn(End) -> Style) -> Style {
+    match message {
+        Message::Activation => palette.faint,
+        Message::Answer { asking, .. } if asking.is_empty() => palette.faint,
+        Message::Answer { .. } => Style::new(),
+        Message::Verdict { granted, .. } if granted.is_empty() => palette.faint,
+        Message::Verdict { .. } => palette.active,
+        Message::Reopen { .. } => palette.waiting,
+        Message::Cancel => palette.canceled,
+        Message::Release { end, .. } => of_end(*end),
+    }
+}
+
+fn answer(from: NodeId, message: &Message, names: &Names) -> String {
+    let Message::Answer { running, satisfied, potential, asking, request, blocked } = message else {
+        return String::new();
+    };
+    let asks = match (request.as_deref(), potential) {
+        (Some(request), _) => Some(asked(request, names)),
+        (None, Some(potential)) => {
+            let best = if asking.len() == 1 { "potential" } else { "best potential" };
+            Some(format!("asks for {}, {best} {potential:.3}", phrase::nodes(asking.iter().copied(), names)))
+        }
+        (None, None) => None,
+    };
+    let is_met = |one: &Blocked| one.leaf == from && one.reason == Reason::Satisfied;
+    let no: Vec<String> = blocked.iter().filter(|one| !is_met(one)).map(|one| refusal(from, one, names)).collect();
+    let said = parts([
+        running.then(|| "is running".into()),
+        satisfied.then(|| "its goal is met".into()),
+        asks,
+        (!no.is_empty()).then(|| no.join("; ")),
+    ]);
+    if said.is_empty() { "asks for nothing".into() } else { said }
+}
+
+/// Potential, claims and skips of a request.
+fn asked(request: &Request, names: &Names) -> String {
+    let mut said = format!("asks with potential {:.3} for {}", request.potential, format::claims(request, names));
+    if !request.skips.is_empty() {
+        said += &format!("; skips {}", format::skips(request, names));
+    }
+    if request.heir {
+        said += "; an intention is kept for it";
+    }
+    said
+}
+
+/// A node speaks of itself without its name.
+fn refusal(from: NodeId, blocked: &Blocked, names: &Names) -> String {
+    let sentence = blocked.reason.sentence(names);
+    match blocked.leaf == from {
+        true => format!("cannot: {sentence}"),
+        false => format!("not {}: {sentence}", names.node(blocked.leaf)),
+    }
+}
+
+pub(super) fn decided(granted: &[Grant], refused: &[Blocked], reopened: Option<&Reopened>, names: &Names) -> String {
+    let grants = granted.iter().map(|grant| {
+        let mut said = format!("grants {} {}", names.node(grant.leaf()), phrase::bindings(&grant.bindings, names));
+        let skipped = grant.skipped(names.nodes.len());
+        if !grant.request.skips.is_empty() {
+            said += &format!(" (skipping {})", phrase::nodes(skipped, names));
+        }
+        Some(said)
+    });
+    let refusals =
+        refused.iter().map(|one| Some(format!("not {}: {}", names.node(one.leaf), one.reason.sentence(names))));
+    let reopened = reopened.map(|reopened| reopening(reopened, names));
+    let said = parts(grants.chain([reopened]).chain(refusals));
+    match (granted.is_empty(), said.is_empty()) {
+        (true, true) => "grants nothing".into(),
+        (true, false) => format!("grants nothing; {said}"),
+        (false, _) => said,
+    }
+}
+
+/// What is done no more, and why.
+fn reopening(reopened: &Reopened, names: &Names) -> String {
+    let mut said = format!("{} is done no more", names.node(reopened.leaf));
+    if let Some(resource) = reopened.lapsed {
+        said += &format!(", its lease of {} lapses", names.resource(resource));
+    }
+    if let Some(lacks) = reopened.lacks.as_deref() {
+        said += &format!(", since {} lacks: {}", names.node(lacks.leaf), lacks.reason.sentence(names));
+    }
+    said
+}
+
+pub(super) fn released(
+    leaf: NodeId,
+    end: End,
+    consequences: Consequences,
+    changes: &[Change],
+    names: &Names,
+) -> String {
+    let ended = format!("{} {}", names.node(leaf), phrase::ended(end, names));
+    let changes = phrase::changes(changes, names).into_iter().map(Some);
+    parts([Some(ended), follows(leaf, consequences, names)].into_iter().chain(changes))
+}
+
+/// What the end of a behavior means for the nodes above.
+fn follows(leaf: NodeId, consequences: Consequences, names: &Names) -> Option<String> {
+    let completed = consequences.completed.map(|done| {
+        let completes = (done.node != leaf).then(|| format!("{} is complete", phrase::part(done.node, names)));
+        parts([completes, done.heir.map(|heir| format!("{} goes on", names.node(heir)))])
+    });
+    let failed = consequences.failed.filter(|&failed| failed != leaf);
+    let said = parts([completed, failed.map(|failed| format!("{} fails", phrase::part(failed, names)))]);
+    (!said.is_empty()).then_some(said)
+}
+
+/// Who holds a resource, how and why.
+pub(super) fn used(resource: &Resource, names: &Names) -> String {
+    let Some(access) = resource.access() else {
+        return "is free".into();
+    };
+    let holding = |kind: LeaseKind, verb: &str| {
+        let holders = resource.leases().iter().filter(|lease| lease.kind == kind).map(|lease| lease.holder);
+        let holders = phrase::nodes(holders, names);
+        (!holders.is_empty()).then(|| format!("{verb} {holders}"))
+    };
+    let uses = [
+        holding(LeaseKind::Running, "is in use by"),
+        holding(LeaseKind::Intention, "is kept for what comes next in"),
+        holding(LeaseKind::Physical, "holds something for"),
+    ];
+    let uses: Vec<String> = uses.into_iter().flatten().collect();
+    format!("{}, {}", uses.join(", "), phrase::access(access, names))
+}
+
+/// What is there, with semicolons between.
+fn parts(parts: impl IntoIterator<Item = Option<String>>) -> String {
+    let parts: Vec<String> = parts.into_iter().flatten().filter(|part| !part.is_empty()).collect();
+    parts.join("; ")
+}

@@ -1,0 +1,148 @@
+//! Whom and what a record speaks of.
+
+use ambidex_model::{
+    Blocked, Change, CommandId, Consequences, ControllerId, ControllerMessage, FromController, Location, Message,
+    MissionEnd, NodeId, Reason, Record, Request, ResourceId, ToController,
+};
+
+use ambidex_record::History;
+
+/// Whether a record is from, to or about a node that is marked.
+pub(super) fn of_node(record: &Record, history: &History, marks: &[bool]) -> bool {
+    let is = &|node: NodeId| marks.get(node.index()) == Some(&true);
+    match record {
+        Record::Header(_) | Record::World { .. } => false,
+        Record::Sent { from, to, message, .. } => is(*from) || is(*to) || message_of(message, is),
+        Record::Decided { granted, refused, reopened, .. } => {
+            granted.iter().any(|grant| is(grant.leaf()) || grant.skipped(marks.len()).any(is))
+                || blocked_of(refused, is)
+                || reopened.iter().any(|reopened| is(reopened.leaf) || is(reopened.holder))
+        }
+        Record::Released { leaf, consequences, .. } => is(*leaf) || consequences_of(consequences, is),
+        Record::Resource { state, .. } => state.leases().iter().any(|lease| is(lease.holder) || is(lease.behavior)),
+        Record::Controller { controller, message, .. } => {
+            message.leaf().into_iter().any(is) || behaviors(*controller, message, history).iter().copied().any(is)
+        }
+        Record::Ended { end, .. } => matches!(end, MissionEnd::Failed(node) | MissionEnd::NodeLost(node) if is(*node)),
+    }
+}
+
+/// Whether a record speaks of a resource.
+pub(super) fn of_resource(record: &Record, wanted: ResourceId) -> bool {
+    let requested = |request: &Request| {
+        let mut candidates = request.claims.iter().flat_map(|need| &need.candidates);
+        candidates.any(|candidate| candidate.resource == wanted)
+    };
+    let refused = |blocked: &[Blocked]| blocked.iter().any(|one| lacks(&one.reason, wanted));
+    match record {
+        Record::Sent { message, .. } => match message {
+            Message::Answer { request, blocked, .. } => request.as_deref().is_some_and(requested) || refused(blocked),
+            Message::Verdict { refused, .. } => refused.as_ref().is_some_and(|reason| lacks(reason, wanted)),
+            Message::Activation | Message::Reopen { .. } | Message::Cancel | Message::Release { .. } => false,
+        },
+        Record::Decided { granted, refused: blocked, reopened, .. } => {
+            granted.iter().any(|grant| grant.bindings.iter().any(|binding| binding.resource == wanted))
+                || refused(blocked)
+                || reopened.iter().any(|reopened| reopened.lapsed == Some(wanted))
+        }
+        Record::Released { changes, .. } => changes.iter().any(|change| moves(change, wanted)),
+        Record::World { change, .. } => moves(change, wanted),
+        Record::Resource { resource, .. } => *resource == wanted,
+        Record::Header(_) | Record::Controller { .. } | Record::Ended { .. } => false,
+    }
+}
+
+/// Whether a record speaks of a controller.
+pub(super) fn of_controller(record: &Record, wanted: ControllerId) -> bool {
+    match record {
+        Record::Controller { controller, .. } => *controller == wanted,
+        Record::Released { end, .. } | Record::Sent { message: Message::Release { end, .. }, .. } => {
+            end.at_fault() == Some(wanted)
+        }
+        Record::Ended { end, .. } => *end == MissionEnd::ControllerLost(wanted),
+        Record::Header(_)
+        | Record::Sent { .. }
+        | Record::Decided { .. }
+        | Record::World { .. }
+        | Record::Resource { .. } => false,
+    }
+}
+
+/// The behaviors for which the command is that a message is about.
+pub(super) fn behaviors<'a>(of: ControllerId, message: &ControllerMessage, history: &'a History) -> &'a [NodeId] {
+    let command = command(message).and_then(|id| history.controllers().command(of, id));
+    command.map_or(&[], |command| &command.leaves)
+}
+
+/// The command that a message is about.
+fn command(message: &ControllerMessage) -> Option<CommandId> {
+    match message {
+        ControllerMessage::Attached | ControllerMessage::Refused { .. } | ControllerMessage::Lost { .. } => None,
+        ControllerMessage::Told { message, .. } => match message {
+            ToController::Configure { .. } => None,
+            ToController::Goal { id, .. } | ToController::Cancel { id } => Some(*id),
+        },
+        ControllerMessage::Joined { id, .. } => Some(*id),
+        ControllerMessage::Heard { message } => match message {
+            FromController::Configured { .. } => None,
+            FromController::Accepted { id, .. }
+            | FromController::Rejected { id, .. }
+            | FromController::Feedback { id, .. }
+            | FromController::Result { id, .. } => Some(*id),
+        },
+    }
+}
+
+fn message_of(message: &Message, is: &impl Fn(NodeId) -> bool) -> bool {
+    match message {
+        Message::Activation | Message::Cancel => false,
+        Message::Answer { asking, blocked, .. } => asking.iter().any(|&leaf| is(leaf)) || blocked_of(blocked, is),
+        Message::Verdict { granted, .. } => granted.iter().any(|&leaf| is(leaf)),
+        Message::Reopen { leaf } => is(*leaf),
+        Message::Release { leaf, consequences, .. } => is(*leaf) || consequences_of(consequences, is),
+    }
+}
+
+fn blocked_of(blocked: &[Blocked], is: &impl Fn(NodeId) -> bool) -> bool {
+    blocked.iter().any(|one| is(one.leaf))
+}
+
+fn consequences_of(consequences: &Consequences, is: &impl Fn(NodeId) -> bool) -> bool {
+    let completed = consequences.completed.iter().any(|done| is(done.node) || done.heir.is_some_and(is));
+    completed || consequences.failed.is_some_and(is)
+}
+
+fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
+    match reason {
+        Reason::Held { resource, .. } | Reason::Outbid { resource, .. } => *resource == wanted,
+        Reason::Taken { by, .. } => *by == wanted,
+        Reason::AlreadyDone { lacks: inner, .. } => lacks(inner, wanted),
+        Reason::Satisfied
+        | Reason::Unwanted
+        | Reason::NoneFree { .. }
+        | Reason::TooFew { .. }
+        | Reason::Missing { .. }
+        | Reason::OutOfReach { .. }
+        | Reason::NotHeld { .. }
+        | Reason::Elsewhere { .. }
+        | Reason::NotAt { .. }
+        | Reason::Driving { .. }
+        | Reason::NoPath { .. }
+        | Reason::Fact { .. }
+        | Reason::NothingAvailable { .. }
+        | Reason::Outdone { .. }
+        | Reason::SameObject { .. }
+        | Reason::Clash { .. }
+        | Reason::Alternative { .. }
+        | Reason::WholeRobot { .. }
+        | Reason::NotItsTurn { .. }
+        | Reason::Ending { .. } => false,
+    }
+}
+
+fn moves(change: &Change, wanted: ResourceId) -> bool {
+    match change {
+        Change::Object(_, Location::In(resource)) | Change::Emptied(resource) => *resource == wanted,
+        Change::Object(_, Location::At(_) | Location::Unknown) | Change::Base(_) | Change::Fact(..) => false,
+    }
+}

@@ -1,0 +1,111 @@
+//! One plain line per event, for logs and terminals whose lines stay.
+
+use ambidex_model::{
+    Access, Change, ControllerId, ControllerMessage, End, FromController, Grant, Header, MissionEnd, Names, NodeId,
+    Record, Reopened, Time,
+};
+use ambidex_record::History;
+
+use crate::text::phrase::{self, fault_sentence};
+use crate::text::{count, mission_ended};
+
+/// The line for a record that the history took last; none for what only a log tells.
+pub fn line(history: &History, record: &Record) -> Option<String> {
+    let names = history.names();
+    let text = match record {
+        Record::Header(header) => begins(history, header),
+        Record::Sent { .. } | Record::Resource { .. } => return None,
+        Record::Decided { at, granted, reopened, .. } => decided(history, *at, granted, reopened.as_ref())?,
+        Record::Released { leaf, end, .. } => released(*leaf, *end, names),
+        Record::World { change, .. } => changed(change, names)?,
+        Record::Controller { controller, message, .. } => said(history, *controller, message)?,
+        Record::Ended { at, end } => ended(history, *at, *end),
+    };
+    Some(format!("{:>7.2} s  {text}", record.at().seconds()))
+}
+
+fn begins(history: &History, header: &Header) -> String {
+    let Header { mission, robot, allocator, .. } = header;
+    format!("{mission}: {} on {robot}, {allocator}", count(history.counts(NodeId(0)).of, "behavior"))
+}
+
+fn decided(history: &History, at: Time, granted: &[Grant], reopened: Option<&Reopened>) -> Option<String> {
+    let names = history.names();
+    let mut parts = Vec::new();
+    if !granted.is_empty() {
+        let grants: Vec<String> = granted.iter().map(|grant| granting(grant, names)).collect();
+        parts.push(format!("step {}: {}", history.step_count(), grants.join(", ")));
+        parts.extend(skipped(history, at));
+    }
+    if let Some(reopened) = reopened {
+        let leaf = names.node(reopened.leaf);
+        parts.push(match reopened.lapsed {
+            Some(resource) => format!("reopened {leaf}, {} lapsed", names.resource(resource)),
+            None => format!("reopened {leaf}"),
+        });
+    }
+    (!parts.is_empty()).then(|| parts.join("; "))
+}
+
+/// What was found done without running at this moment.
+fn skipped(history: &History, at: Time) -> Option<String> {
+    let skipped = history.skipped();
+    let now: Vec<&str> =
+        skipped.iter().filter(|(_, when)| *when == at).map(|(leaf, _)| history.names().node(*leaf)).collect();
+    (!now.is_empty()).then(|| format!("skipped {}", now.join(", ")))
+}
+
+fn said(history: &History, controller: ControllerId, message: &ControllerMessage) -> Option<String> {
+    let names = history.names();
+    let name = names.controller(controller);
+    match message {
+        ControllerMessage::Attached => Some(format!("attached {name}")),
+        ControllerMessage::Lost { .. } => Some(format!("lost {name}")),
+        ControllerMessage::Refused { why, .. } => Some(format!("refused a message of {name}: {why}")),
+        ControllerMessage::Heard { message: FromController::Rejected { id, why } } => {
+            let command = history.controllers().command(controller, *id);
+            let goal = command.and_then(|command| command.leaves.first()).map_or("a goal", |leaf| names.node(*leaf));
+            Some(format!("{name} rejected {goal}: {why}"))
+        }
+        ControllerMessage::Heard { .. } | ControllerMessage::Told { .. } | ControllerMessage::Joined { .. } => None,
+    }
+}
+
+fn ended(history: &History, at: Time, end: MissionEnd) -> String {
+    let text = mission_ended(end, history.names());
+    if end != MissionEnd::Done {
+        return text;
+    }
+    let skipped = skipped(history, at).map_or(String::new(), |skipped| format!("; {skipped}"));
+    format!("{text} in {}{skipped}", count(history.step_count(), "step"))
+}
+
+/// A behavior with the resources that it has alone, or with all where it has none alone.
+fn granting(grant: &Grant, names: &Names) -> String {
+    let name = names.node(grant.leaf());
+    let alone = grant.bindings.iter().filter(|binding| binding.access == Access::Exclusive);
+    let mut resources: Vec<&str> = alone.map(|binding| names.resource(binding.resource)).collect();
+    if resources.is_empty() {
+        let all = grant.bindings.iter();
+        resources = all.map(|binding| names.resource(binding.resource)).collect();
+    }
+    match resources.len() {
+        0 => name.to_owned(),
+        _ => format!("{name} ({})", resources.join(", ")),
+    }
+}
+
+fn released(leaf: NodeId, end: End, names: &Names) -> String {
+    let leaf = names.node(leaf);
+    match end {
+        End::Succeeded => format!("done {leaf}"),
+        End::Canceled => format!("canceled {leaf}"),
+        End::Failed(fault) => format!("failed {leaf}: {}", fault_sentence(fault, names)),
+    }
+}
+
+/// The base moves all the time, which is no news.
+fn changed(change: &Change, names: &Names) -> Option<String> {
+    let is_base = matches!(change, Change::Base(_));
+    (!is_base).then(|| phrase::changed(change, names))
+}

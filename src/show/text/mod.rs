@@ -1,0 +1,16 @@
+//! What all products have in common: words for what happens, fitting into columns, colors.
+
+mod branches;
+mod ending;
+mod layout;
+mod palette;
+pub(crate) mod phrase;
+mod unknown;
+
+pub(crate) use branches::{branches, last_children};
+pub(crate) use ending::{NOT_ENDED, ended, ending, mission_ended, of_end};
+pub use layout::MIN_WIDTH;
+pub(crate) use layout::{clip, columns, count, fit, flow, hang, listed, round_step};
+pub use palette::Palette;
+pub(crate) use palette::{glyph, mark};
+pub use unknown::Unknown;

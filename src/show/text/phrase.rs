@@ -1,0 +1,136 @@
+//! Parts of sentences that several texts are made of: lists, uses of resources, changes of the world, ends.
+
+use std::borrow::Cow;
+
+use ambidex_model::{Access, Binding, Change, End, Fault, Location, Names, NodeId};
+
+/// Most names that a list tells; of more, the rest is counted.
+const MAX_LISTED: usize = 6;
+
+/// `a`, `a and b`, `a, b and c`; of many, the first and how many more.
+pub(crate) fn listed<T: AsRef<str>>(items: &[T]) -> String {
+    let most = if items.len() > MAX_LISTED + 1 { MAX_LISTED } else { items.len() };
+    let shown: Vec<&str> = items[..most].iter().map(AsRef::as_ref).collect();
+    match (shown.as_slice(), items.len() - most) {
+        ([], _) => String::new(),
+        (shown, more) if more > 0 => format!("{} and {more} more", shown.join(", ")),
+        ([only], _) => (*only).to_owned(),
+        ([all @ .., last], _) => format!("{} and {last}", all.join(", ")),
+    }
+}
+
+/// Names of nodes as a list.
+pub(crate) fn nodes(nodes: impl IntoIterator<Item = NodeId>, names: &Names) -> String {
+    let nodes: Vec<&str> = nodes.into_iter().map(|node| names.node(node)).collect();
+    listed(&nodes)
+}
+
+/// A node as a part of the task: its top need not have a name, and a name that is a mere word is set off.
+pub(crate) fn part(node: NodeId, names: &Names) -> Cow<'_, str> {
+    const TOP: NodeId = NodeId(1);
+    let name = names.node(node);
+    match node == TOP {
+        true => "the task".into(),
+        false if ["and", "or", "then"].contains(&name) => format!("\"{name}\"").into(),
+        false => name.into(),
+    }
+}
+
+/// How a resource is used: `alone`, `for "at shelf"`.
+pub(crate) fn access(access: Access, names: &Names) -> String {
+    match access {
+        Access::Exclusive => "alone".into(),
+        Access::Shared(channel) => format!("for \"{}\"", names.channel(channel)),
+    }
+}
+
+/// What a grant has: `right_gripper alone, base and head for "at shelf"`.
+pub(crate) fn bindings(bindings: &[Binding], names: &Names) -> String {
+    let mut uses: Vec<(Access, Vec<&str>)> = Vec::new();
+    let alone_first = [true, false]
+        .into_iter()
+        .flat_map(|alone| bindings.iter().filter(move |binding| (binding.access == Access::Exclusive) == alone));
+    for binding in alone_first {
+        let resource = names.resource(binding.resource);
+        match uses.iter_mut().find(|(access, _)| *access == binding.access) {
+            Some((_, resources)) if resources.contains(&resource) => {}
+            Some((_, resources)) => resources.push(resource),
+            None => uses.push((binding.access, vec![resource])),
+        }
+    }
+    let uses: Vec<String> =
+        uses.iter().map(|(used, resources)| format!("{} {}", listed(resources), access(*used, names))).collect();
+    uses.join(", ")
+}
+
+/// A change of the world as a sentence.
+pub(crate) fn changed(change: &Change, names: &Names) -> String {
+    match change {
+        Change::Base(pose) => format!("the base is at ({:.2}, {:.2}) now", pose.at.x, pose.at.y),
+        Change::Object(object, at) => {
+            let object = names.thing(*object);
+            match at {
+                Location::At(place) => format!("{object} is at {} now", names.place(*place)),
+                Location::In(by) => format!("{object} is in {} now", names.resource(*by)),
+                Location::Unknown => format!("nobody knows where {object} is"),
+            }
+        }
+        Change::Emptied(resource) => format!("{} is empty now", names.resource(*resource)),
+        Change::Fact(fact, true) => format!("\"{}\" holds now", names.fact(*fact)),
+        Change::Fact(fact, false) => format!("\"{}\" holds no more", names.fact(*fact)),
+    }
+}
+
+/// Changes as sentences, none twice.
+pub(crate) fn changes<'a>(changes: impl IntoIterator<Item = &'a Change>, names: &Names) -> Vec<String> {
+    let mut said: Vec<String> = Vec::new();
+    for change in changes {
+        let change = changed(change, names);
+        if !said.contains(&change) {
+            said.push(change);
+        }
+    }
+    said
+}
+
+/// A fault as a sentence: "`left_arm` gave up".
+pub(crate) fn fault_sentence(fault: Fault, names: &Names) -> String {
+    match fault {
+        Fault::Rejected(controller, why) => {
+            format!("{} would not take its goal: {why}", names.controller(controller))
+        }
+        Fault::Unanswered(controller) => {
+            format!("{} did not answer in time", names.controller(controller))
+        }
+        Fault::Aborted(controller) => format!("{} gave up", names.controller(controller)),
+        Fault::NotMaintained(controller) => format!("{} ended early what had to last", names.controller(controller)),
+        Fault::Contradicted(gripper) => format!("{} does not hold what it should", names.resource(gripper)),
+        Fault::TimedOut => "it took too long".into(),
+        Fault::Lost(controller) => format!("{} was lost", names.controller(controller)),
+    }
+}
+
+/// How a behavior ended.
+pub(crate) fn ended(end: End, names: &Names) -> String {
+    match end {
+        End::Succeeded => "succeeded".into(),
+        End::Canceled => "was canceled".into(),
+        End::Failed(fault) => format!("failed: {}", fault_sentence(fault, names)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_read_as_people_write_them() {
+        let check = |items: &[&str], expected: &str| assert_eq!(listed(items), expected);
+        check(&[], "");
+        check(&["a"], "a");
+        check(&["a", "b"], "a and b");
+        check(&["a", "b", "c"], "a, b and c");
+        check(&["a", "b", "c", "d", "e", "f", "g"], "a, b, c, d, e, f and g");
+        check(&["a", "b", "c", "d", "e", "f", "g", "h"], "a, b, c, d, e, f and 2 more");
+    }
+}

@@ -1,0 +1,154 @@
+//! The paper's Fig. 7 in a terminal: one row per behavior, robot time from left to right.
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+use ambidex_model::{NodeId, Time};
+use ambidex_record::{History, LeafState, Phase};
+use strum::VariantArray;
+
+use super::axis::Axis;
+use crate::Palette;
+use crate::text::{MIN_WIDTH, clip, columns, count, fit, flow, glyph};
+
+/// Most leaves that are all drawn; of more, those that ran.
+const MAX_ROWS: usize = 60;
+
+/// What stands in one cell; none where there is nothing more to say.
+type Cell = (char, Option<LeafState>);
+
+/// The timing diagram of a run: when each behavior was waiting, active, done or skipped (Fig. 7).
+///
+/// Steps are numbered above the bars where they begin, seconds of robot time stand below them.
+pub fn text(history: &History, width: usize, palette: &Palette) -> String {
+    let width = width.max(MIN_WIDTH);
+    let (leaves, left_out) = rows(history);
+    let name = |leaf| history.names().node(leaf);
+    let label_width =
+        leaves.iter().map(|&leaf| columns(name(leaf))).chain([4]).max().unwrap_or_default().min(width / 3);
+    let (start, end) = history.span();
+    let axis = Axis::new(start, end, width - label_width - 3);
+    let label = |label: &str| format!(" {} ", fit(label, label_width));
+    let mut text = String::new();
+    let faint = |line: &str| Palette::paint(palette.faint, line.trim_end());
+    let _ = writeln!(text, "{}", faint(&(label("step") + &steps(history, &axis))));
+    let mut shown = BTreeSet::new();
+    for leaf in leaves {
+        let cells = bar(&stretches(history, leaf), &axis);
+        shown.extend(cells.iter().filter_map(|&(_, state)| state));
+        let _ = writeln!(text, "{}{}", label(name(leaf)), painted(&cells, palette));
+    }
+    let [ruler, seconds] = axis.ruler();
+    let _ = writeln!(text, "{}", faint(&(label("") + &ruler)));
+    let unit = if label_width < 7 { "s" } else { "seconds" };
+    let unit = format!(" {unit:>label_width$} ");
+    let _ = writeln!(text, "{}", faint(&(unit + &seconds)));
+    text.push_str(&legend(&shown, width, palette));
+    if left_out > 0 {
+        let note = format!(" {} that did not run left out", count(left_out, "behavior"));
+        let _ = writeln!(text, "{}", faint(&clip(&note, width)));
+    }
+    text
+}
+
+/// The leaves to draw and how many are left out.
+fn rows(history: &History) -> (Vec<NodeId>, usize) {
+    let mut leaves: Vec<NodeId> = history.leaves().collect();
+    let all = leaves.len();
+    if all > MAX_ROWS {
+        leaves.retain(|&leaf| history.leaf(leaf).is_some_and(|leaf| leaf.has_run()));
+    }
+    let left_out = all - leaves.len();
+    (leaves, left_out)
+}
+
+/// From when on a leaf was what: what it tries again waits behind its failure.
+fn stretches(history: &History, leaf: NodeId) -> Vec<(Time, LeafState)> {
+    let phases = history.leaf(leaf).map_or(&[][..], |leaf| leaf.phases());
+    let mut stretches = vec![(Time::ZERO, LeafState::Waiting)];
+    for (index, &(at, phase)) in phases.iter().enumerate() {
+        let is_last = index + 1 == phases.len();
+        match phase {
+            Phase::Failed { is_final: false, .. } => {
+                stretches.extend([(at, LeafState::Failed), (at, LeafState::Waiting)]);
+            }
+            Phase::Canceled if !is_last => stretches.extend([(at, LeafState::Canceled), (at, LeafState::Waiting)]),
+            Phase::Waiting
+            | Phase::Active
+            | Phase::Done
+            | Phase::Skipped
+            | Phase::Failed { .. }
+            | Phase::Canceled
+            | Phase::Reopened
+            | Phase::NotAsked => stretches.push((at, phase.state())),
+        }
+    }
+    stretches
+}
+
+/// The number of each step where it begins, where there is room for it.
+fn steps(history: &History, axis: &Axis) -> String {
+    let starts: Vec<usize> = history.steps().iter().map(|step| axis.cell(step.at)).collect();
+    let mut line = vec![' '; axis.cells];
+    for (index, &start) in starts.iter().enumerate() {
+        let end = starts.get(index + 1).map_or(axis.cells, |&next| next);
+        let number = format!("╷{}", index + 1);
+        if start < axis.cells {
+            line[start] = '╷';
+        }
+        if start + columns(&number) <= end {
+            for (cell, glyph) in line[start..].iter_mut().zip(number.chars()) {
+                *cell = glyph;
+            }
+        }
+    }
+    line.into_iter().collect()
+}
+
+fn bar(stretches: &[(Time, LeafState)], axis: &Axis) -> Vec<Cell> {
+    let mut cells: Vec<Cell> = vec![(' ', None); axis.cells];
+    let mut least = 0;
+    for &(from, state) in stretches {
+        let start = axis.cell(from).max(least).min(axis.cells);
+        let fill = |cells: &mut [Cell], glyph: char, state| cells.fill((glyph, state));
+        match state {
+            LeafState::Waiting | LeafState::Active | LeafState::Done => {
+                fill(&mut cells[start..], glyph(state), Some(state));
+            }
+            LeafState::Skipped => {
+                let mark = start.min(axis.cells - 1);
+                fill(&mut cells[mark..], glyph(LeafState::Done), Some(LeafState::Done));
+                cells[mark] = (glyph(state), Some(state));
+            }
+            LeafState::NotAsked => fill(&mut cells[start..], ' ', None),
+            LeafState::Failed | LeafState::Canceled => {
+                fill(&mut cells[start..], ' ', None);
+                cells[start.saturating_sub(1)] = (glyph(state), Some(state));
+            }
+        }
+        least = if state == LeafState::Active { start + 1 } else { start };
+    }
+    cells
+}
+
+fn painted(cells: &[Cell], palette: &Palette) -> String {
+    let runs = cells.chunk_by(|one, next| one.1 == next.1).map(|run| {
+        let glyphs: String = run.iter().map(|&(glyph, _)| glyph).collect();
+        match run[0].1 {
+            Some(state) => Palette::paint(palette.of(state), glyphs),
+            None => glyphs,
+        }
+    });
+    runs.collect::<String>().trim_end().to_owned()
+}
+
+/// What the glyphs mean that occur, in as many lines as it takes.
+fn legend(shown: &BTreeSet<LeafState>, width: usize, palette: &Palette) -> String {
+    let entries: Vec<String> = shown.iter().map(|&state| format!("{} {} ", glyph(state), state.word())).collect();
+    let text = flow("", 0, entries.iter().map(String::as_str), width - 2);
+    let paint = |letter: char| match LeafState::VARIANTS.iter().find(|state| glyph(**state) == letter) {
+        Some(state) => Palette::paint(palette.of(*state), letter),
+        None => letter.to_string(),
+    };
+    text.lines().map(|line| format!(" {}\n", line.trim_end().chars().map(paint).collect::<String>())).collect()
+}
