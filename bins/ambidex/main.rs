@@ -5,6 +5,7 @@ mod canvas;
 mod check;
 mod children;
 mod controller;
+mod diagnostics;
 mod exit;
 mod explain;
 mod following;

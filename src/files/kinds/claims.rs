@@ -1,8 +1,9 @@
 //! The claims of a behavior on the resources of a robot, and whether the robot can ever serve them together.
 
-use super::super::parameter::Type;
 use super::bind::Bound;
-use super::{ClaimTerm, Claims, Filter, KeepTerm, Slot, Whom};
+use super::terms::{ClaimTarget, ClaimTerm, Filter, KeepTerm};
+use super::{Claims, NameOrParam};
+use crate::parameter::Type;
 use ambidex_model::{Access, Claim, ResourceId, Retention, Selector, TypeId, match_claims, suggestion};
 
 impl Bound<'_, '_> {
@@ -20,7 +21,7 @@ impl Bound<'_, '_> {
             Claims::Some(terms) => terms,
         };
         let mut claims = Vec::new();
-        for term in terms {
+        for (_, term) in terms {
             let claim = self.claim(term);
             self.claims.push(claim.is_some().then_some(claims.len()));
             claims.extend(claim);
@@ -44,19 +45,19 @@ impl Bound<'_, '_> {
     }
 
     pub(super) fn selector(&mut self, term: &ClaimTerm) -> Option<Selector> {
-        let (of, named) = match &term.whom {
-            Whom::Type(slot) => {
+        let (of, named) = match &term.target {
+            ClaimTarget::Type(slot) => {
                 let of = self.ty(slot, term.is_optional)?;
                 let mut all = self.robot().of_type(of);
                 (of, all.next().filter(|_| all.next().is_none()))
             }
-            Whom::Resource(slot) => {
+            ClaimTarget::Resource(slot) => {
                 let resource = self.resource(slot, term.is_optional)?;
                 (self.robot().resources[resource.index()].ty, Some(resource))
             }
         };
-        let is_named = matches!(term.whom, Whom::Resource(_));
-        let reaches = match &term.filter {
+        let is_named = matches!(term.target, ClaimTarget::Resource(_));
+        let reaches = match term.filter() {
             Filter::Holds(slot) => return self.object(slot).map(Selector::Holding),
             // The only one of a type is as good as its name, and tells who holds it.
             Filter::Any => return Some(named.map_or(Selector::Any(of), Selector::Named)),
@@ -69,19 +70,19 @@ impl Bound<'_, '_> {
         })
     }
 
-    pub(super) fn ty(&mut self, slot: &Slot, is_optional: bool) -> Option<TypeId> {
+    pub(super) fn ty(&mut self, slot: &NameOrParam, is_optional: bool) -> Option<TypeId> {
         let names = &self.binder.known.robot?.types;
         let found = self.found_type(slot);
         if found.is_none() && !is_optional {
             let message = format!("the robot has no resource of type `{}`", slot.written.value);
             let help = suggestion(&slot.written.value, "type", names.names().iter().map(String::as_str));
-            self.faults.push(self.site.spot, &self.kind.name.value, message, Some(help));
+            self.faults.push(self.site.span, &self.kind.name.value, message, Some(help));
         }
         found
     }
 
     /// The type that a slot names, if the robot has it.
-    fn found_type(&self, slot: &Slot) -> Option<TypeId> {
+    fn found_type(&self, slot: &NameOrParam) -> Option<TypeId> {
         match slot.parameter {
             None => self.binder.known.robot?.types.id(&slot.written.value).map(TypeId::from),
             Some(index) => self.arguments[index].as_ref()?.value.ty(),
@@ -89,14 +90,14 @@ impl Bound<'_, '_> {
     }
 
     /// The resource that a slot names, if the robot has it.
-    fn found_resource(&self, slot: &Slot) -> Option<ResourceId> {
+    fn found_resource(&self, slot: &NameOrParam) -> Option<ResourceId> {
         match slot.parameter {
             None => self.binder.known.robot?.resources.id(&slot.written.value).map(ResourceId::from),
             Some(index) => self.arguments[index].as_ref()?.value.resource(),
         }
     }
 
-    pub(super) fn resource(&mut self, slot: &Slot, is_optional: bool) -> Option<ResourceId> {
+    pub(super) fn resource(&mut self, slot: &NameOrParam, is_optional: bool) -> Option<ResourceId> {
         let names = &self.binder.known.robot?.resources;
         let is_lacking = slot.parameter.is_none() && names.id(&slot.written.value).is_none();
         if is_lacking && is_optional {
@@ -110,10 +111,10 @@ impl Bound<'_, '_> {
         let Claims::Some(terms) = &self.kind.claims else {
             return None;
         };
-        let holder = terms.iter().find(|term| matches!(term.filter, Filter::Holds(_)))?;
-        match &holder.whom {
-            Whom::Type(slot) => self.found_type(slot),
-            Whom::Resource(slot) => {
+        let holder = terms.iter().map(|(_, term)| term).find(|term| term.holds.is_some())?;
+        match &holder.target {
+            ClaimTarget::Type(slot) => self.found_type(slot),
+            ClaimTarget::Resource(slot) => {
                 let resource = self.found_resource(slot)?;
                 Some(self.robot().resources[resource.index()].ty)
             }
@@ -130,7 +131,7 @@ impl Bound<'_, '_> {
             return "all";
         };
         let declared = self.claims.iter().position(|at| *at == Some(claim));
-        declared.map_or("?", |declared| terms[declared].name.value.as_str())
+        declared.map_or("?", |declared| terms[declared].0.value.as_str())
     }
 
     /// Claims that this robot can never serve together.
@@ -150,6 +151,6 @@ impl Bound<'_, '_> {
             Some(ty) => format!("it claims {} of type `{}`; the robot has {}", counts[ty], types[ty], has(ty)),
             None => format!("its claim `{}` can only get what another one claims too", self.claim_name(lacking)),
         };
-        self.faults.push(self.kind.name.spot, &self.kind.name.value, message, None);
+        self.faults.push(self.kind.name.span, &self.kind.name.value, message, None);
     }
 }

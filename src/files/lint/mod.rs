@@ -2,16 +2,16 @@
 
 use std::collections::BTreeSet;
 
-use super::document::Spot;
-use super::fault::Faults;
+use crate::document::SourceSpan;
+use crate::fault::Faults;
 use ambidex_model::{
     Access, BehaviorSpec, Claim, Condition, EffectTerm, FactId, MissionSpec, NodeId, NodeKind, ResourceId, Retention,
     Selector, Task, TypeId,
 };
 
-/// Looks at a mission; `spots` has the place of each node.
-pub(super) fn look(mission: &MissionSpec, spots: &[Spot], faults: &mut Faults) {
-    let outlook = Outlook { mission, spots };
+/// Looks at a mission; `spans` has the place of each node.
+pub(crate) fn check(mission: &MissionSpec, spans: &[SourceSpan], faults: &mut Faults) {
+    let outlook = Outlook { mission, spans };
     let (brought, driven) = (outlook.brought(), outlook.driven());
     for leaf in mission.tree.leaves() {
         outlook.look_for_heirs(leaf, faults);
@@ -25,7 +25,7 @@ pub(super) fn look(mission: &MissionSpec, spots: &[Spot], faults: &mut Faults) {
 
 struct Outlook<'a> {
     mission: &'a MissionSpec,
-    spots: &'a [Spot],
+    spans: &'a [SourceSpan],
 }
 
 /// What behaviors keep for good: a resource, or any of a type.
@@ -51,7 +51,7 @@ impl Outlook<'_> {
 
     fn warn(&self, node: NodeId, message: String, help: &str, faults: &mut Faults) {
         let name = self.mission.names.node(node);
-        faults.warn(self.spots[node.index()], name, message, Some(help.to_owned()));
+        faults.warn(self.spans[node.index()], name, message, Some(help.to_owned()));
     }
 
     /// An intention lives only while a THEN that is not complete holds it.
@@ -223,7 +223,7 @@ impl Outlook<'_> {
                     "`{one}` and `{other}` can only ever exclude each other: whichever comes first keeps {resource} for good"
                 );
                 let help = "give it back between the two, as `place` does, or claim another resource".to_owned();
-                faults.push(self.spots[node.index()], names.node(node), message, Some(help));
+                faults.push(self.spans[node.index()], names.node(node), message, Some(help));
             }
             (supply, ..) => {
                 let what = match supply {
