@@ -1,6 +1,7 @@
 //! YAML text as a tree in which every key and value knows its line and column; what the keys mean is not known here.
 
 use std::fmt;
+use std::io::ErrorKind;
 use std::str::Utf8Error;
 
 use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
@@ -70,18 +71,18 @@ pub(crate) struct SyntaxFault {
     pub(crate) message: String,
 }
 
-/// Reads the text of a file, on a stack of its own.
+/// Reads the text of a file, on a stack of its own where there are threads.
 pub(crate) fn parse(file: usize, text: &str) -> Result<Node, SyntaxFault> {
     let whole = SourceSpan { file, ..SourceSpan::default() };
     let gave_up = |message: String| SyntaxFault { span: whole, message };
     std::thread::scope(|scope| {
-        std::thread::Builder::new()
-            .name("yaml".to_owned())
-            .stack_size(STACK_BYTES)
-            .spawn_scoped(scope, || parse_here(Text { file, text }))
-            .map_err(|error| gave_up(format!("cannot start to read it: {error}")))?
-            .join()
-            .unwrap_or_else(|_| Err(gave_up("the YAML parser gave up on it".to_owned())))
+        let stack = std::thread::Builder::new().name("yaml".to_owned()).stack_size(STACK_BYTES);
+        match stack.spawn_scoped(scope, || parse_here(Text { file, text })) {
+            Ok(parsed) => parsed.join().unwrap_or_else(|_| Err(gave_up("the YAML parser gave up on it".to_owned()))),
+            // A browser has no threads, and a stack of a size that somebody else chose.
+            Err(error) if error.kind() == ErrorKind::Unsupported => parse_here(Text { file, text }),
+            Err(error) => Err(gave_up(format!("cannot start to read it: {error}"))),
+        }
     })
 }
 

@@ -1,6 +1,7 @@
 //! The files of a mission: each opened once, with everything that they include.
 
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use crate::document::{self, MAX_BYTES, Node, SourceSpan};
 use crate::fault::Faults;
@@ -12,6 +13,8 @@ use crate::sources::Sources;
 const MAX_FILES: usize = 100;
 /// The behaviors of the paper, which are always there.
 const PAPER: &str = include_str!("../../config/behaviors/paper.yaml");
+/// Their place among the files.
+const PAPER_FILE: usize = 0;
 /// What they are called in messages.
 const PAPER_NAME: &str = "the behaviors of the paper (built in)";
 
@@ -31,7 +34,7 @@ impl<'s> Files<'s> {
         let content = sources.read(path);
         // The file of the paper's behaviors may be checked itself.
         if content.as_ref().map(Vec::as_slice).ok() != Some(PAPER.as_bytes()) {
-            files.paper = parse(PAPER_NAME, PAPER.to_owned(), faults);
+            files.paper = paper(faults);
         }
         let main = content_of(path, content, None, faults);
         files.list.push((path.to_owned(), main));
@@ -41,7 +44,7 @@ impl<'s> Files<'s> {
 
     /// The behaviors of the paper, then a text that is no file.
     pub(crate) fn of_text(sources: &'s dyn Sources, name: &str, text: String, faults: &mut Faults) -> Self {
-        let paper = parse(PAPER_NAME, PAPER.to_owned(), faults);
+        let paper = paper(faults);
         Self { sources, paper, list: vec![(PathBuf::from(name), parse(name, text, faults))] }
     }
 
@@ -91,6 +94,14 @@ impl<'s> Files<'s> {
             next += 1;
         }
     }
+}
+
+/// The behaviors of the paper, which are parsed once and stand first among the files.
+fn paper(faults: &mut Faults) -> Option<Node> {
+    static PAPER_NODE: LazyLock<Option<Node>> = LazyLock::new(|| document::parse(PAPER_FILE, PAPER).ok());
+    let file = faults.open(PAPER_NAME, PAPER.to_owned());
+    assert_eq!(file, PAPER_FILE, "nothing is opened before the behaviors of the paper");
+    PAPER_NODE.clone()
 }
 
 /// Where a path in a file leads.
