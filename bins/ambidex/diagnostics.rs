@@ -162,6 +162,9 @@ impl SourceCode for Source {
 
 #[cfg(test)]
 mod tests {
+    use ambidex::files::{InMemory, check};
+    use proptest::prelude::*;
+
     use super::*;
 
     fn shown(text: &str, at: usize) -> String {
@@ -169,6 +172,38 @@ mod tests {
         let contents = source.read_span(&SourceSpan::from(at..at + 3), 1, 1).unwrap();
         let data = String::from_utf8(contents.data().to_vec()).unwrap();
         format!("{}:{} {data}", contents.line() + 1, contents.column() + 1)
+    }
+
+    /// What is printed of a mission in memory, without its frame.
+    fn printed(mission: &str) -> String {
+        let mut files = InMemory::default();
+        files.insert("mission.yaml", mission);
+        let error = check(&files, "mission.yaml".as_ref()).expect_err("it has mistakes");
+        format!("{:?}", report_all(&error))
+    }
+
+    #[test]
+    fn one_mistake_speaks_for_itself_and_several_are_counted() {
+        for (mission, there, not_there) in [
+            ("[1, 2]", vec!["× found a list instead of a mission", "[mission.yaml:1:1]"], vec!["mistakes in"]),
+            ("tsk: 1", vec!["× 5 mistakes in the files", "did you mean `task`?", "[mission.yaml:1:1]"], vec![]),
+            ("", vec!["found nothing instead of a mission"], vec!["mistakes in"]),
+            ("mission: |\n  one\n  two\nrobot: r\nworld: {}\n", vec!["one line of printable letters"], vec!["╭─▶"]),
+            ("mission: a\n\"b\\e[31m\": 1\n", vec!["a mission has no key `b�[31m`"], vec!["\u{1b}[31mb"]),
+        ] {
+            let printed = printed(mission);
+            assert!(there.iter().all(|words| printed.contains(words)), "{mission}: {printed}");
+            assert!(!not_there.iter().any(|words| printed.contains(words)), "{mission}: {printed}");
+        }
+        let many: String = (0..150).map(|n| format!("key{n}: 1\n")).collect();
+        assert!(printed(&many).contains("54 more are not shown"), "{}", printed(&many));
+    }
+
+    proptest! {
+        #[test]
+        fn any_text_can_be_shown(text in "[-a-z0-9 :\\[\\]{},&*!|>'\"#~%@.é\r\n\t]{0,120}") {
+            prop_assert!(printed(&text).contains("mission.yaml"));
+        }
     }
 
     #[test]

@@ -2,10 +2,12 @@
 
 mod declared;
 mod hostile;
+mod keys;
 mod lint;
 mod mistakes;
 mod mutations;
 mod potentials;
+mod reference;
 mod shipped;
 mod sources;
 
