@@ -9,57 +9,55 @@ use nalgebra::Point3;
 use crate::fault::Faults;
 use crate::quantity::Quantity;
 use crate::reader::{Fields, Item, Name, Written};
+use crate::scope::Reading;
 use crate::shape::{Form, Shape};
 
-/// What reading needs beside the file: where faults go, and for some values more.
-pub(crate) trait Context {
-    /// The faults found so far.
-    fn faults(&mut self) -> &mut Faults;
-}
-
-impl Context for Faults {
-    fn faults(&mut self) -> &mut Faults {
-        self
-    }
-}
-
-/// A value that knows what it looks like.
-pub(crate) trait Describes {
-    /// For schema and reference.
-    fn form(&self) -> Form;
-}
-
-/// The same, and how it is read.
-pub(crate) trait Reads<'a, C>: Describes {
+/// What a value looks like, and how it is read.
+pub(crate) trait Reads<'a> {
     /// What it is read as.
     type Out;
 
+    /// For schema and reference.
+    fn form(&self) -> Form;
+
     /// The value; `None` when it is wrong, which is a fault.
-    fn read(&self, item: Item<'a>, context: &mut C) -> Option<Self::Out>;
+    fn read(&self, item: Item<'a>, reading: &mut Reading<'_>) -> Option<Self::Out>;
+
+    /// The same outside of a behavior.
+    fn take(&self, item: Item<'a>, faults: &mut Faults) -> Option<Self::Out> {
+        self.read(item, &mut Reading::new(faults))
+    }
 }
 
 /// A type that is a map in the files.
-pub(crate) trait Described {
-    /// Its description.
+pub(crate) trait Described<'a>: Sized {
+    /// What may stand in the map.
     fn shape() -> &'static Shape;
-}
 
-/// A type that is read from a map once the keys of that are known to be right.
-pub(crate) trait FromMap<'a, C>: Sized {
+    /// All of it, once its keys are known to be right; `None` when a value is wrong, which is a fault.
+    fn from_map(fields: &Fields<'a>, reading: &mut Reading<'_>) -> Option<Self>;
+
     /// All of it; `None` when something in it is wrong, which is a fault.
-    fn from_map(fields: &Fields<'a>, context: &mut C) -> Option<Self>;
+    fn read(item: Item<'a>, reading: &mut Reading<'_>) -> Option<Self> {
+        Self::from_map(&item.fields(Self::shape(), reading.faults)?, reading)
+    }
+
+    /// The same outside of a behavior.
+    fn take(item: Item<'a>, faults: &mut Faults) -> Option<Self> {
+        Self::read(item, &mut Reading::new(faults))
+    }
 }
 
 /// Describes a map of the files, as a struct of its keys or as an enum of which exactly one key stands there.
 ///
 /// A field is `required`, `optional` or has a value (`or`) where its key is left out; if it is wrong, all is `None`. One
 /// that is `wanted`, `maybe` there or has a value (`maybe_or`) is none by itself, a list or map (`wanted_all`,
-/// `maybe_all`) is empty. `one` is a `choice` among keys
+/// `maybe_all`) is empty. `one` is an enum whose keys stand
 /// beside others.
 macro_rules! described {
     (
         $(#[$meta:meta])*
-        $vis:vis struct $name:ident $(<$life:lifetime>)? in $context:path: $what:literal, $doc:literal
+        $vis:vis struct $name:ident $(<$life:lifetime>)?: $what:literal, $doc:literal
         $(, others $others:expr, known [$($known:tt)*])? {
             $($(#[$field_meta:meta])* $field:ident: $ty:ty = $how:ident $arguments:tt),* $(,)?
         }
@@ -70,14 +68,14 @@ macro_rules! described {
             $($(#[$field_meta])* $vis $field: $ty,)*
         }
 
-        impl $(<$life>)? $crate::describe::Described for $name $(<$life>)? {
+        impl<'a> $crate::describe::Described<'a> for $name $(<$life>)? {
             fn shape() -> &'static $crate::shape::Shape {
                 static SHAPE: std::sync::LazyLock<$crate::shape::Shape> = std::sync::LazyLock::new(|| {
                     let mut shape = $crate::shape::Shape::new($what, $doc);
                     $($crate::describe::described!(@describe shape, $how $arguments);)*
                     $(
                         shape.others = Some($crate::shape::Others {
-                            form: $crate::describe::Describes::form(&$others),
+                            form: $crate::describe::Reads::form(&$others),
                             known: $crate::describe::described!(@fields $($known)*),
                         });
                     )?
@@ -85,38 +83,19 @@ macro_rules! described {
                 });
                 &SHAPE
             }
-        }
 
-        impl<'a, C: $context> $crate::describe::FromMap<'a, C> for $name $(<$life>)? {
-            fn from_map(fields: &$crate::reader::Fields<'a>, context: &mut C) -> Option<Self> {
-                $(let $field = $crate::describe::described!(@read fields, context, $how $arguments);)*
+            fn from_map(
+                fields: &$crate::reader::Fields<'a>,
+                reading: &mut $crate::scope::Reading<'_>,
+            ) -> Option<Self> {
+                $(let $field = $crate::describe::described!(@read fields, reading, $how $arguments);)*
                 Some(Self { $($field: $field?),* })
             }
         }
     };
     (
         $(#[$meta:meta])*
-        $vis:vis enum $name:ident in $context:path: $what:literal, $doc:literal { $($variants:tt)* }
-    ) => {
-        $crate::describe::described! {
-            $(#[$meta])*
-            $vis choice $name in $context { $($variants)* }
-        }
-
-        impl $crate::describe::Described for $name {
-            fn shape() -> &'static $crate::shape::Shape {
-                static SHAPE: std::sync::LazyLock<$crate::shape::Shape> = std::sync::LazyLock::new(|| {
-                    let mut shape = $crate::shape::Shape::new($what, $doc);
-                    shape.add_choice($name::choice());
-                    shape
-                });
-                &SHAPE
-            }
-        }
-    };
-    (
-        $(#[$meta:meta])*
-        $vis:vis choice $name:ident in $context:path {
+        $vis:vis enum $name:ident: $what:literal, $doc:literal {
             $($variant:ident($ty:ty) = ($key:expr, $key_doc:expr, $form:expr)),* $(,)?
         }
     ) => {
@@ -126,17 +105,24 @@ macro_rules! described {
             $($variant($ty),)*
         }
 
-        impl $name {
-            fn choice() -> Vec<$crate::shape::Field> {
-                $crate::describe::described!(@fields $(($key, $key_doc, $form)),*)
+        impl<'a> $crate::describe::Described<'a> for $name {
+            fn shape() -> &'static $crate::shape::Shape {
+                static SHAPE: std::sync::LazyLock<$crate::shape::Shape> = std::sync::LazyLock::new(|| {
+                    let choice = $crate::describe::described!(@fields $(($key, $key_doc, $form)),*);
+                    let mut shape = $crate::shape::Shape::new($what, $doc);
+                    shape.add_choice(choice);
+                    shape
+                });
+                &SHAPE
             }
-        }
 
-        impl<'a, C: $context> $crate::describe::FromMap<'a, C> for $name {
-            fn from_map(fields: &$crate::reader::Fields<'a>, context: &mut C) -> Option<Self> {
+            fn from_map(
+                fields: &$crate::reader::Fields<'a>,
+                reading: &mut $crate::scope::Reading<'_>,
+            ) -> Option<Self> {
                 let item = fields.one()?;
                 $(if item.key == $key {
-                    return $crate::describe::Reads::read(&$form, item, context).map(Self::$variant);
+                    return $crate::describe::Reads::read(&$form, item, reading).map(Self::$variant);
                 })*
                 None
             }
@@ -150,10 +136,12 @@ macro_rules! described {
             key: $key,
             doc: $doc,
             is_required: $is_required,
-            form: $crate::describe::Describes::form(&$form),
+            form: $crate::describe::Reads::form(&$form),
         }
     };
-    (@describe $shape:ident, one($ty:ident)) => { $shape.add_choice($ty::choice()) };
+    (@describe $shape:ident, one($ty:ident)) => {
+        $shape.add_choice(<$ty as $crate::describe::Described<'_>>::shape().fields.clone())
+    };
     (@describe $shape:ident, required($key:expr, $doc:expr, $form:expr)) => {
         $shape.fields.push($crate::describe::described!(@field $key, $doc, true, $form))
     };
@@ -167,7 +155,7 @@ macro_rules! described {
         $shape.fields.push($crate::describe::described!(@field $key, $doc, false, $form))
     };
     (@read $fields:ident, $context:ident, one($ty:ident)) => {
-        $crate::describe::FromMap::from_map($fields, $context)
+        $crate::describe::Described::from_map($fields, $context)
     };
     (@read $fields:ident, $context:ident, required($key:expr, $doc:expr, $form:expr)) => {
         $fields.read($key, &$form, $context)
@@ -245,6 +233,10 @@ pub(crate) struct At<F>(pub(crate) F);
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Later(pub(crate) fn() -> Form);
 
+/// A value of its own kind: what it looks like, and how it is read.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Custom<T>(pub(crate) fn() -> Form, pub(crate) fn(Item<'_>, &mut Reading<'_>) -> Option<T>);
+
 impl<T> Map<T> {
     /// A map of that type.
     pub(crate) const fn new() -> Self {
@@ -252,123 +244,75 @@ impl<T> Map<T> {
     }
 }
 
-/// Simple forms: what they look like, and how they are read.
+/// What each form looks like, and how it is read.
 macro_rules! forms {
     ($(
         [$($generics:tt)*] $form:ty => $out:ty: |$self:pat_param| $describes:expr,
-        |$reader:pat_param, $item:ident, $faults:pat_param| $read:expr;
+        |$reader:pat_param, $item:ident, $reading:pat_param| $read:expr;
     )*) => {
-        $(
-            impl<$($generics)*> Describes for $form {
-                fn form(&self) -> Form {
-                    let $self = self;
-                    $describes
-                }
+        $(impl<'a, $($generics)*> Reads<'a> for $form {
+            type Out = $out;
+
+            fn form(&self) -> Form {
+                let $self = self;
+                $describes
             }
 
-            impl<'a, C: Context, $($generics)*> Reads<'a, C> for $form {
-                type Out = $out;
-
-                fn read(&self, $item: Item<'a>, context: &mut C) -> Option<$out> {
-                    let ($reader, $faults) = (self, context.faults());
-                    $read
-                }
+            fn read(&self, $item: Item<'a>, $reading: &mut Reading<'_>) -> Option<$out> {
+                let $reader = self;
+                $read
             }
-        )*
+        })*
     };
 }
 
 forms! {
-    [] Word => Name: |_| Form::Word, |Word(what), item, faults| item.name(what, faults);
-    [] PathTo => Name: |_| Form::Word, |PathTo(what), item, faults| item.path(what, faults);
-    [] Flag => bool: |_| Form::Flag, |_, item, faults| item.flag(faults);
-    [] Count => u32: |Count(most)| Form::Count(*most), |Count(most), item, faults| item.count(*most, faults);
-    [] &'static Quantity => f64: |of| Form::Quantity(of), |of, item, faults| item.quantity(of, faults);
+    [] Word => Name: |_| Form::Word, |Word(what), item, reading| item.name(what, reading.faults);
+    [] PathTo => Name: |_| Form::Word, |PathTo(what), item, reading| item.path(what, reading.faults);
+    [] Flag => bool: |_| Form::Flag, |_, item, reading| item.flag(reading.faults);
+    [] Count => u32: |Count(most)| Form::Count(*most), |Count(most), item, reading| item.count(*most, reading.faults);
+    [] &'static Quantity => f64: |of| Form::Quantity(of), |of, item, reading| item.quantity(of, reading.faults);
     [const N: usize] Vector<N> => [f64; N]: |Vector(of)| Form::Vector(N, N, of),
-        |Vector(of), item, faults| <[f64; N]>::try_from(item.vector(N..=N, of, faults)?).ok();
+        |Vector(of), item, reading| <[f64; N]>::try_from(item.vector(N..=N, of, reading.faults)?).ok();
     [] Point => Point3<f64>: |Point(of)| Form::Vector(3, 3, of),
-        |Point(of), item, faults| item.vector(3..=3, of, faults).map(|at| Point3::from_slice(&at));
+        |Point(of), item, reading| item.vector(3..=3, of, reading.faults).map(|at| Point3::from_slice(&at));
     [] TwoOrThree => ([f64; 2], Option<f64>): |TwoOrThree(of)| Form::Vector(2, 3, of),
-        |TwoOrThree(of), item, faults| {
-            let at = item.vector(2..=3, of, faults)?;
+        |TwoOrThree(of), item, reading| {
+            let at = item.vector(2..=3, of, reading.faults)?;
             Some(([at[0], at[1]], at.get(2).copied()))
         };
-    [] Later => Item<'a>: |Later(of)| of(), |_, item, _| Some(item);
-}
-
-impl<F: Describes> Describes for List<F> {
-    fn form(&self) -> Form {
-        Form::List(Box::new(self.1.form()))
-    }
-}
-
-impl<'a, C: Context, F: Reads<'a, C>> Reads<'a, C> for List<F> {
-    type Out = Vec<F::Out>;
-
-    fn read(&self, item: Item<'a>, context: &mut C) -> Option<Self::Out> {
-        let items = item.list(self.0, context.faults())?;
-        Some(items.into_iter().filter_map(|item| self.1.read(item, context)).collect())
-    }
-}
-
-impl<F: Describes> Describes for Each<F> {
-    fn form(&self) -> Form {
-        Form::Each(Box::new(self.1.form()))
-    }
-}
-
-impl<'a, C: Context, F: Reads<'a, C>> Reads<'a, C> for Each<F> {
-    type Out = Vec<(Name, Option<F::Out>)>;
-
-    fn read(&self, item: Item<'a>, context: &mut C) -> Option<Self::Out> {
-        let entries = item.named(self.0, context.faults())?;
-        Some(entries.into_iter().map(|(name, item)| (name, self.1.read(item, context))).collect())
-    }
-}
-
-impl<T: Described> Describes for Map<T> {
-    fn form(&self) -> Form {
-        Form::Map(T::shape)
-    }
-}
-
-impl<'a, C: Context, T: Described + FromMap<'a, C>> Reads<'a, C> for Map<T> {
-    type Out = T;
-
-    fn read(&self, item: Item<'a>, context: &mut C) -> Option<T> {
-        let fields = item.fields(T::shape(), context.faults())?;
-        T::from_map(&fields, context)
-    }
-}
-
-impl<F: Describes> Describes for At<F> {
-    fn form(&self) -> Form {
-        self.0.form()
-    }
-}
-
-impl<'a, C, F: Reads<'a, C>> Reads<'a, C> for At<F> {
-    type Out = Written<F::Out>;
-
-    fn read(&self, item: Item<'a>, context: &mut C) -> Option<Self::Out> {
-        let value = self.0.read(item, context)?;
+    [F: Reads<'a>] List<F> => Vec<F::Out>: |List(_, of)| Form::List(Box::new(of.form())),
+        |List(what, of), item, reading| {
+            let items = item.list(what, reading.faults)?;
+            Some(items.into_iter().filter_map(|item| of.read(item, reading)).collect())
+        };
+    [F: Reads<'a>] Each<F> => Vec<(Name, Option<F::Out>)>: |Each(_, of)| Form::Each(Box::new(of.form())),
+        |Each(what, of), item, reading| {
+            let entries = item.named(what, reading.faults)?;
+            Some(entries.into_iter().map(|(name, item)| (name, of.read(item, reading))).collect())
+        };
+    [T: Described<'a>] Map<T> => T: |_| Form::Map(T::shape), |_, item, reading| T::read(item, reading);
+    [F: Reads<'a>] At<F> => Written<F::Out>: |At(of)| of.form(), |At(of), item, reading| {
+        let value = of.read(item, reading)?;
         Some(Written { value, key: item.key.to_owned(), span: item.span })
-    }
+    };
+    [] Later => Item<'a>: |Later(of)| of(), |_, item, _| Some(item);
+    [T] Custom<T> => T: |Custom(form, _)| form(), |Custom(_, read), item, reading| read(item, reading);
 }
 
 impl<'a> Fields<'a> {
     /// The value of a key; `None` when it is left out or wrong.
-    pub(crate) fn read<C, F: Reads<'a, C>>(&self, key: &str, form: &F, context: &mut C) -> Option<F::Out> {
-        form.read(self.get(key)?, context)
+    pub(crate) fn read<F: Reads<'a>>(&self, key: &str, form: &F, reading: &mut Reading<'_>) -> Option<F::Out> {
+        form.read(self.get(key)?, reading)
     }
 
     /// The value of a key, if it is there; `None` when it is wrong.
-    pub(crate) fn read_optional<C, F: Reads<'a, C>>(
+    pub(crate) fn read_optional<F: Reads<'a>>(
         &self,
         key: &str,
         form: &F,
-        context: &mut C,
+        reading: &mut Reading<'_>,
     ) -> Option<Option<F::Out>> {
-        self.get(key).map_or(Some(None), |item| form.read(item, context).map(Some))
+        self.get(key).map_or(Some(None), |item| form.read(item, reading).map(Some))
     }
 }

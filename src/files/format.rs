@@ -1,6 +1,6 @@
 //! The formats of files, and which of them a file is of.
 
-use crate::describe::{Context, Described, Later, List, Map, PathTo, Word, described};
+use crate::describe::{Described, Later, List, Map, PathTo, Word, described};
 use crate::fault::Faults;
 use crate::kinds::behavior_shape;
 use crate::reader::{Item, Name};
@@ -34,7 +34,7 @@ const SUBTREES: Later = Later(|| Form::Each(Box::new(Form::Map(Subtree::shape)))
 
 described! {
     /// A mission file; what needs the names of other files is read later.
-    pub(crate) struct Mission<'a> in Context: "a mission", "A task for a robot in a world." {
+    pub(crate) struct Mission<'a>: "a mission", "A task for a robot in a world." {
         mission: Option<Name> = wanted(MISSION, "Its name.", Word("the name of the mission")),
         robot: Option<Name> =
             wanted("robot", "The path of a robot file, from this file.", PathTo("the path of a robot file")),
@@ -51,7 +51,7 @@ described! {
 
 described! {
     /// A file of behaviors and subtrees.
-    pub(crate) struct Library<'a> in Context: "a library", "Behaviors and subtrees for any mission that includes them." {
+    pub(crate) struct Library<'a>: "a library", "Behaviors and subtrees for any mission that includes them." {
         library: Option<Name> = wanted(LIBRARY, "Its name.", Word("the name of the library")),
         /// Followed while files are opened.
         _include: Vec<Name> = maybe_all(INCLUDE, "Paths of further such files, from this file.", INCLUDED),

@@ -15,6 +15,7 @@ mod reader;
 mod reference;
 mod robot;
 mod schema;
+mod scope;
 mod shape;
 mod sources;
 mod task;
@@ -22,6 +23,7 @@ mod template;
 #[cfg(test)]
 mod tests;
 mod text;
+mod types;
 mod world;
 
 use std::path::{Path, PathBuf};
@@ -36,7 +38,7 @@ pub use schema::schema;
 pub use sources::{Disk, InMemory, Sources};
 
 use ambidex_model::{MissionSpec, Names};
-use describe::{Described, FromMap};
+use describe::Described;
 use fault::Faults;
 use files::{Files, beside};
 use format::{Library, Mission};
@@ -143,7 +145,7 @@ fn mission(
     if !Format::Mission.is_that_of(main, faults) {
         return None;
     }
-    let file = Mission::from_map(&main.fields(Mission::shape(), faults)?, faults)?;
+    let file = Mission::take(main, faults)?;
     let robot_path = match robot_override {
         Some(path) => Some(path.to_owned()),
         None => file.robot.as_ref().map(|name| beside(path, &name.value)),
@@ -210,7 +212,7 @@ fn with_robot(
 
 /// A library by itself: names of a world are not known in it.
 fn library(files: &Files<'_>, main: Item<'_>, faults: &mut Faults) -> Option<Vec<String>> {
-    let file = Library::from_map(&main.fields(Library::shape(), faults)?, faults)?;
+    let file = Library::take(main, faults)?;
     file.library?;
     let (kinds, mut subtrees) = declared(files, file.behaviors, file.subtrees, faults);
     let around = Surroundings { kinds: &kinds, known: Known { world: None, robot: None }, robot: None, world: None };
@@ -228,8 +230,7 @@ fn declared<'a>(
 ) -> (Kinds, Subtrees<'a>) {
     let (mut kinds, mut parts) = (Kinds::new(task::node_shape().keys()), Subtrees::default());
     for file in files.libraries() {
-        let fields = file.fields(Library::shape(), faults);
-        let Some(library) = fields.and_then(|fields| Library::from_map(&fields, faults)) else { continue };
+        let Some(library) = Library::take(file, faults) else { continue };
         kinds.declare(library.behaviors, faults);
         parts.declare(library.subtrees, faults);
     }

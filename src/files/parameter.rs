@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::describe::{Context, Described, Describes, Each, FromMap, Later, Reads, described};
+use crate::describe::{Custom, Described, Each, Later, Reads, described};
 use crate::document::{Node, SourceSpan, Value};
 use crate::fault::Faults;
 use crate::names::Register;
@@ -10,13 +10,14 @@ use crate::quantity::{NEAR, POTENTIAL};
 use crate::reader::{Item, Name};
 use crate::robot::RobotFile;
 use crate::shape::Form;
+use crate::types::Type;
 use crate::world::WorldNames;
 use ambidex_model::{ObjectId, PlaceId, ResourceId, TypeId, suggestion};
 
 described! {
     /// A parameter with all that can be said of it.
-    struct Full<'a> in Context: "a parameter", "What an argument is, and what it is when none is given." {
-        ty: Type = required("type", "What it stands for.", TypeWord),
+    struct Full<'a>: "a parameter", "What an argument is, and what it is when none is given." {
+        ty: Type = required("type", "What it stands for.", TYPE),
         default: Option<Item<'a>> = optional(
             DEFAULT,
             "Its value when none is given, or several, of which the first that is there counts: `$before` is where the \
@@ -32,19 +33,6 @@ pub(crate) const DEFAULT: &str = "default";
 pub(crate) const BEFORE: &str = "$before";
 /// The default that is where the object is at the start.
 pub(crate) const START: &str = "$start";
-
-/// What an argument stands for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Type {
-    Object,
-    Place,
-    Resource,
-    /// A type of resources.
-    Kind,
-    Number,
-    Offset,
-    Text,
-}
 
 /// A parameter of a behavior or a subtree.
 #[derive(Debug, Clone)]
@@ -97,54 +85,6 @@ impl RobotNames {
         Self {
             resources: register("resource", &robot.names.resources),
             types: register("type of resource", &robot.names.types),
-        }
-    }
-}
-
-impl Type {
-    const ALL: [Self; 7] =
-        [Self::Object, Self::Place, Self::Resource, Self::Kind, Self::Number, Self::Offset, Self::Text];
-    const WORDS: [&'static str; 7] = ["object", "place", "resource", "type", "number", "offset", "text"];
-
-    /// Whether a value looks like one of this type; whether a name exists is seen where it is used.
-    fn check_form(self, item: Item<'_>, faults: &mut Faults) {
-        match self {
-            Self::Number => drop(item.quantity(&POTENTIAL, faults)),
-            Self::Offset => drop(item.vector(2..=2, &NEAR, faults)),
-            Self::Object | Self::Place | Self::Resource | Self::Kind | Self::Text => {
-                drop(item.name(self.what(), faults))
-            }
-        }
-    }
-
-    /// What starts with a dollar is no argument yet, and is found out for places alone.
-    fn check_default(self, item: Item<'_>, faults: &mut Faults) {
-        match item.text().filter(|text| text.starts_with('$')) {
-            Some(BEFORE | START) if self == Self::Place => {}
-            Some(text) => {
-                let message = format!("`{text}` cannot be the default of {}", self.what());
-                let help = "write a value; that of a place may be `$before` or `$start`".to_owned();
-                faults.push(item.span, item.key, message, Some(help));
-            }
-            None => self.check_form(item, faults),
-        }
-    }
-
-    /// How it is written.
-    pub(crate) fn word(self) -> &'static str {
-        Self::WORDS[self as usize]
-    }
-
-    /// With its article, as faults call it.
-    pub(crate) fn what(self) -> &'static str {
-        match self {
-            Self::Object => "an object",
-            Self::Place => "a place",
-            Self::Resource => "a resource",
-            Self::Kind => "a type of resource",
-            Self::Number => "a number",
-            Self::Offset => "two lengths: [x, y]",
-            Self::Text => "a text",
         }
     }
 }
@@ -213,74 +153,64 @@ impl Parameter {
 }
 
 /// `parameters`: a type, or a type with a default, by name.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Parameters;
-
-/// An entry of it.
-#[derive(Debug, Clone, Copy)]
-struct Entry;
-
-/// The word of a type.
-#[derive(Debug, Clone, Copy)]
-struct TypeWord;
-
-impl Describes for Parameters {
-    fn form(&self) -> Form {
-        Form::Each(Box::new(Entry.form()))
-    }
-}
-
-impl<'a, C: Context> Reads<'a, C> for Parameters {
-    type Out = Vec<Parameter>;
-
-    fn read(&self, item: Item<'a>, context: &mut C) -> Option<Vec<Parameter>> {
-        let read = Each("a map of parameters", Entry).read(item, context)?;
+pub(crate) const PARAMETERS: Custom<Vec<Parameter>> = Custom(
+    || Form::Each(Box::new(ENTRY.form())),
+    |item, reading| {
+        let read = Each("a map of parameters", ENTRY).read(item, reading)?;
         let known = read.into_iter().filter_map(|(name, found)| {
             let (ty, defaults) = found?;
             Some(Parameter { name, ty, defaults })
         });
         Some(known.collect())
-    }
-}
+    },
+);
 
-impl Describes for Entry {
-    fn form(&self) -> Form {
-        Form::Either(vec![TypeWord.form(), Form::Map(Full::shape)])
-    }
-}
-
-impl<'a, C: Context> Reads<'a, C> for Entry {
-    type Out = (Type, Option<Vec<Node>>);
-
-    fn read(&self, item: Item<'a>, context: &mut C) -> Option<Self::Out> {
+const ENTRY: Custom<(Type, Option<Vec<Node>>)> = Custom(
+    || Form::Either(vec![TYPE.form(), Form::Map(Full::shape)]),
+    |item, reading| {
         if !item.is_map() {
-            return Some((TypeWord.read(item, context)?, None));
+            return Some((TYPE.read(item, reading)?, None));
         }
-        let Full { ty, default } = Full::from_map(&item.fields(Full::shape(), context.faults())?, context)?;
+        let Full { ty, default } = Full::read(item, reading)?;
         let defaults = default.map(|item| match item.node() {
             // A list is several values, except where the value itself is a list.
             Node { value: Value::List(list), .. } if ty != Type::Offset => list,
             node => vec![node],
         });
         for default in defaults.iter().flatten() {
-            ty.check_default(Item::of(DEFAULT, default), context.faults());
+            check_default(ty, Item::of(DEFAULT, default), reading.faults);
         }
         Some((ty, defaults))
-    }
-}
+    },
+);
 
-impl Describes for TypeWord {
-    fn form(&self) -> Form {
-        Form::Words(&Type::WORDS)
-    }
-}
-
-impl<'a, C: Context> Reads<'a, C> for TypeWord {
-    type Out = Type;
-
-    fn read(&self, item: Item<'a>, context: &mut C) -> Option<Type> {
-        let word = item.word(&Type::WORDS, "a type of parameter", context.faults())?;
+const TYPE: Custom<Type> = Custom(
+    || Form::Words(&Type::WORDS),
+    |item, reading| {
+        let word = item.word(&Type::WORDS, "a type of parameter", reading.faults)?;
         Type::ALL.into_iter().find(|ty| ty.word() == word)
+    },
+);
+
+/// Whether a value looks like one of this type; whether a name exists is seen where it is used.
+fn check_form(ty: Type, item: Item<'_>, faults: &mut Faults) {
+    match ty {
+        Type::Number => drop(item.quantity(&POTENTIAL, faults)),
+        Type::Offset => drop(item.vector(2..=2, &NEAR, faults)),
+        Type::Object | Type::Place | Type::Resource | Type::Kind | Type::Text => drop(item.name(ty.what(), faults)),
+    }
+}
+
+/// What starts with a dollar is no argument yet, and is found out for places alone.
+fn check_default(ty: Type, item: Item<'_>, faults: &mut Faults) {
+    match item.text().filter(|text| text.starts_with('$')) {
+        Some(BEFORE | START) if ty == Type::Place => {}
+        Some(text) => {
+            let message = format!("`{text}` cannot be the default of {}", ty.what());
+            let help = "write a value; that of a place may be `$before` or `$start`".to_owned();
+            faults.push(item.span, item.key, message, Some(help));
+        }
+        None => check_form(ty, item, faults),
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Point3;
 
-use crate::describe::{At, Context, Described, Describes, Each, Map, Point, Reads, Word, described};
+use crate::describe::{At, Custom, Described, Each, Map, Point, Word, described};
 use crate::fault::Faults;
 use crate::names::Register;
 use crate::quantity::{ACCELERATION, EXTENT, GRIP, LIFT, NEAR, SPEED, TURN_ACCELERATION, TURN_SPEED};
@@ -33,7 +33,7 @@ const POINT: Point = Point(&NEAR);
 
 described! {
     /// A robot file.
-    pub(crate) struct Robot in Context: "a robot",
+    pub(crate) struct Robot: "a robot",
     "A robot as a set of resources, and the controllers that move them. Frame: x forward, y left, z up." {
         robot: Option<Name> = wanted("robot", "Its name.", Word("the name of the robot")),
         radius_m: Option<f64> =
@@ -53,7 +53,7 @@ described! {
 
 described! {
     /// An entry of `resources`.
-    pub(crate) struct Resource in Context: "a resource", "Something of the robot that a behavior uses." {
+    pub(crate) struct Resource: "a resource", "Something of the robot that a behavior uses." {
         ty: Name = required("type", "`gripper`, `head`, `base`, or any other word.", Word("a type")),
         controller: Option<Name> =
             optional("controller", "Who moves it; without one it only counts.", Word("a controller")),
@@ -62,8 +62,8 @@ described! {
 
 described! {
     /// An entry of `controllers`.
-    pub(crate) enum Controller in Context: "a controller", "A process that moves one resource." {
-        Arm(ArmSpec) = ("arm", "An arm with a gripper.", ReachingArm),
+    pub(crate) enum Controller: "a controller", "A process that moves one resource." {
+        Arm(ArmSpec) = ("arm", "An arm with a gripper.", REACHING_ARM),
         Base(Base) = ("base", "A base that drives in the plane.", Map::<Base>::new()),
         Head(Head) = ("head", "A head, or a camera, that pans and tilts.", Map::<Head>::new()),
     }
@@ -71,7 +71,7 @@ described! {
 
 described! {
     /// `arm` of a controller; times in s, all else in m and s.
-    struct Arm in Context: "an arm", "An arm with a gripper; points in the base frame." {
+    struct Arm: "an arm", "An arm with a gripper; points in the base frame." {
         shoulder: Point3<f64> = required("shoulder", "Where the arm begins.", POINT),
         tuck: Written<Point3<f64>> = required("tuck", "Where the gripper rests.", At(POINT)),
         reach_m: f64 = required("reach", "How far the gripper comes from the shoulder.", &EXTENT),
@@ -84,7 +84,7 @@ described! {
 
 described! {
     /// `base` of a controller, in m, rad and s.
-    pub(crate) struct Base in Context: "a base", "A base that drives in any direction." {
+    pub(crate) struct Base: "a base", "A base that drives in any direction." {
         speed: f64 = required("speed", "Top speed.", &SPEED),
         acceleration: f64 = required("acceleration", "Top acceleration.", &ACCELERATION),
         turn_speed: f64 = required("turn_speed", "Top turning speed.", &TURN_SPEED),
@@ -94,7 +94,7 @@ described! {
 
 described! {
     /// `head` of a controller, in m, rad and s.
-    pub(crate) struct Head in Context: "a head", "A head that pans and tilts." {
+    pub(crate) struct Head: "a head", "A head that pans and tilts." {
         neck: Point3<f64> = required("neck", "The crossing of its axes, in the base frame.", POINT),
         speed: f64 = required("speed", "Top speed of each axis.", &TURN_SPEED),
         acceleration: f64 = required("acceleration", "Top acceleration of each axis.", &TURN_ACCELERATION),
@@ -102,28 +102,17 @@ described! {
 }
 
 /// An arm that reaches where it rests.
-#[derive(Debug, Clone, Copy)]
-struct ReachingArm;
-
-impl Describes for ReachingArm {
-    fn form(&self) -> Form {
-        Form::Map(Arm::shape)
-    }
-}
-
-impl<'a, C: Context> Reads<'a, C> for ReachingArm {
-    type Out = ArmSpec;
-
-    fn read(&self, item: Item<'a>, context: &mut C) -> Option<ArmSpec> {
-        let Arm { shoulder, tuck, reach_m, speed, acceleration, grip_s, lift_m } =
-            Map::<Arm>::new().read(item, context)?;
+const REACHING_ARM: Custom<ArmSpec> = Custom(
+    || Form::Map(Arm::shape),
+    |item, reading| {
+        let Arm { shoulder, tuck, reach_m, speed, acceleration, grip_s, lift_m } = Arm::read(item, reading)?;
         if (tuck.value - shoulder).norm() > reach_m {
             let message = "farther from the shoulder than the arm reaches".to_owned();
-            context.faults().push(tuck.span, &tuck.key, message, None);
+            reading.faults.push(tuck.span, &tuck.key, message, None);
         }
         Some(ArmSpec { shoulder, tuck: tuck.value, reach_m, speed, acceleration, grip_s, lift_m })
-    }
-}
+    },
+);
 
 impl Controller {
     fn kind(&self) -> ControllerKind {
@@ -151,7 +140,7 @@ pub struct RobotFile {
 /// Reads and checks a robot file; `None` when it has faults.
 pub(crate) fn read(file: Item<'_>, faults: &mut Faults) -> Option<RobotFile> {
     let before = faults.errors();
-    let raw = Map::<Robot>::new().read(file, faults)?;
+    let raw = Robot::take(file, faults)?;
     build(raw, faults).filter(|_| faults.errors() == before)
 }
 

@@ -27,7 +27,7 @@ pub(crate) struct Others {
 }
 
 /// A key of a map.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Field {
     pub(crate) key: &'static str,
     pub(crate) doc: &'static str,
@@ -36,7 +36,7 @@ pub(crate) struct Field {
 }
 
 /// What a value looks like.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) enum Form {
     /// A word, a number or quoted text.
     Word,

@@ -2,13 +2,11 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::describe::{
-    Context, Described, Describes, Each, Flag, FromMap, List, Map, Point, Reads, TwoOrThree, Vector, Word, described,
-};
+use crate::describe::{Custom, Described, Each, Flag, List, Map, Point, TwoOrThree, Vector, Word, described};
 use crate::fault::Faults;
 use crate::names::Register;
 use crate::quantity::{COORDINATE, EXTENT, HEADING, NEAR, TOLERANCE};
-use crate::reader::{Item, Name};
+use crate::reader::Name;
 use crate::shape::Form;
 use ambidex_model::{Location, Obstacle, PlaceId, PlaceSpec, Pose, WorldSpec, WorldState};
 
@@ -25,7 +23,7 @@ const CORNER: TwoOrThree = TwoOrThree(&COORDINATE);
 
 described! {
     /// `world`.
-    pub(crate) struct World in Context: "the world",
+    pub(crate) struct World: "the world",
     "Where everything is at the start. The map frame: x and y in the plane, z up." {
         tolerance_m: Option<f64> =
             maybe_or("tolerance", "How near to a stand counts as being there; 0.25 m.", &TOLERANCE, 0.25),
@@ -38,7 +36,7 @@ described! {
         objects: Vec<(Name, Option<Object>)> =
             maybe_all("objects", "What can be taken.", Each("a map of objects", Map::<Object>::new())),
         obstacles: Vec<Obstacle> =
-            maybe_all("obstacles", "What the base must not drive into.", List("a list of boxes", UprightBox)),
+            maybe_all("obstacles", "What the base must not drive into.", List("a list of boxes", UPRIGHT_BOX)),
         facts: Vec<(Name, Option<bool>)> = maybe_all(
             "facts",
             "What behaviors set and clear, and whether it holds at the start.",
@@ -49,7 +47,7 @@ described! {
 
 described! {
     /// Where the robot starts.
-    pub(crate) struct Start in Context: "the robot's start", "Where the robot starts." {
+    pub(crate) struct Start: "the robot's start", "Where the robot starts." {
         at: [f64; 2] = required("at", "Its position on the map.", ON_THE_MAP),
         heading: f64 = or("heading", "Its direction, counterclockwise from x; 0.", &HEADING, 0.0),
     }
@@ -57,7 +55,7 @@ described! {
 
 described! {
     /// An entry of `places`.
-    pub(crate) struct Place in Context: "a place", "A place: where the robot stands, and where things lie." {
+    pub(crate) struct Place: "a place", "A place: where the robot stands, and where things lie." {
         stand: [f64; 2] = required("stand", "Where the base stands, on the map.", ON_THE_MAP),
         heading: f64 = or("heading", "Where it faces, counterclockwise from x; 0.", &HEADING, 0.0),
         surface: Point3<f64> = or(
@@ -71,7 +69,7 @@ described! {
 
 described! {
     /// An entry of `objects`.
-    pub(crate) struct Object in Context: "an object", "A thing that can be taken." {
+    pub(crate) struct Object: "an object", "A thing that can be taken." {
         at: Name = required("at", "The place where it lies at the start.", Word("a place")),
         offset: Option<([f64; 2], Option<f64>)> = optional(
             "offset",
@@ -83,7 +81,7 @@ described! {
 
 described! {
     /// An entry of `obstacles`.
-    struct Corners in Context: "an obstacle", "An upright box on the map." {
+    struct Corners: "an obstacle", "An upright box on the map." {
         min: ([f64; 2], Option<f64>) = required("min", "Its lower corner.", CORNER),
         max: ([f64; 2], Option<f64>) =
             required("max", "Its upper corner; without a height as tall as a robot.", CORNER),
@@ -91,31 +89,21 @@ described! {
 }
 
 /// An entry of `obstacles` as a box that has an inside.
-#[derive(Debug, Clone, Copy)]
-struct UprightBox;
-
-impl Describes for UprightBox {
-    fn form(&self) -> Form {
-        Form::Map(Corners::shape)
-    }
-}
-
-impl<'a, C: Context> Reads<'a, C> for UprightBox {
-    type Out = Obstacle;
-
-    fn read(&self, item: Item<'a>, context: &mut C) -> Option<Obstacle> {
-        let fields = item.fields(Corners::shape(), context.faults())?;
-        let corners = Corners::from_map(&fields, context)?;
+const UPRIGHT_BOX: Custom<Obstacle> = Custom(
+    || Form::Map(Corners::shape),
+    |item, reading| {
+        let fields = item.fields(Corners::shape(), reading.faults)?;
+        let corners = Corners::from_map(&fields, reading)?;
         let corner = |([x, y], z): ([f64; 2], Option<f64>), tall_m| Point3::new(x, y, z.unwrap_or(tall_m));
         let (min, max) = (corner(corners.min, 0.0), corner(corners.max, TALL_M));
         if (max - min).min() < *EXTENT.range.start() {
             let message = "`max` is not beyond `min` by 1 cm in every direction".to_owned();
-            context.faults().push(fields.span(), item.key, message, None);
+            reading.faults.push(fields.span(), item.key, message, None);
             return None;
         }
         Some(Obstacle { min, max })
-    }
-}
+    },
+);
 
 /// The names of the world; known even where what they name is wrong.
 #[derive(Debug, Clone)]

@@ -3,11 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::notes::{self, Note};
-use crate::describe::{Context, Described, Each, FromMap, Later, List, PathTo, Reads, described};
+use crate::describe::{Described, Each, Later, List, PathTo, Reads, described};
 use crate::document::{Located, SourceSpan, Value};
 use crate::fault::Faults;
 use crate::quantity::POTENTIAL;
 use crate::reader::{Item, Name};
+use crate::scope::Reading;
 use crate::shape::Form;
 use crate::task::{AND, OR, THEN};
 
@@ -29,7 +30,7 @@ const ANYTHING: Later = Later(|| Form::Arguments);
 
 described! {
     /// A task file as written.
-    struct TaskFile<'a> in Context: "a dHTT task", "A tree of nodes.", others ANYTHING, known [] {
+    struct TaskFile<'a>: "a dHTT task", "A tree of nodes.", others ANYTHING, known [] {
         listed: Option<Vec<Item<'a>>> = wanted(
             NODE_LIST,
             "The names of all nodes; the children of a node stand in its order.",
@@ -45,7 +46,7 @@ described! {
 
 described! {
     /// An entry of `Nodes` as written.
-    struct Node<'a> in Context: "a dHTT node", "A node of the tree.", others ANYTHING, known [] {
+    struct Node<'a>: "a dHTT node", "A node of the tree.", others ANYTHING, known [] {
         kind: Option<Item<'a>> =
             wanted("type", "1 (AND), 2 (THEN), 3 (OR) or 4 (a behavior).", Later(|| Form::Count(4))),
         parent: Option<Item<'a>> =
@@ -128,7 +129,7 @@ impl Task {
     /// Reads a task file; `None` when it is no map.
     pub(super) fn read(file: Item<'_>, faults: &mut Faults) -> Option<Self> {
         let fields = file.fields(TaskFile::shape(), faults)?;
-        let TaskFile { listed, nodes } = TaskFile::from_map(&fields, faults)?;
+        let TaskFile { listed, nodes } = TaskFile::from_map(&fields, &mut Reading::new(faults))?;
         if let (Some(listed), Some(nodes)) = (&listed, &nodes) {
             check_list(listed, nodes, faults);
         }
@@ -155,7 +156,7 @@ impl Entry {
             notes: Vec::new(),
         };
         let Some(fields) = item.fields(Node::shape(), faults) else { return nothing };
-        let Some(node) = Node::from_map(&fields, faults) else { return nothing };
+        let Some(node) = Node::from_map(&fields, &mut Reading::new(faults)) else { return nothing };
         let kind = node.kind.and_then(|item| kind(item, faults));
         let plugin = [node.plugin, node.old_plugin].into_iter().flatten().min_by_key(|item| item.span.offset);
         if kind == Some(Kind::Behavior) && plugin.is_none() {
@@ -166,7 +167,7 @@ impl Entry {
         let mut entry = Self {
             kind,
             parent: node.parent.and_then(|item| parent(item, faults)),
-            plugin: plugin.and_then(|item| PathTo("the name of a plugin").read(item, faults)),
+            plugin: plugin.and_then(|item| PathTo("the name of a plugin").take(item, faults)),
             robot: node.robot.and_then(|item| robot(item, faults)),
             notes: notes::unknown(&nothing.name.value, &fields, faults),
             ..nothing

@@ -16,7 +16,7 @@ mod write;
 
 use std::path::{Path, PathBuf};
 
-use crate::describe::{Described, FromMap};
+use crate::describe::Described;
 use crate::document::{MAX_BYTES, SourceSpan};
 use crate::fault::{Fault, Faults, FilesError};
 use crate::files::Files;
@@ -255,8 +255,7 @@ fn load(sources: &dyn Sources, text: &str, robot: RobotFile, draft: &Draft) -> R
     let mut faults = Faults::default();
     let files = Files::of_text(sources, MADE, text.to_owned(), &mut faults);
     let main = files.main();
-    let fields = main.and_then(|main| main.fields(Mission::shape(), &mut faults));
-    let file = fields.and_then(|fields| Mission::from_map(&fields, &mut faults));
+    let file = main.and_then(|main| Mission::take(main, &mut faults));
     let mission = file.and_then(|file| with_robot(&files, file, Some(robot), &mut faults));
     let span = main.map_or_else(SourceSpan::default, |main| main.span);
     if let Some(mission) = &mission

@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 
 use super::notes::{self, Note, line};
 use super::write::{Lines, scalar};
-use crate::describe::{At, Context, Count, Described, FromMap, Later, Word, described};
+use crate::describe::{At, Count, Described, Later, Word, described};
 use crate::fault::Faults;
 use crate::reader::{Fields, Item, Name, Written};
+use crate::scope::Reading;
 use crate::shape::Form;
 
 /// Half the width of a robot that nobody has measured, meters.
@@ -23,7 +24,7 @@ const ANYTHING: Later = Later(|| Form::Arguments);
 
 described! {
     /// A robot file as written.
-    struct RobotFile<'a> in Context: "a dHTT robot", "A robot as a set of resources.", others ANYTHING, known [] {
+    struct RobotFile<'a>: "a dHTT robot", "A robot as a set of resources.", others ANYTHING, known [] {
         name: Option<Name> = maybe("robot_name", "Its name.", Word("the name of the robot")),
         resources: Option<Item<'a>> = wanted(
             ROBOT_RESOURCES,
@@ -35,7 +36,7 @@ described! {
 
 described! {
     /// `robot_resources`.
-    struct Resources in Context: "the resources", "Resources by number.",
+    struct Resources: "the resources", "Resources by number.",
     others Later(|| Form::Map(Resource::shape)), known [] {
         count: Option<Written<u32>> =
             maybe("number_of_resources", "How many there are.", At(Count(MAX_RESOURCES))),
@@ -44,7 +45,7 @@ described! {
 
 described! {
     /// An entry of `robot_resources`.
-    struct Resource<'a> in Context: "a dHTT resource", "A resource.", others ANYTHING, known [] {
+    struct Resource<'a>: "a dHTT resource", "A resource.", others ANYTHING, known [] {
         ty: Option<Item<'a>> = wanted("type", "1 (a gripper), 2 (a head) or 3 (a base).", Later(|| Form::Count(3))),
         name: Option<Name> = wanted("name", "What it is called.", Word("the name of a resource")),
     }
@@ -83,9 +84,9 @@ impl RobotDraft {
     pub(super) fn read(file: Item<'_>, file_name: &str, name: &str, faults: &mut Faults) -> Option<Self> {
         let before = faults.errors();
         let fields = file.fields(RobotFile::shape(), faults)?;
-        let robot = RobotFile::from_map(&fields, faults)?;
+        let robot = RobotFile::from_map(&fields, &mut Reading::new(faults))?;
         let of = robot.resources?.fields(Resources::shape(), faults)?;
-        let told = Resources::from_map(&of, faults)?.count;
+        let told = Resources::from_map(&of, &mut Reading::new(faults))?.count;
         let mut notes = notes::unknown("", &fields, faults);
         let mut entries = entries(&of, &mut notes);
         entries.sort_by_key(|(number, ..)| *number);
@@ -159,7 +160,7 @@ fn check_count(of: &Fields<'_>, told: Option<Written<u32>>, found: usize, faults
 
 fn resource(key: &str, item: Item<'_>, notes: &mut Vec<Note>, faults: &mut Faults) -> Option<(Name, &'static str)> {
     let fields = item.fields(Resource::shape(), faults)?;
-    let Resource { ty, name } = Resource::from_map(&fields, faults)?;
+    let Resource { ty, name } = Resource::from_map(&fields, &mut Reading::new(faults))?;
     let ty = ty.and_then(|item| match item.text() {
         Some("1") => Some("gripper"),
         Some("2") => Some("head"),

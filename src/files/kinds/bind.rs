@@ -7,9 +7,10 @@ use super::{Declared, NameOrParam, Stop, Text};
 use crate::document::SourceSpan;
 use crate::fault::Faults;
 use crate::names::Register;
-use crate::parameter::{Argument, BEFORE, Known, Meaning, Parameter, START, Type};
+use crate::parameter::{Argument, BEFORE, Known, Meaning, Parameter, START};
 use crate::reader::{Item, Name};
 use crate::robot::RobotFile;
+use crate::types::Type;
 use crate::world::Built;
 use ambidex_model::{
     BehaviorSpec, ChannelId, Condition, EffectTerm, FactId, ObjectId, PlaceId, Pose, Potential, RobotSpec, TypeId,

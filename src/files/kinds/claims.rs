@@ -3,7 +3,7 @@
 use super::bind::Bound;
 use super::terms::{ClaimTarget, ClaimTerm, Filter, KeepTerm};
 use super::{Claims, NameOrParam};
-use crate::parameter::Type;
+use crate::types::Type;
 use ambidex_model::{Access, Claim, ResourceId, Retention, Selector, TypeId, match_claims, suggestion};
 
 impl Bound<'_, '_> {

@@ -3,14 +3,14 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use super::scope::{Scope, Template, TermContext, Terms};
-use super::terms::{ClaimsForm, Command, ConditionTerm, Effect, PotentialForm, PotentialTerm};
+use super::terms::{CLAIMS, Command, ConditionTerm, Effect, POTENTIAL_TERM, PotentialTerm, TEMPLATE};
 use super::{Claims, Declared};
-use crate::describe::{At, Count, Described, Describes, Later, List, Map, Reads, described};
+use crate::describe::{At, Count, Custom, Described, Later, List, Map, Reads, described};
 use crate::fault::Faults;
-use crate::parameter::{Parameters, warn_of_unused};
+use crate::parameter::{PARAMETERS, Parameter, warn_of_unused};
 use crate::quantity::{DURATION, TIMEOUT};
 use crate::reader::{Item, Name, Written};
+use crate::scope::{Reading, Scope};
 use crate::shape::{Form, Shape};
 
 /// Most retries.
@@ -24,29 +24,28 @@ const MAPS: &str = "a list of maps, each with a dash";
 
 described! {
     /// An entry of `behaviors` as it is written.
-    struct Behavior<'a> in TermContext: "a behavior", "A kind of behavior. `$name` stands for an argument." {
+    struct Behavior<'a>: "a behavior", "A kind of behavior. `$name` stands for an argument." {
         label: Option<Item<'a>> = maybe(
             "label",
             "What a node of it is called; without one the kind and its first argument.",
             Later(|| Form::Word)
         ),
-        /// Kept with the terms that use them.
-        _parameters: Option<()> = maybe(
+        parameters: Vec<Parameter> = maybe_all(
             "parameters",
             "What a node tells it; the first one can be written without its name.",
-            OwnParameters
+            OWN_PARAMETERS
         ),
         claims: Option<Claims> = maybe_or(
             "claims",
             "The resources it needs, by names that its commands use; `all` is the whole robot.",
-            ClaimsForm,
+            CLAIMS,
             Claims::Some(Vec::new())
         ),
         potential: Option<PotentialTerm> = wanted(
             "potential",
             "How efficient it looks to run it now: a number, one that a node tells (`$name`), `high` (above all that is \
              told by nearness), or more.",
-            PotentialForm
+            POTENTIAL_TERM
         ),
         goal: Option<Vec<ConditionTerm>> = maybe("goal", "When it is done; without it only by running.", CONDITIONS),
         precondition: Vec<ConditionTerm> = maybe_all("precondition", "What must be so for it to run.", CONDITIONS),
@@ -70,31 +69,23 @@ pub(crate) fn behavior_shape() -> &'static Shape {
 }
 
 /// The parameters of the behavior at hand, which all terms behind them can use.
-struct OwnParameters;
-
-impl Describes for OwnParameters {
-    fn form(&self) -> Form {
-        Parameters.form()
-    }
-}
-
-impl<'a, C: TermContext> Reads<'a, C> for OwnParameters {
-    type Out = ();
-
-    fn read(&self, item: Item<'a>, context: &mut C) -> Option<()> {
-        context.scope().parameters = Parameters.read(item, context)?;
-        Some(())
-    }
-}
+const OWN_PARAMETERS: Custom<Vec<Parameter>> = Custom(
+    || PARAMETERS.form(),
+    |item, reading| {
+        let parameters = PARAMETERS.read(item, reading)?;
+        reading.scope.parameters = parameters.iter().map(|known| (known.name.value.clone(), known.ty)).collect();
+        Some(parameters)
+    },
+);
 
 impl Declared {
     /// Reads an entry of `behaviors`; `None` when it has faults.
     pub(super) fn read(name: Name, item: Item<'_>, faults: &mut Faults) -> Option<Self> {
         let before = faults.errors();
-        let mut terms = Terms { scope: Scope::default(), faults };
-        let read = Map::<Behavior<'_>>::new().read(item, &mut terms)?;
-        let label = read.label.and_then(|item| Template.read(item, &mut terms));
-        let Terms { scope: Scope { parameters, used, claims }, faults } = terms;
+        let mut reading = Reading::new(faults);
+        let read = Behavior::read(item, &mut reading)?;
+        let label = read.label.and_then(|item| TEMPLATE.read(item, &mut reading));
+        let Scope { used, claims, .. } = reading.scope;
         refuse_second_commands(&read.commands, &claims, faults);
         let takes_s = read.takes_s.as_ref().map_or(0.0, |takes| takes.value);
         if let (Some(takes), Some(timeout_s)) =
@@ -103,7 +94,7 @@ impl Declared {
             let message = format!("it takes {takes_s} s, and its timeout is {timeout_s} s");
             faults.push(takes.span, &takes.key, message, Some("give it a greater `timeout`".to_owned()));
         }
-        warn_of_unused(&parameters, &used, before, faults);
+        warn_of_unused(&read.parameters, &used, before, faults);
         let declared = Self {
             label,
             claims: read.claims?,
@@ -116,7 +107,7 @@ impl Declared {
             timeout: Duration::from_secs_f64(read.timeout_s?),
             retries: read.retries?,
             name,
-            parameters,
+            parameters: read.parameters,
         };
         (faults.errors() == before).then_some(declared)
     }

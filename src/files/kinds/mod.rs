@@ -5,7 +5,6 @@ mod bind;
 mod claims;
 mod commands;
 mod declare;
-mod scope;
 mod terms;
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,13 +1,15 @@
 //! The terms of a declared behavior: what they look like in a file, and what they are read as.
 
-use super::scope::{Claimed, Parameter, Slot, Template, TermContext, constant_parameter};
-use super::{Claims, NameOrParam, Text};
-use crate::describe::{At, Context, Described, Describes, Each, Flag, Map, Reads, Vector, described};
-use crate::parameter::Type;
+use super::{Claims, NameOrParam, Piece, Text};
+use crate::describe::{At, Custom, Described, Each, Flag, Map, Reads, Vector, described};
+use crate::fault::Faults;
 use crate::quantity::{NEAR, POTENTIAL};
 use crate::reader::{Item, Name, Written};
+use crate::scope::Reading;
 use crate::shape::Form;
-use ambidex_model::Mode;
+use crate::template;
+use crate::types::Type;
+use ambidex_model::{Mode, suggestion};
 
 const PLACE: Slot = Slot(Type::Place);
 const OBJECT: Slot = Slot(Type::Object);
@@ -18,7 +20,7 @@ const ALL: [&str; 1] = ["all"];
 
 described! {
     /// An entry of `claims`.
-    pub(super) struct ClaimTerm in TermContext: "a claim", "A resource that the behavior needs." {
+    pub(super) struct ClaimTerm: "a claim", "A resource that the behavior needs." {
         target: ClaimTarget = one(ClaimTarget),
         empty: Option<bool> = optional("empty", "Only one that holds no object.", Flag),
         reaches: Option<NameOrParam> = optional("reaches", "Only an empty one that reaches this object.", OBJECT),
@@ -26,13 +28,13 @@ described! {
         shared: Option<Text> = optional(
             "shared",
             "Together with all that use it for the same, such as `at $to`; alone if left out.",
-            Template
+            TEMPLATE
         ),
         keep: KeepTerm = or(
             "keep",
             "What becomes of it on success: `physical` (as a gripper that holds something), or `for` an intention; given \
              back if left out.",
-            KeptForm,
+            KEPT,
             KeepTerm::Release
         ),
         is_optional: bool = or("optional", "Left out for a robot that has none.", Flag, false),
@@ -41,7 +43,7 @@ described! {
 
 described! {
     /// What a claim is a claim on.
-    pub(super) choice ClaimTarget in TermContext {
+    pub(super) enum ClaimTarget: "a claim", "What it is a claim on." {
         Type(NameOrParam) = ("type", "Any resource of this type.", Slot(Type::Kind)),
         Resource(NameOrParam) = ("resource", "This resource.", Slot(Type::Resource)),
     }
@@ -65,15 +67,15 @@ pub(super) enum KeepTerm {
 
 described! {
     /// `keep` as a map.
-    struct Kept in TermContext: "a keep", "Kept for what comes next in the THEN, which may use it." {
+    struct Kept: "a keep", "Kept for what comes next in the THEN, which may use it." {
         intention: Text =
-            required("for", "The intention, such as `at $to`; others of the same can join.", Template),
+            required("for", "The intention, such as `at $to`; others of the same can join.", TEMPLATE),
     }
 }
 
 described! {
     /// `potential`, as a map or as a constant alone.
-    pub(super) struct PotentialTerm in TermContext: "a potential", "An activation potential." {
+    pub(super) struct PotentialTerm: "a potential", "An activation potential." {
         base: Base = one(Base),
         scale_by: Option<NameOrParam> =
             optional("scale_by", "Times the free resources of this type.", Slot(Type::Kind)),
@@ -82,12 +84,12 @@ described! {
 
 described! {
     /// What a potential is before it is scaled.
-    pub(super) choice Base in TermContext {
-        Constant(Constant) = ("constant", "Always the same.", ConstantForm),
+    pub(super) enum Base: "a potential", "What it is before it is scaled." {
+        Constant(Constant) = ("constant", "Always the same.", CONSTANT),
         Nearness(Stand) = (
             "nearness",
             "One over the distance of the base to there, in meters (equation 1).",
-            StandForm
+            STAND
         ),
         Table(Table) = ("table", "A number for each argument.", Map::<Table>::new()),
     }
@@ -105,8 +107,8 @@ pub(super) enum Constant {
 
 described! {
     /// `table` of a potential.
-    pub(super) struct Table in TermContext: "a table", "A number for each argument of one parameter." {
-        by: usize = required("by", "The parameter, such as `$object`.", Parameter("a parameter such as `$object`")),
+    pub(super) struct Table: "a table", "A number for each argument of one parameter." {
+        by: usize = required("by", "The parameter, such as `$object`.", BY),
         values: Vec<(Name, Option<f64>)> = required(
             "values",
             "The potential for each argument.",
@@ -118,9 +120,9 @@ described! {
 
 described! {
     /// A place, or a place with an offset of its stand.
-    pub(super) struct Stand in TermContext: "a stand", "Where the robot stands at a place." {
+    pub(super) struct Stand: "a stand", "Where the robot stands at a place." {
         place: NameOrParam = required("place", "The place.", PLACE),
-        offset: Option<Offset> = optional("offset", "From the stand of the place.", OffsetForm),
+        offset: Option<Offset> = optional("offset", "From the stand of the place.", OFFSET),
     }
 }
 
@@ -134,20 +136,20 @@ pub(super) enum Offset {
 
 described! {
     /// An entry of `goal` or `precondition`.
-    pub(super) enum ConditionTerm in TermContext: "a condition", "Something that is so or not." {
-        At(Stand) = ("at", "The base is at rest at the stand of this place.", StandForm),
-        Path(Stand) = ("path", "A free path leads to the stand of this place.", StandForm),
+    pub(super) enum ConditionTerm: "a condition", "Something that is so or not." {
+        At(Stand) = ("at", "The base is at rest at the stand of this place.", STAND),
+        Path(Stand) = ("path", "A free path leads to the stand of this place.", STAND),
         Held(NameOrParam) = ("held", "The object is in a gripper of this task.", OBJECT),
         Free(NameOrParam) = ("free", "The object is in no gripper.", OBJECT),
         Lies(ObjectAt) = ("lies", "The object lies at the place.", Map::<ObjectAt>::new()),
-        Fact(Text) = ("fact", "The fact holds.", Template),
-        NotFact(Text) = ("not_fact", "The fact does not hold.", Template),
+        Fact(Text) = ("fact", "The fact holds.", TEMPLATE),
+        NotFact(Text) = ("not_fact", "The fact does not hold.", TEMPLATE),
     }
 }
 
 described! {
     /// An object and a place.
-    pub(super) struct ObjectAt in TermContext: "an object at a place", "An object and a place." {
+    pub(super) struct ObjectAt: "an object at a place", "An object and a place." {
         object: NameOrParam = required("object", "The object.", OBJECT),
         place: NameOrParam = required("at", "The place.", PLACE),
     }
@@ -155,11 +157,11 @@ described! {
 
 described! {
     /// An entry of `effects`.
-    pub(super) enum Effect in TermContext: "an effect", "Something that is so when the behavior succeeded." {
+    pub(super) enum Effect: "an effect", "Something that is so when the behavior succeeded." {
         Taken(Taken) = (TAKEN, "The object is in the resource of a claim.", Map::<Taken>::new()),
         Lies(ObjectAt) = ("lies", "The object lies at the place.", Map::<ObjectAt>::new()),
-        Set(Text) = ("set", "The fact holds.", Template),
-        Clear(Text) = ("clear", "The fact does not hold.", Template),
+        Set(Text) = ("set", "The fact holds.", TEMPLATE),
+        Clear(Text) = ("clear", "The fact does not hold.", TEMPLATE),
     }
 }
 
@@ -168,32 +170,32 @@ pub(super) const TAKEN: &str = "taken";
 
 described! {
     /// `taken`.
-    pub(super) struct Taken in TermContext: "a taken object", "An object and the claim whose resource holds it." {
+    pub(super) struct Taken: "a taken object", "An object and the claim whose resource holds it." {
         object: NameOrParam = required("object", "The object.", OBJECT),
-        claim: usize = required("by", "The name of the claim.", Claimed),
+        claim: usize = required("by", "The name of the claim.", CLAIMED),
     }
 }
 
 described! {
     /// An entry of `commands`.
-    pub(super) struct Command in TermContext: "a command", "What the controller of a claimed resource does." {
-        claim: usize = required("claim", "The name of the claim.", Claimed),
+    pub(super) struct Command: "a command", "What the controller of a claimed resource does." {
+        claim: usize = required("claim", "The name of the claim.", CLAIMED),
         order: Order = one(Order),
     }
 }
 
 described! {
     /// What a controller is told.
-    pub(super) choice Order in TermContext {
+    pub(super) enum Order: "a command", "What a controller is told." {
         Achieve(Written<TaskTerm>) = (
             "achieve",
             "To be reached; the behavior ends when all are.",
-            At(TaskForm { mode: Mode::Achieve })
+            At(TO_DO)
         ),
         Maintain(Written<TaskTerm>) = (
             "maintain",
             "To last as long as the behavior, together with all others that want the same.",
-            At(TaskForm { mode: Mode::Maintain })
+            At(TO_MAINTAIN)
         ),
     }
 }
@@ -207,9 +209,9 @@ pub(super) enum TaskTerm {
 
 described! {
     /// What a controller does and is told with a map.
-    pub(super) enum Action in TermContext: "a task of a controller",
+    pub(super) enum Action: "a task of a controller",
     "What a controller does; `stand` alone is to stand still." {
-        DriveTo(Stand) = ("drive_to", "Base: to the stand of a place.", StandForm),
+        DriveTo(Stand) = ("drive_to", "Base: to the stand of a place.", STAND),
         Grasp(NameOrParam) = ("grasp", "Arm: take the object.", OBJECT),
         Put(ObjectAt) = ("put", "Arm: set the object down at the place.", Map::<ObjectAt>::new()),
         LookAt(NameOrParam) = ("look_at", "Head or camera: look at the surface of the place.", PLACE),
@@ -228,18 +230,18 @@ impl ClaimTerm {
     }
 
     /// What is legal key by key and makes no sense together.
-    fn check(&self, context: &mut impl Context) {
+    fn check(&self, faults: &mut Faults) {
         if let Some(NameOrParam { written, .. }) = &self.holds
             && (self.empty.is_some() || self.reaches.is_some())
         {
             let message = "what holds an object is not empty".to_owned();
-            context.faults().push(written.span, &written.key, message, None);
+            faults.push(written.span, &written.key, message, None);
         }
         if let (Some(shared), KeepTerm::For(kept)) = (&self.shared, &self.keep)
             && shared.written.value != kept.written.value
         {
             let message = format!("used for `{}`, it cannot be kept for another", shared.written.value);
-            context.faults().push(kept.written.span, &kept.written.key, message, None);
+            faults.push(kept.written.span, &kept.written.key, message, None);
         }
     }
 }
@@ -260,116 +262,179 @@ impl Order {
     }
 }
 
-/// A value that can be written in several ways: what it looks like, and how it is read.
-macro_rules! ways {
-    ($($(#[$meta:meta])* $form:ident as $out:ty: $describes:expr, |$self:ident, $item:ident, $context:ident| $read:expr;)*) => {
-        $(
-            $(#[$meta])*
-            impl Describes for $form {
-                fn form(&self) -> Form {
-                    $describes
-                }
-            }
-
-            impl<'a, C: TermContext> Reads<'a, C> for $form {
-                type Out = $out;
-
-                fn read(&self, $item: Item<'a>, $context: &mut C) -> Option<$out> {
-                    let $self = self;
-                    $read
-                }
-            }
-        )*
-    };
-}
-
 /// `claims`: a map, or `all`.
-pub(super) struct ClaimsForm;
-/// `keep`: a word or a map.
-struct KeptForm;
-/// `potential`: a constant or a map.
-pub(super) struct PotentialForm;
-/// A number, `high`, or a parameter that stands for a number.
-struct ConstantForm;
-/// A place alone or with an offset.
-struct StandForm;
-/// Two lengths, or a parameter that stands for them.
-struct OffsetForm;
-/// What a controller does: a word or a map.
-struct TaskForm {
-    mode: Mode,
-}
+pub(super) const CLAIMS: Custom<Claims> =
+    Custom(|| Form::Either(vec![Form::Words(&ALL), Form::Each(Box::new(Form::Map(ClaimTerm::shape)))]), claims);
 
-ways! {
-    ClaimsForm as Claims: Form::Either(vec![Form::Words(&ALL), Form::Each(Box::new(Form::Map(ClaimTerm::shape)))]),
-        |_form, item, context| claims(item, context);
-    KeptForm as KeepTerm: Form::Either(vec![Form::Words(&PHYSICAL), Form::Map(Kept::shape)]), |_form, item, context| {
+/// `potential`: a constant or a map.
+pub(super) const POTENTIAL_TERM: Custom<PotentialTerm> = Custom(
+    || Form::Either(vec![CONSTANT.form(), Form::Map(PotentialTerm::shape)]),
+    |item, reading| {
         if item.is_map() {
-            return Map::<Kept>::new().read(item, context).map(|kept| KeepTerm::For(kept.intention));
+            return PotentialTerm::read(item, reading);
         }
-        let word = item.word(&PHYSICAL, "`physical`, or `for` an intention", context.faults());
+        Some(PotentialTerm { base: Base::Constant(CONSTANT.read(item, reading)?), scale_by: None })
+    },
+);
+
+/// The name of a claim, as which one it is.
+const CLAIMED: Custom<usize> = Custom(
+    || Form::Word,
+    |item, reading| {
+        let name = item.name("the name of a claim", reading.faults)?;
+        let claims = reading.scope.claims.iter().map(|claim| claim.value.as_str());
+        let found = claims.clone().position(|claim| claim == name.value);
+        if found.is_none() {
+            let help = suggestion(&name.value, "claim", claims);
+            reading.faults.push(name.span, &name.key, format!("there is no claim `{}`", name.value), Some(help));
+        }
+        found
+    },
+);
+
+/// A word or a map.
+const KEPT: Custom<KeepTerm> = Custom(
+    || Form::Either(vec![Form::Words(&PHYSICAL), Form::Map(Kept::shape)]),
+    |item, reading| {
+        if item.is_map() {
+            return Kept::read(item, reading).map(|kept| KeepTerm::For(kept.intention));
+        }
+        let word = item.word(&PHYSICAL, "`physical`, or `for` an intention", reading.faults);
         word.map(|_| KeepTerm::Physical)
-    };
-    PotentialForm as PotentialTerm: Form::Either(vec![ConstantForm.form(), Form::Map(PotentialTerm::shape)]),
-        |_form, item, context| {
-            if item.is_map() {
-                return Map::<PotentialTerm>::new().read(item, context);
-            }
-            Some(PotentialTerm { base: Base::Constant(ConstantForm.read(item, context)?), scale_by: None })
-        };
-    ConstantForm as Constant: Form::Either(vec![Form::Quantity(&POTENTIAL), Form::Words(&HIGH), Form::Word]),
-        |_form, item, context| {
-            if item.text().is_some_and(|text| HIGH.contains(&text)) {
-                return Some(Constant::High);
-            }
-            if constant_parameter(&item) {
-                return Slot(Type::Number).read(item, context)?.parameter.map(Constant::Told);
-            }
-            item.quantity(&POTENTIAL, context.faults()).map(Constant::Value)
-        };
-    StandForm as Stand: Form::Either(vec![Form::Word, Form::Map(Stand::shape)]), |_form, item, context| {
+    },
+);
+
+/// A number, `high`, or a parameter that stands for a number.
+const CONSTANT: Custom<Constant> = Custom(
+    || Form::Either(vec![Form::Quantity(&POTENTIAL), Form::Words(&HIGH), Form::Word]),
+    |item, reading| match item.text() {
+        Some(text) if HIGH.contains(&text) => Some(Constant::High),
+        Some(text) if template::parameter(text).is_some() => {
+            Slot(Type::Number).read(item, reading)?.parameter.map(Constant::Told)
+        }
+        Some(_) | None => item.quantity(&POTENTIAL, reading.faults).map(Constant::Value),
+    },
+);
+
+/// A parameter by whose argument a table is read.
+const BY: Custom<usize> = Custom(
+    || Form::Word,
+    |item, reading| {
+        const WHAT: &str = "a parameter such as `$object`";
+        let written = item.name(WHAT, reading.faults)?;
+        if let Some(name) = template::parameter(&written.value) {
+            return reading.parameter(name, &written);
+        }
+        let message = format!("found `{}` instead of {WHAT}", written.value);
+        reading.faults.push(written.span, &written.key, message, None);
+        None
+    },
+);
+
+/// A place alone or with an offset.
+const STAND: Custom<Stand> = Custom(
+    || Form::Either(vec![Form::Word, Form::Map(Stand::shape)]),
+    |item, reading| {
         if item.is_map() {
-            return Map::<Stand>::new().read(item, context);
+            return Stand::read(item, reading);
         }
-        Some(Stand { place: PLACE.read(item, context)?, offset: None })
-    };
-    OffsetForm as Offset: Form::Either(vec![Form::Word, Vector::<2>(&NEAR).form()]), |_form, item, context| {
+        Some(Stand { place: PLACE.read(item, reading)?, offset: None })
+    },
+);
+
+/// Two lengths, or a parameter that stands for them.
+const OFFSET: Custom<Offset> = Custom(
+    || Form::Either(vec![Form::Word, Vector::<2>(&NEAR).form()]),
+    |item, reading| {
         if !item.is_scalar() {
-            return Vector::<2>(&NEAR).read(item, context).map(Offset::By);
+            return Vector::<2>(&NEAR).read(item, reading).map(Offset::By);
         }
-        let told = Slot(Type::Offset).read(item, context)?.parameter;
+        let told = Slot(Type::Offset).read(item, reading)?.parameter;
         if told.is_none() {
-            item.wrong(Type::Offset.what(), context.faults());
+            item.wrong(Type::Offset.what(), reading.faults);
         }
         told.map(Offset::Told)
-    };
-    TaskForm as TaskTerm: Form::Either(vec![Form::Words(&STANDING), Form::Map(Action::shape)]),
-        |form, item, context| {
-            if !item.is_map() {
-                return item.word(&STANDING, "`stand`, or a map", context.faults()).map(|_| TaskTerm::Stand);
-            }
-            let action = Map::<Action>::new().read(item, context)?;
-            let ends = !matches!(action, Action::LookAt(_));
-            if form.mode == Mode::Maintain && ends {
-                let message = "what ends by itself cannot be maintained".to_owned();
-                context.faults().push(item.span, item.key, message, Some("write `achieve`".to_owned()));
-            }
-            Some(TaskTerm::Act(action))
+    },
+);
+
+/// What a controller does: a word or a map.
+const TO_DO: Custom<TaskTerm> = Custom(
+    || Form::Either(vec![Form::Words(&STANDING), Form::Map(Action::shape)]),
+    |item, reading| {
+        if item.is_map() {
+            return Action::read(item, reading).map(TaskTerm::Act);
+        }
+        item.word(&STANDING, "`stand`, or a map", reading.faults).map(|_| TaskTerm::Stand)
+    },
+);
+
+/// The same as long as it lasts, which it cannot if it ends by itself.
+const TO_MAINTAIN: Custom<TaskTerm> = Custom(
+    || TO_DO.form(),
+    |item, reading| {
+        let task = TO_DO.read(item, reading)?;
+        if !matches!(task, TaskTerm::Stand | TaskTerm::Act(Action::LookAt(_))) {
+            let message = "what ends by itself cannot be maintained".to_owned();
+            reading.faults.push(item.span, item.key, message, Some("write `achieve`".to_owned()));
+        }
+        Some(task)
+    },
+);
+
+/// Text in which `$name` stands for an argument.
+pub(super) const TEMPLATE: Custom<Text> = Custom(
+    || Form::Word,
+    |item, reading| {
+        let written = item.name("a text", reading.faults)?;
+        let mut pieces = Vec::new();
+        for piece in template::pieces(&written.value) {
+            pieces.push(match piece {
+                template::Piece::Plain(text) => Piece::Plain(text.to_owned()),
+                template::Piece::Parameter(name) => Piece::Parameter(reading.parameter(name, &written)?),
+            });
+        }
+        Some(Text { pieces, written })
+    },
+);
+
+/// A name, or a parameter of that type.
+struct Slot(Type);
+
+impl<'a> Reads<'a> for Slot {
+    type Out = NameOrParam;
+
+    fn form(&self) -> Form {
+        Form::Word
+    }
+
+    fn read(&self, item: Item<'a>, reading: &mut Reading<'_>) -> Option<NameOrParam> {
+        let written = item.name(self.0.what(), reading.faults)?;
+        let Some(name) = template::parameter(&written.value) else {
+            return Some(NameOrParam { written, parameter: None });
         };
+        let index = reading.parameter(name, &written)?;
+        let found = reading.scope.parameters[index].1;
+        if found != self.0 {
+            let message = format!("`${name}` is {}, not {}", found.what(), self.0.what());
+            reading.faults.push(written.span, &written.key, message, None);
+            return None;
+        }
+        Some(NameOrParam { written, parameter: Some(index) })
+    }
 }
 
-fn claims(item: Item<'_>, context: &mut impl TermContext) -> Option<Claims> {
+fn claims(item: Item<'_>, reading: &mut Reading<'_>) -> Option<Claims> {
     const WHAT: &str = "a map of claims, or `all`";
     if item.is_scalar() {
-        return item.word(&ALL, WHAT, context.faults()).map(|_| Claims::All);
+        return item.word(&ALL, WHAT, reading.faults).map(|_| Claims::All);
     }
-    let entries = item.named(WHAT, context.faults())?;
-    context.scope().claims = entries.iter().map(|(name, _)| name.clone()).collect();
+    let entries = item.named(WHAT, reading.faults)?;
+    reading.scope.claims = entries.iter().map(|(name, _)| name.clone()).collect();
     let mut claims = Vec::new();
     for (name, item) in entries {
-        let term = Map::<ClaimTerm>::new().read(item, context);
+        let term = ClaimTerm::read(item, reading);
         if let Some(term) = &term {
-            term.check(context);
+            term.check(reading.faults);
         }
         claims.push(term.map(|term| (name, term)));
     }

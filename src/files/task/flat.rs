@@ -5,12 +5,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::node::{AND, MAY_RUN, NAMED, Node, OR, RETRIES, THEN, USE};
 use super::subtrees::{Filled, Scope, Subtree, Subtrees};
 use super::{Call, Draft, DraftKind, MAX_NODES, Surroundings};
-use crate::describe::{Described, FromMap, Reads};
+use crate::describe::{Described, Reads};
 use crate::document::SourceSpan;
 use crate::fault::Faults;
 use crate::kinds::{Declared, Kinds};
-use crate::parameter::{Argument, Known, Parameter, Type, assign, warn_of_unused};
+use crate::parameter::{Argument, Known, Parameter, assign, warn_of_unused};
 use crate::reader::{Fields, Item, Name};
+use crate::scope::Reading;
+use crate::types::Type;
 use ambidex_model::{NodeId, Pose, suggestion};
 
 /// Deepest tree: what files can nest.
@@ -79,7 +81,7 @@ impl<'a> Flat<'a> {
             return;
         }
         let Some(fields) = item.fields(Node::shape(), faults) else { return };
-        let Some(written) = Node::from_map(&fields, faults) else { return };
+        let Some(written) = Node::from_map(&fields, &mut Reading::new(faults)) else { return };
         let is = self.is(&written, &fields, faults);
         let name = written.name.and_then(|item| self.name(item, under.scope, faults));
         if !matches!(is, None | Some(Is::Behavior(..))) {
@@ -93,8 +95,8 @@ impl<'a> Flat<'a> {
             return;
         }
         let node = NodeId::from(self.drafts.len());
-        let retries = written.retries.and_then(|item| RETRIES.read(item, faults));
-        let timeout_s = written.timeout.and_then(|item| MAY_RUN.read(item, faults));
+        let retries = written.retries.and_then(|item| RETRIES.take(item, faults));
+        let timeout_s = written.timeout.and_then(|item| MAY_RUN.take(item, faults));
         self.drafts.push(Draft {
             span: fields.span(),
             name: name.or_else(|| under.wish.cloned()),
@@ -148,7 +150,7 @@ impl<'a> Flat<'a> {
     }
 
     fn name(&mut self, item: Item<'_>, scope: &Scope<'_>, faults: &mut Faults) -> Option<Name> {
-        let name = NAMED.read(item, faults)?;
+        let name = NAMED.take(item, faults)?;
         match scope.fill(item, Type::Text, &mut self.used, faults)? {
             Filled::Value(node) => Some(Name { value: Item::of(item.key, &node).text()?.to_owned(), ..name }),
             Filled::Open => Some(name),

@@ -1,6 +1,6 @@
 //! A node of a task as it is written.
 
-use crate::describe::{Context, Count, Describes, Later, Word, described};
+use crate::describe::{Count, Described, Later, Reads, Word, described};
 use crate::kinds::MAX_RETRIES;
 use crate::quantity::{Quantity, TIMEOUT};
 use crate::reader::Item;
@@ -23,12 +23,12 @@ pub(super) const NAMED: Word = Word("a name");
 pub(super) const RETRIES: Count = Count(MAX_RETRIES);
 pub(super) const MAY_RUN: &Quantity = &TIMEOUT;
 
-const NODES: Later = Later(|| Form::List(Box::new(Form::Map(<Node<'_> as crate::describe::Described>::shape))));
+const NODES: Later = Later(|| Form::List(Box::new(Form::Map(Node::shape))));
 const ARGUMENTS: Later = Later(|| Form::Arguments);
 
 described! {
     /// A node of a task; what stands in it is read once it is known what it is.
-    pub(super) struct Node<'a> in Context: "a node of the task",
+    pub(super) struct Node<'a>: "a node of the task",
     "Exactly one of `and`, `or`, `then`, `use`, or a kind of behavior with its arguments: `move: shelf`.",
     others ARGUMENTS, known [
         ("move", "Drive to a place: `to`, `offset`, `scale_by`.", ARGUMENTS),

@@ -3,23 +3,24 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use super::node::{self, USE};
-use crate::describe::{Context, Described, Later, Map, Reads, described};
+use crate::describe::{Described, Later, described};
 use crate::document::{Located, Node, SourceSpan, Value};
 use crate::fault::Faults;
-use crate::parameter::{DEFAULT, Parameter, Parameters, Type};
+use crate::parameter::{DEFAULT, PARAMETERS, Parameter};
 use crate::reader::{Item, Name};
 use crate::shape::Form;
 use crate::template::{Piece, parameter, pieces};
+use crate::types::Type;
 use ambidex_model::suggestion;
 
 described! {
     /// An entry of `subtrees`.
-    pub(crate) struct Subtree<'a> in Context: "a subtree",
+    pub(crate) struct Subtree<'a>: "a subtree",
     "A part of a task to be used with arguments. `$name` stands for an argument." {
         parameters: Vec<Parameter> = or(
             "parameters",
             "What a `use` of it tells; the first one can be written without its name.",
-            Parameters,
+            PARAMETERS,
             Vec::new()
         ),
         task: Item<'a> = required("task", "What it does.", Later(|| Form::Map(node::Node::shape))),
@@ -71,7 +72,7 @@ impl<'a> Subtrees<'a> {
                 continue;
             }
             let before = faults.errors();
-            let read = Map::<Subtree<'a>>::new().read(item, faults);
+            let read = Subtree::take(item, faults);
             refuse_open_defaults(read.iter().flat_map(|subtree| &subtree.parameters), faults);
             match read.filter(|_| faults.errors() == before) {
                 Some(subtree) => drop(self.by_name.insert(name.value.clone(), (name, subtree))),
