@@ -22,11 +22,11 @@ const STACK_BYTES: usize = 32 << 20;
 pub(crate) struct SourceSpan {
     /// Which file, in the order of opening.
     pub(crate) file: usize,
-    /// Counted from 1.
+    /// Line, counted from 1; 0 for the file as a whole.
     pub(crate) line: usize,
-    /// Counted from 1.
+    /// Letter of the line, counted from 1.
     pub(crate) column: usize,
-    /// Bytes before it.
+    /// Bytes of the file before it.
     pub(crate) offset: usize,
     /// Its length in bytes.
     pub(crate) length: usize,
@@ -35,28 +35,28 @@ pub(crate) struct SourceSpan {
 /// A value and where it stands.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Located<T> {
-    /// The value.
+    /// What stands there.
     pub(crate) value: T,
-    /// Its place in the file.
+    /// Where: of a list or a map where it begins.
     pub(crate) span: SourceSpan,
 }
 
-/// A YAML value.
+/// A value of YAML text with its place.
 pub(crate) type Node = Located<Value>;
 
 /// What a YAML value is.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Value {
-    /// Nothing.
+    /// What is left empty, `null` or `~`.
     Null,
     /// A word, number or text as written; numbers also as YAML understands them, `!degrees 90` included.
     Scalar {
         /// As written, without quotes.
         text: String,
-        /// Its number.
+        /// As a number, angles in radians; none for what is no number to YAML.
         number: Option<f64>,
     },
-    /// A list.
+    /// A list in the order of the file.
     List(Vec<Node>),
     /// A map in the order of the file.
     Map(Vec<(Located<String>, Node)>),
@@ -65,9 +65,9 @@ pub(crate) enum Value {
 /// What is wrong with the YAML itself.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct SyntaxFault {
-    /// Where.
+    /// Where the parser gave up.
     pub(crate) span: SourceSpan,
-    /// What.
+    /// What it found, in words for people.
     pub(crate) message: String,
 }
 

@@ -33,7 +33,7 @@ pub struct Fault {
 /// Whether a file can be used all the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Severity {
-    /// It cannot.
+    /// It cannot be used.
     Error,
     /// It can, but this is surely not what its writer meant.
     Warning,
@@ -84,12 +84,12 @@ impl Fault {
         &self.key
     }
 
-    /// What was found.
+    /// What was found, without key and place.
     pub fn message(&self) -> &str {
         &self.message
     }
 
-    /// What is allowed, or what to do.
+    /// What is allowed, or what to do about it.
     pub fn help(&self) -> Option<&str> {
         self.help.as_deref()
     }
@@ -133,6 +133,24 @@ impl fmt::Display for Fault {
 
 impl std::error::Error for Fault {}
 
+/// Where a mistake is: a place, and the key that stands there or above it.
+pub(crate) struct At<'k> {
+    span: SourceSpan,
+    key: &'k str,
+}
+
+impl<'k> From<(SourceSpan, &'k str)> for At<'k> {
+    fn from((span, key): (SourceSpan, &'k str)) -> Self {
+        Self { span, key }
+    }
+}
+
+impl<'k> From<(SourceSpan, &'k String)> for At<'k> {
+    fn from((span, key): (SourceSpan, &'k String)) -> Self {
+        Self { span, key }
+    }
+}
+
 /// The mistakes found so far in all files.
 #[derive(Debug, Default)]
 pub(crate) struct Faults {
@@ -155,17 +173,27 @@ impl Faults {
         self.errors
     }
 
-    /// Adds one at a place in a file; `help` says what is allowed.
-    pub(crate) fn push(&mut self, span: SourceSpan, key: &str, message: String, help: Option<String>) {
-        self.add(Severity::Error, span, key, message, help);
+    /// Adds a mistake at a place in a file.
+    pub(crate) fn push<'k>(&mut self, at: impl Into<At<'k>>, message: impl Into<String>) {
+        self.push_or_with(at, message, None);
+    }
+
+    /// Adds a mistake and what is allowed, or what to do.
+    pub(crate) fn push_with<'k>(&mut self, at: impl Into<At<'k>>, message: impl Into<String>, help: impl Into<String>) {
+        self.push_or_with(at, message, Some(help.into()));
+    }
+
+    /// Adds a mistake, and what to do if that is known.
+    pub(crate) fn push_or_with<'k>(&mut self, at: impl Into<At<'k>>, message: impl Into<String>, help: Option<String>) {
+        self.add(Severity::Error, at.into(), message.into(), help);
     }
 
     /// Adds what is legal but surely not meant.
-    pub(crate) fn warn(&mut self, span: SourceSpan, key: &str, message: String, help: Option<String>) {
-        self.add(Severity::Warning, span, key, message, help);
+    pub(crate) fn warn<'k>(&mut self, at: impl Into<At<'k>>, message: String, help: Option<String>) {
+        self.add(Severity::Warning, at.into(), message, help);
     }
 
-    fn add(&mut self, severity: Severity, span: SourceSpan, key: &str, message: String, help: Option<String>) {
+    fn add(&mut self, severity: Severity, At { span, key }: At<'_>, message: String, help: Option<String>) {
         // What is used twice is wrong once.
         if !self.known.insert((span.file, span.offset, message.clone())) {
             return;

@@ -48,7 +48,7 @@ impl<'s> Files<'s> {
         Self { sources, paper, list: vec![(PathBuf::from(name), parse(name, text, faults))] }
     }
 
-    /// A file alone.
+    /// A file without what it includes and without the behaviors of the paper; `named` is where its path stands.
     pub(crate) fn alone(sources: &'s dyn Sources, path: &Path, named: Option<&Name>, faults: &mut Faults) -> Self {
         let mut files = Self { sources, paper: None, list: Vec::new() };
         files.open(path, named, faults);
@@ -85,7 +85,7 @@ impl<'s> Files<'s> {
                 includes(node.as_ref()).into_iter().map(|name| (beside(including, &name.value), name)).collect();
             for (path, name) in wanted {
                 if self.list.len() >= MAX_FILES + usize::from(self.paper.is_none()) {
-                    return faults.push(name.span, &name.key, format!("more than {MAX_FILES} files"), None);
+                    return faults.push(&name, format!("more than {MAX_FILES} files"));
                 }
                 if self.find(&path).is_none() {
                     self.open(&path, Some(&name), faults);
@@ -132,10 +132,10 @@ fn content_of(
         Err(error) => format!("cannot read {shown}: {error}"),
     };
     match named {
-        Some(name) => faults.push(name.span, &name.key, message, None),
+        Some(name) => faults.push(name, message),
         None => {
             let file = faults.open(&shown.to_string(), String::new());
-            faults.push(SourceSpan { file, ..SourceSpan::default() }, "", message, None);
+            faults.push((SourceSpan { file, ..SourceSpan::default() }, ""), message);
         }
     }
     None
@@ -147,7 +147,7 @@ fn parse_bytes(name: &str, bytes: Vec<u8>, faults: &mut Faults) -> Option<Node> 
         Err(error) => {
             let file = faults.open(name, String::from_utf8_lossy(error.as_bytes()).into_owned());
             let fault = document::not_text(file, error.as_bytes(), error.utf8_error());
-            faults.push(fault.span, "", fault.message, None);
+            faults.push((fault.span, ""), fault.message);
             None
         }
     }
@@ -158,7 +158,7 @@ fn parse(name: &str, text: String, faults: &mut Faults) -> Option<Node> {
     match document::parse(file, &text) {
         Ok(node) => Some(node),
         Err(fault) => {
-            faults.push(fault.span, "", fault.message, None);
+            faults.push((fault.span, ""), fault.message);
             None
         }
     }

@@ -77,8 +77,7 @@ impl Format {
         let Some(other) = Self::of(file).filter(|found| *found != self) else {
             return true;
         };
-        let message = format!("this is {}, not {}", other.shape().what, self.shape().what);
-        faults.push(file.span, "", message, None);
+        faults.push((file.span, ""), format!("this is {}, not {}", other.shape().what, self.shape().what));
         false
     }
 

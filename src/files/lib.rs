@@ -51,7 +51,7 @@ use world::WorldNames;
 /// A mission with the file of its robot.
 #[derive(Debug, Clone)]
 pub struct Loaded {
-    /// The mission.
+    /// Everything that a run needs to know, shared by all who run it.
     pub mission: Arc<MissionSpec>,
     /// Where its robot stands, for the controllers to read it too.
     pub robot_path: PathBuf,

@@ -56,8 +56,7 @@ impl Register {
         if found.is_none() {
             let message = format!("there is no {} `{}`", self.what, name.value);
             let allowed = self.names.iter().map(String::as_str);
-            let help = suggestion(&name.value, self.what, allowed);
-            faults.push(name.span, &name.key, message, Some(help));
+            faults.push_with(name, message, suggestion(&name.value, self.what, allowed));
         }
         found
     }

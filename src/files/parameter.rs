@@ -207,8 +207,7 @@ fn check_default(ty: Type, item: Item<'_>, faults: &mut Faults) {
         Some(BEFORE | START) if ty == Type::Place => {}
         Some(text) => {
             let message = format!("`{text}` cannot be the default of {}", ty.what());
-            let help = "write a value; that of a place may be `$before` or `$start`".to_owned();
-            faults.push(item.span, item.key, message, Some(help));
+            faults.push_with(&item, message, "write a value; that of a place may be `$before` or `$start`");
         }
         None => check_form(ty, item, faults),
     }
@@ -242,8 +241,7 @@ pub(crate) fn assign<'a>(
     for (parameter, value) in parameters.iter().zip(&values) {
         if value.is_none() && parameter.defaults.is_none() {
             let (name, ty) = (&parameter.name.value, parameter.ty.what());
-            let message = format!("`{}` lacks its parameter `{name}`, {ty}", what.value);
-            faults.push(span, &what.value, message, None);
+            faults.push((span, &what.value), format!("`{}` lacks its parameter `{name}`, {ty}", what.value));
         }
     }
     (faults.errors() == before).then_some(values)
@@ -252,8 +250,7 @@ pub(crate) fn assign<'a>(
 fn unknown(what: &Name, parameters: &[Parameter], name: &Name, faults: &mut Faults) {
     let message = format!("`{}` has no parameter `{}`", what.value, name.value);
     let allowed = parameters.iter().map(|parameter| parameter.name.value.as_str());
-    let help = suggestion(&name.value, "parameter", allowed);
-    faults.push(name.span, &name.key, message, Some(help));
+    faults.push_with(name, message, suggestion(&name.value, "parameter", allowed));
 }
 
 /// Warns of parameters that nothing uses, unless there were faults since `before`: one may be the use that is missed.
@@ -262,6 +259,6 @@ pub(crate) fn warn_of_unused(parameters: &[Parameter], used: &BTreeSet<usize>, b
         return;
     }
     for (_, Parameter { name, .. }) in parameters.iter().enumerate().filter(|(index, _)| !used.contains(index)) {
-        faults.warn(name.span, &name.key, format!("parameter `{}` is not used", name.value), None);
+        faults.warn(name, format!("parameter `{}` is not used", name.value), None);
     }
 }

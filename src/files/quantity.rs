@@ -34,7 +34,7 @@ pub(crate) const EXTENT: Quantity = quantity(Dimension::Length, 0.01, 10.0);
 pub(crate) const LIFT: Quantity = quantity(Dimension::Length, 0.0, 10.0);
 /// How near counts as there: no less than the base settles within.
 pub(crate) const TOLERANCE: Quantity = quantity(Dimension::Length, 0.02, 10.0);
-/// A direction.
+/// A direction, up to a whole turn either way.
 pub(crate) const HEADING: Quantity = quantity(Dimension::Angle, -2.0 * PI, 2.0 * PI);
 /// How long a behavior may take: up to a day.
 pub(crate) const TIMEOUT: Quantity = quantity(Dimension::Time, 0.01, 86_400.0);
@@ -44,13 +44,13 @@ pub(crate) const GRIP: Quantity = quantity(Dimension::Time, 0.0, 600.0);
 pub(crate) const DURATION: Quantity = quantity(Dimension::Time, 0.0, 86_400.0);
 /// An activation potential; 0 means not to ask.
 pub(crate) const POTENTIAL: Quantity = quantity(Dimension::Plain, 0.0, 1e9);
-/// A top speed.
+/// A top speed along a line; one that is 0 would never arrive.
 pub(crate) const SPEED: Quantity = quantity(Dimension::Speed, 0.001, 100.0);
-/// A top acceleration.
+/// A top acceleration along a line, likewise above 0.
 pub(crate) const ACCELERATION: Quantity = quantity(Dimension::Acceleration, 0.001, 100.0);
-/// A top turning speed.
+/// A top turning speed, above 0.
 pub(crate) const TURN_SPEED: Quantity = quantity(Dimension::TurnSpeed, 0.001, 100.0);
-/// A top turning acceleration.
+/// A top turning acceleration, above 0.
 pub(crate) const TURN_ACCELERATION: Quantity = quantity(Dimension::TurnAcceleration, 0.001, 1000.0);
 
 const fn quantity(dimension: Dimension, from: f64, to: f64) -> Quantity {

@@ -107,8 +107,7 @@ const REACHING_ARM: Custom<ArmSpec> = Custom(
     |item, reading| {
         let Arm { shoulder, tuck, reach_m, speed, acceleration, grip_s, lift_m } = Arm::read(item, reading)?;
         if (tuck.value - shoulder).norm() > reach_m {
-            let message = "farther from the shoulder than the arm reaches".to_owned();
-            reading.faults.push(tuck.span, &tuck.key, message, None);
+            reading.faults.push(&tuck, "farther from the shoulder than the arm reaches");
         }
         Some(ArmSpec { shoulder, tuck: tuck.value, reach_m, speed, acceleration, grip_s, lift_m })
     },
@@ -131,7 +130,7 @@ impl Controller {
 /// A robot and what its parts are called.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobotFile {
-    /// The robot.
+    /// Resources and controllers by id.
     pub robot: RobotSpec,
     /// Names of resources, types and controllers; the other lists are empty.
     pub names: Names,
@@ -187,8 +186,7 @@ fn controller_of(
     let wanted = resource.controller.as_ref()?;
     let found = ControllerId::from(controllers.find(wanted, faults)?);
     if let Some(other) = users.insert(found, name.value.clone()) {
-        let message = format!("controller `{}` moves `{other}` already", wanted.value);
-        faults.push(wanted.span, &wanted.key, message, None);
+        faults.push(wanted, format!("controller `{}` moves `{other}` already", wanted.value));
     }
     Some(found)
 }
@@ -205,8 +203,7 @@ fn check_kind(resource: &Resource, kind: &Option<Controller>, faults: &mut Fault
     };
     let found = resource.ty.value.as_str();
     if [GRIPPER, BASE, HEAD].contains(&found) && found != ty {
-        let message = format!("controller `{}` moves {word}, not a {found}", name.value);
-        faults.push(name.span, &name.key, message, None);
+        faults.push(name, format!("controller `{}` moves {word}, not a {found}", name.value));
     }
 }
 
@@ -214,8 +211,7 @@ fn check_limits(raw: &Robot, users: &BTreeMap<ControllerId, String>, faults: &mu
     if raw.resources.len() > MAX_RESOURCES
         && let Some((name, _)) = raw.resources.get(MAX_RESOURCES)
     {
-        let message = format!("more than {MAX_RESOURCES} resources");
-        faults.push(name.span, RESOURCES, message, None);
+        faults.push((name.span, RESOURCES), format!("more than {MAX_RESOURCES} resources"));
     }
     for (index, (name, _)) in raw.controllers.iter().enumerate() {
         let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "_-".contains(letter);
@@ -223,12 +219,11 @@ fn check_limits(raw: &Robot, users: &BTreeMap<ControllerId, String>, faults: &mu
             let message = format!(
                 "the name of a controller has at most {MAX_CONTROLLER_NAME_BYTES} letters, digits, `_` and `-`"
             );
-            faults.push(name.span, &name.value, message, None);
+            faults.push((name.span, &name.value), message);
         }
         if !users.contains_key(&ControllerId::from(index)) {
-            let message = "no resource has this controller".to_owned();
             let help = "name it as the `controller` of what it moves, or leave it out".to_owned();
-            faults.push(name.span, &name.value, message, Some(help));
+            faults.push_with((name.span, &name.value), "no resource has this controller", help);
         }
     }
 }
@@ -241,7 +236,7 @@ fn check_mixed(raw: &Robot, faults: &mut Faults) {
         let has_one = resource.controller.is_some();
         if *driven.entry(&resource.ty.value).or_insert(has_one) != has_one {
             let message = format!("of type `{}`, some have a controller and some have none", resource.ty.value);
-            faults.push(name.span, &name.value, message, None);
+            faults.push((name.span, &name.value), message);
         }
     }
 }

@@ -37,7 +37,7 @@ impl<'f> Reading<'f> {
         let found = names().position(|known| known == name);
         if found.is_none() {
             let help = suggestion(name, "parameter", names());
-            self.faults.push(at.span, &at.key, format!("there is no parameter `{name}`"), Some(help));
+            self.faults.push_with(at, format!("there is no parameter `{name}`"), help);
         }
         self.scope.used.extend(found);
         found

@@ -20,7 +20,7 @@ pub(crate) struct Shape {
 /// What the writer of a file may add to a map under keys of their own.
 #[derive(Debug)]
 pub(crate) struct Others {
-    /// What stands there.
+    /// What stands under any of them.
     pub(crate) form: Form,
     /// Those that every file can use.
     pub(crate) known: Vec<Field>,
@@ -56,7 +56,7 @@ pub(crate) enum Form {
     Each(Box<Self>),
     /// A map whose keys are known; a function, since maps can hold others like themselves.
     Map(fn() -> &'static Shape),
-    /// One of several.
+    /// Any of these ways to write it.
     Either(Vec<Self>),
     /// A word, number, list of numbers, or a map of such by parameter.
     Arguments,

@@ -3,7 +3,7 @@
 /// A piece of such a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Piece<'a> {
-    /// As written.
+    /// Text that means itself.
     Plain(&'a str),
     /// The name of a parameter.
     Parameter(&'a str),

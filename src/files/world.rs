@@ -97,8 +97,7 @@ const UPRIGHT_BOX: Custom<Obstacle> = Custom(
         let corner = |([x, y], z): ([f64; 2], Option<f64>), tall_m| Point3::new(x, y, z.unwrap_or(tall_m));
         let (min, max) = (corner(corners.min, 0.0), corner(corners.max, TALL_M));
         if (max - min).min() < *EXTENT.range.start() {
-            let message = "`max` is not beyond `min` by 1 cm in every direction".to_owned();
-            reading.faults.push(fields.span(), item.key, message, None);
+            reading.faults.push((fields.span(), item.key), "`max` is not beyond `min` by 1 cm in every direction");
             return None;
         }
         Some(Obstacle { min, max })
@@ -113,7 +112,7 @@ pub(crate) struct WorldNames {
     pub(crate) facts: Register,
 }
 
-/// A checked world.
+/// A world without faults: every name in it an id.
 #[derive(Debug, Clone)]
 pub(crate) struct Built {
     pub(crate) spec: WorldSpec,

@@ -116,7 +116,7 @@ pub(super) struct Param {
     pub(super) span: SourceSpan,
 }
 
-/// A whole file.
+/// A task file in which every part that is right is known.
 #[derive(Debug)]
 pub(super) struct Task {
     /// In the order of `NodeList`.
@@ -162,7 +162,7 @@ impl Entry {
         if kind == Some(Kind::Behavior) && plugin.is_none() {
             let message = format!("a behavior lacks the key `{BEHAVIOR_TYPE}`");
             let help = "its plugin, such as dhtt_plugins::TestBehavior".to_owned();
-            faults.push(fields.span(), &nothing.name.value, message, Some(help));
+            faults.push_with((fields.span(), &nothing.name.value), message, help);
         }
         let mut entry = Self {
             kind,
@@ -186,8 +186,7 @@ impl Entry {
             let Some((key, value)) = param(item, faults) else { continue };
             let is_first = seen.insert(key);
             if key == POTENTIAL_KEY && !is_first {
-                let message = format!("`{POTENTIAL_KEY}` comes twice");
-                faults.push(item.span, PARAMS, message, None);
+                faults.push((item.span, PARAMS), format!("`{POTENTIAL_KEY}` comes twice"));
             } else if key == POTENTIAL_KEY {
                 let number = Value::Scalar { text: value.to_owned(), number: None };
                 let number = Located { value: number, span: item.span };
@@ -211,23 +210,20 @@ fn check_list(listed: &[Item<'_>], nodes: &[(Name, Option<Item<'_>>)], faults: &
         if !there.contains(name.value.as_str()) {
             let message = format!("`{}` has no entry in `{NODES}`", name.value);
             let help = notes::suggested(&name.value, "node", there.iter().copied(), faults);
-            faults.push(name.span, NODE_LIST, message, help);
+            faults.push_or_with((name.span, NODE_LIST), message, help);
         }
         if !seen.insert(name.value.clone()) {
-            let message = format!("`{}` comes twice", name.value);
-            faults.push(name.span, NODE_LIST, message, None);
+            faults.push((name.span, NODE_LIST), format!("`{}` comes twice", name.value));
         }
     }
     for (name, _) in nodes {
         if !seen.contains(&name.value) {
-            let message = format!("not in `{NODE_LIST}`");
             let help = "add it there, where it belongs among the children of its parent".to_owned();
-            faults.push(name.span, &name.value, message, Some(help));
+            faults.push_with((name.span, &name.value), format!("not in `{NODE_LIST}`"), help);
         }
         if name.value == ROOT || notes::is_template(&name.value) {
-            let message = format!("a node cannot be called `{}`", name.value);
             let help = "`root` stands above every tree, and `$` for an argument: rename it".to_owned();
-            faults.push(name.span, &name.value, message, Some(help));
+            faults.push_with((name.span, &name.value), format!("a node cannot be called `{}`", name.value), help);
         }
     }
 }
@@ -248,7 +244,7 @@ fn kind(item: Item<'_>, faults: &mut Faults) -> Option<Kind> {
             return None;
         }
     };
-    faults.push(item.span, item.key, message.to_owned(), Some(help.to_owned()));
+    faults.push_with(&item, message.to_owned(), help.to_owned());
     None
 }
 
@@ -275,7 +271,7 @@ fn param<'a>(item: Item<'a>, faults: &mut Faults) -> Option<(&'a str, &'a str)> 
             Some(text) => format!("`{}` is not of the form 'key: value'", notes::line(text)),
             None => "a parameter is a text of the form 'key: value'".to_owned(),
         };
-        faults.push(item.span, item.key, message, Some(HELP.to_owned()));
+        faults.push_with(&item, message, HELP.to_owned());
     }
     found
 }

@@ -56,9 +56,9 @@ pub struct Imported {
 /// A file that belongs beside another.
 #[derive(Debug, Clone)]
 pub struct Beside {
-    /// Where it belongs.
+    /// Where it belongs, beside the mission.
     pub path: PathBuf,
-    /// What stands in it.
+    /// The YAML that is to be written there.
     pub text: String,
 }
 
@@ -118,8 +118,7 @@ pub fn import(
     match files.main().and_then(|main| Some((what(main, &mut faults)?, main))) {
         Some((What::Robot, main)) => {
             if robot.is_some() {
-                let message = "this is a robot file, and `--robot` is for task files".to_owned();
-                faults.push(main.span, "", message, None);
+                faults.push((main.span, ""), "this is a robot file, and `--robot` is for task files");
             }
             let draft = RobotDraft::read(main, &name, &stem(path), &mut faults);
             robot_file(sources, draft, faults)
@@ -136,7 +135,7 @@ pub fn import(
                 Format::Robot => "this is a robot file of Ambidex already",
                 Format::Behaviors => "this is a library of Ambidex already",
             };
-            faults.push(main.span, "", what.to_owned(), None);
+            faults.push((main.span, ""), what.to_owned());
             failed(faults)
         }
         None => failed(faults),
@@ -156,9 +155,8 @@ fn what(file: Item<'_>, faults: &mut Faults) -> Option<What> {
     }
     let ours = Format::of(file).map(What::Ours);
     if ours.is_none() {
-        let message = "this is no file of the dHTT software".to_owned();
         let help = "a task file has `NodeList` and `Nodes`, a robot file has `robot_resources`".to_owned();
-        faults.push(file.span, "", message, Some(help));
+        faults.push_with((file.span, ""), "this is no file of the dHTT software", help);
     }
     ours
 }
@@ -180,7 +178,7 @@ fn robot_of(sources: &dyn Sources, path: Option<&Path>, faults: &mut Faults) -> 
         What::Robot => RobotDraft::read(main, &file_name(path), &stem(path), faults).map(Robot::New),
         What::Ours(Format::Robot) => crate::robot_of(main, faults).map(|robot| Robot::There(robot, path.to_owned())),
         What::Task | What::Ours(Format::Mission | Format::Behaviors) => {
-            faults.push(main.span, "", "this is no robot file".to_owned(), None);
+            faults.push((main.span, ""), "this is no robot file");
             None
         }
     }
@@ -189,7 +187,7 @@ fn robot_of(sources: &dyn Sources, path: Option<&Path>, faults: &mut Faults) -> 
 /// The warnings of an import that has no mistakes, and how many do not fit among them.
 fn warnings(notes: &[Note], mut faults: Faults) -> Result<(Vec<Fault>, usize), ImportError> {
     for note in notes {
-        faults.warn(note.span, &note.of, note.message.clone(), note.help.clone());
+        faults.warn((note.span, &note.of), note.message.clone(), note.help.clone());
     }
     let ((), warnings) = faults.into_result(Some(())).map_err(ImportError::Faulty)?;
     let unshown = notes.len().saturating_sub(warnings.len());
@@ -261,7 +259,7 @@ fn load(sources: &dyn Sources, text: &str, robot: RobotFile, draft: &Draft) -> R
     if let Some(mission) = &mission
         && mission.names.nodes[1..] != draft.top.names()
     {
-        faults.push(span, "", "its nodes are called otherwise".to_owned(), None);
+        faults.push((span, ""), "its nodes are called otherwise");
     }
     faults.into_result(mission).map(|(mission, _)| mission)
 }

@@ -96,8 +96,7 @@ impl RobotDraft {
         for (_, key, item) in entries {
             let Some((name, ty)) = resource(&key, item, &mut notes, faults) else { continue };
             if !seen.insert(name.value.clone()) {
-                let message = format!("another resource is called `{}`", name.value);
-                faults.push(name.span, &key, message, None);
+                faults.push((name.span, &key), format!("another resource is called `{}`", name.value));
             }
             resources.push((name.value, ty));
         }
@@ -111,7 +110,7 @@ impl RobotDraft {
         self.resources.len()
     }
 
-    /// The robot file.
+    /// The file of Ambidex that is made of it.
     pub(super) fn text(&self) -> String {
         let mut lines = Lines::default();
         lines.comment(0, &self.origin);
@@ -151,10 +150,10 @@ fn check_count(of: &Fields<'_>, told: Option<Written<u32>>, found: usize, faults
     const HELP: &str = "they are called resource_0, resource_1 …";
     if let Some(Written { value: told, key, span }) = told.filter(|told| told.value as usize != found) {
         let message = format!("{told} resources are announced, and there are {found}");
-        faults.push(span, &key, message, Some(HELP.to_owned()));
+        faults.push_with((span, &key), message, HELP.to_owned());
     }
     if found == 0 {
-        faults.push(of.span(), ROBOT_RESOURCES, "a robot without resources".to_owned(), Some(HELP.to_owned()));
+        faults.push_with((of.span(), ROBOT_RESOURCES), "a robot without resources".to_owned(), HELP.to_owned());
     }
 }
 

@@ -118,9 +118,8 @@ impl<'a> Binder<'a> {
 
     fn not_told(&self, kind: &Declared, parameter: &Parameter, site: &Site<'_>, faults: &mut Faults) {
         let name = &parameter.name.value;
-        let message = format!("not told {}: `{name}`", parameter.ty.what());
         let help = format!("write `{name}`, or let it follow a `move` in a `then`");
-        faults.push(site.span, &kind.name.value, message, Some(help));
+        faults.push_with((site.span, &kind.name.value), format!("not told {}: `{name}`", parameter.ty.what()), help);
     }
 }
 
@@ -186,7 +185,7 @@ impl Bound<'_, '_> {
         if found.is_none() {
             let message = format!("the robot has no resource of type `{}`, so nothing is scaled", written.value);
             let help = suggestion(&written.value, "type", types.names().iter().map(String::as_str));
-            self.faults.warn(written.span, &written.key, message, Some(help));
+            self.faults.warn(written, message, Some(help));
         }
         found.map(TypeId::from)
     }

@@ -76,7 +76,7 @@ impl Bound<'_, '_> {
         if found.is_none() && !is_optional {
             let message = format!("the robot has no resource of type `{}`", slot.written.value);
             let help = suggestion(&slot.written.value, "type", names.names().iter().map(String::as_str));
-            self.faults.push(self.site.span, &self.kind.name.value, message, Some(help));
+            self.faults.push_with((self.site.span, &self.kind.name.value), message, help);
         }
         found
     }
@@ -151,6 +151,6 @@ impl Bound<'_, '_> {
             Some(ty) => format!("it claims {} of type `{}`; the robot has {}", counts[ty], types[ty], has(ty)),
             None => format!("its claim `{}` can only get what another one claims too", self.claim_name(lacking)),
         };
-        self.faults.push(self.kind.name.span, &self.kind.name.value, message, None);
+        self.faults.push((self.kind.name.span, &self.kind.name.value), message);
     }
 }

@@ -32,19 +32,17 @@ impl Bound<'_, '_> {
                 Some((_, ControllerKind::Arm(_))) | None => continue,
             };
             let message = format!("controller `{name}` moves {word}, which cannot hold what is taken");
-            self.faults.push(self.kind.name.span, TAKEN, message, None);
+            self.faults.push((self.kind.name.span, TAKEN), message);
         }
     }
 
     pub(super) fn task(&mut self, term: &TaskTerm) -> Option<Task> {
         Some(match term {
-            TaskTerm::Stand => Task::Stand,
-            TaskTerm::Act(Action::DriveTo(stand)) => Task::DriveTo(self.stop(stand)?.stand),
-            TaskTerm::Act(Action::Grasp(object)) => Task::Grasp(self.object(object)?),
-            TaskTerm::Act(Action::Put(ObjectAt { object, place })) => {
-                Task::Put(self.object(object)?, self.place(place)?)
-            }
-            TaskTerm::Act(Action::LookAt(place)) => Task::LookAt(self.place(place)?),
+            None => Task::Stand,
+            Some(Action::DriveTo(stand)) => Task::DriveTo(self.stop(stand)?.stand),
+            Some(Action::Grasp(object)) => Task::Grasp(self.object(object)?),
+            Some(Action::Put(ObjectAt { object, place })) => Task::Put(self.object(object)?, self.place(place)?),
+            Some(Action::LookAt(place)) => Task::LookAt(self.place(place)?),
         })
     }
 
@@ -73,6 +71,6 @@ impl Bound<'_, '_> {
         };
         let message = format!("controller `{name}` moves {can}");
         let written = term.order.task();
-        self.faults.push(written.span, &written.key, message, None);
+        self.faults.push(written, message);
     }
 }

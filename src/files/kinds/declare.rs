@@ -13,7 +13,7 @@ use crate::reader::{Item, Name, Written};
 use crate::scope::{Reading, Scope};
 use crate::shape::{Form, Shape};
 
-/// Most retries.
+/// How often a behavior may try again at most.
 pub(crate) const MAX_RETRIES: u32 = 1000;
 
 const TIMEOUT_S: f64 = 120.0;
@@ -92,7 +92,7 @@ impl Declared {
             (&read.takes_s, read.timeout_s.filter(|timeout_s| takes_s >= *timeout_s))
         {
             let message = format!("it takes {takes_s} s, and its timeout is {timeout_s} s");
-            faults.push(takes.span, &takes.key, message, Some("give it a greater `timeout`".to_owned()));
+            faults.push_with(takes, message, "give it a greater `timeout`");
         }
         warn_of_unused(&read.parameters, &used, before, faults);
         let declared = Self {
@@ -119,7 +119,6 @@ fn refuse_second_commands(commands: &[Command], claims: &[Name], faults: &mut Fa
     for command in commands.iter().filter(|command| !seen.insert(command.claim)) {
         let task = command.order.task();
         let message = format!("`{}` has a command already", claims[command.claim].value);
-        let help = "a controller does one thing at a time: one command for each claim".to_owned();
-        faults.push(task.span, &task.key, message, Some(help));
+        faults.push_with(task, message, "a controller does one thing at a time: one command for each claim");
     }
 }

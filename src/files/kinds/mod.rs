@@ -17,7 +17,7 @@ use crate::fault::Faults;
 use crate::parameter::{Argument, Parameter};
 use crate::reader::{Item, Name};
 use ambidex_model::{PlaceId, Pose, TypeId};
-use terms::{Action, ClaimTarget, ClaimTerm, Command, ConditionTerm, Effect, Offset, PotentialTerm, Stand, TaskTerm};
+use terms::{Action, ClaimTarget, ClaimTerm, Command, ConditionTerm, Effect, Offset, PotentialTerm, Stand};
 
 /// Every kind that the files declare, by name.
 #[derive(Debug, Default)]
@@ -92,9 +92,8 @@ impl Kinds {
         };
         for (name, item) in entries {
             if self.by_name.contains_key(&name.value) || self.reserved.contains(&name.value.as_str()) {
-                let message = format!("there is a `{}` already", name.value);
                 let help = "`move`, `pick` and `place` are always there; every other name is yours, once".to_owned();
-                faults.push(name.span, &name.key, message, Some(help));
+                faults.push_with(&name, format!("there is a `{}` already", name.value), help);
                 continue;
             }
             match Declared::read(name.clone(), item, faults) {
@@ -135,8 +134,8 @@ impl Declared {
     /// Where a node of it drives to; none where it does not, or where nothing tells the place.
     pub(crate) fn stop(&self, arguments: &[Option<Argument>], stands: &[Pose]) -> Option<Stop> {
         let drive = self.commands.iter().find_map(|command| match &command.order.task().value {
-            TaskTerm::Act(Action::DriveTo(stand)) => Some(stand),
-            TaskTerm::Stand | TaskTerm::Act(Action::Grasp(_) | Action::Put(_) | Action::LookAt(_)) => None,
+            Some(Action::DriveTo(stand)) => Some(stand),
+            None | Some(Action::Grasp(_) | Action::Put(_) | Action::LookAt(_)) => None,
         })?;
         let place = arguments.get(drive.place.parameter?)?.as_ref()?.value.place()?;
         let mut stand = *stands.get(place.index())?;

@@ -200,12 +200,8 @@ described! {
     }
 }
 
-/// What a controller does.
-#[derive(Debug)]
-pub(super) enum TaskTerm {
-    Stand,
-    Act(Action),
-}
+/// What a controller does; none is to stand still.
+pub(super) type TaskTerm = Option<Action>;
 
 described! {
     /// What a controller does and is told with a map.
@@ -234,14 +230,12 @@ impl ClaimTerm {
         if let Some(NameOrParam { written, .. }) = &self.holds
             && (self.empty.is_some() || self.reaches.is_some())
         {
-            let message = "what holds an object is not empty".to_owned();
-            faults.push(written.span, &written.key, message, None);
+            faults.push(written, "what holds an object is not empty");
         }
         if let (Some(shared), KeepTerm::For(kept)) = (&self.shared, &self.keep)
             && shared.written.value != kept.written.value
         {
-            let message = format!("used for `{}`, it cannot be kept for another", shared.written.value);
-            faults.push(kept.written.span, &kept.written.key, message, None);
+            faults.push(&kept.written, format!("used for `{}`, it cannot be kept for another", shared.written.value));
         }
     }
 }
@@ -286,7 +280,7 @@ const CLAIMED: Custom<usize> = Custom(
         let found = claims.clone().position(|claim| claim == name.value);
         if found.is_none() {
             let help = suggestion(&name.value, "claim", claims);
-            reading.faults.push(name.span, &name.key, format!("there is no claim `{}`", name.value), Some(help));
+            reading.faults.push_with(&name, format!("there is no claim `{}`", name.value), help);
         }
         found
     },
@@ -325,8 +319,7 @@ const BY: Custom<usize> = Custom(
         if let Some(name) = template::parameter(&written.value) {
             return reading.parameter(name, &written);
         }
-        let message = format!("found `{}` instead of {WHAT}", written.value);
-        reading.faults.push(written.span, &written.key, message, None);
+        reading.faults.push(&written, format!("found `{}` instead of {WHAT}", written.value));
         None
     },
 );
@@ -362,9 +355,9 @@ const TO_DO: Custom<TaskTerm> = Custom(
     || Form::Either(vec![Form::Words(&STANDING), Form::Map(Action::shape)]),
     |item, reading| {
         if item.is_map() {
-            return Action::read(item, reading).map(TaskTerm::Act);
+            return Action::read(item, reading).map(Some);
         }
-        item.word(&STANDING, "`stand`, or a map", reading.faults).map(|_| TaskTerm::Stand)
+        item.word(&STANDING, "`stand`, or a map", reading.faults).map(|_| None)
     },
 );
 
@@ -373,9 +366,8 @@ const TO_MAINTAIN: Custom<TaskTerm> = Custom(
     || TO_DO.form(),
     |item, reading| {
         let task = TO_DO.read(item, reading)?;
-        if !matches!(task, TaskTerm::Stand | TaskTerm::Act(Action::LookAt(_))) {
-            let message = "what ends by itself cannot be maintained".to_owned();
-            reading.faults.push(item.span, item.key, message, Some("write `achieve`".to_owned()));
+        if !matches!(task, None | Some(Action::LookAt(_))) {
+            reading.faults.push_with(&item, "what ends by itself cannot be maintained", "write `achieve`");
         }
         Some(task)
     },
@@ -415,8 +407,7 @@ impl<'a> Reads<'a> for Slot {
         let index = reading.parameter(name, &written)?;
         let found = reading.scope.parameters[index].1;
         if found != self.0 {
-            let message = format!("`${name}` is {}, not {}", found.what(), self.0.what());
-            reading.faults.push(written.span, &written.key, message, None);
+            reading.faults.push(&written, format!("`${name}` is {}, not {}", found.what(), self.0.what()));
             return None;
         }
         Some(NameOrParam { written, parameter: Some(index) })

@@ -44,7 +44,7 @@ impl Seen<'_> {
 
     fn warn(&self, node: NodeId, message: String, help: &str, faults: &mut Faults) {
         let name = self.mission.names.node(node);
-        faults.warn(self.spans[node.index()], name, message, Some(help.to_owned()));
+        faults.warn((self.spans[node.index()], name), message, Some(help.to_owned()));
     }
 
     /// What a claim takes from; none for what holds an object, since that depends on who took it.

@@ -100,7 +100,7 @@ fn tell(seen: &Seen<'_>, supply: Supply, node: NodeId, needed: i64, faults: &mut
                 "`{one}` and `{other}` can only ever exclude each other: whichever comes first keeps {resource} for good"
             );
             let help = "give it back between the two, as `place` does, or claim another resource".to_owned();
-            faults.push(seen.spans[node.index()], names.node(node), message, Some(help));
+            faults.push_with((seen.spans[node.index()], names.node(node)), message, help);
         }
         (supply, ..) => {
             let what = match supply {

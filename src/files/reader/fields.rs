@@ -61,7 +61,7 @@ impl<'a> Fields<'a> {
         faults: &mut Faults,
     ) {
         let message = format!("{} has no key `{}`", self.shape.what, shortened(&key.value));
-        faults.push(key.span, &key.value, message, Some(suggestion(&key.value, "key", allowed)));
+        faults.push_with((key.span, &key.value), message, suggestion(&key.value, "key", allowed));
     }
 
     /// Says that none or several stand where one belongs.
@@ -71,7 +71,6 @@ impl<'a> Fields<'a> {
             several => format!("{} that is {several} things instead of one", self.shape.what),
         };
         let allowed: Vec<&str> = allowed.into_iter().collect();
-        let help = format!("write exactly one of: {}", allowed.join(", "));
-        faults.push(self.span(), self.at.key, message, Some(help));
+        faults.push_with((self.span(), self.at.key), message, format!("write exactly one of: {}", allowed.join(", ")));
     }
 }

@@ -8,13 +8,13 @@ use std::ops::RangeInclusive;
 pub(crate) use fields::Fields;
 
 use crate::document::{Located, Node, SourceSpan, Value};
-use crate::fault::Faults;
+use crate::fault::{At, Faults};
 use crate::quantity::Quantity;
 use crate::shape::Shape;
 use crate::text::{is_unprintable, shortened};
 use ambidex_model::suggestion;
 
-/// Longest name, bytes.
+/// Longest name, bytes of UTF-8.
 pub(crate) const MAX_NAME_BYTES: usize = 64;
 
 /// A value with the key that it stands under.
@@ -38,8 +38,20 @@ pub(crate) struct Written<T> {
 /// A name as written; one that is a key stands under itself.
 pub(crate) type Name = Written<String>;
 
+impl<'k, 'a: 'k> From<&Item<'a>> for At<'k> {
+    fn from(item: &Item<'a>) -> Self {
+        (item.span, item.key).into()
+    }
+}
+
+impl<'k, T> From<&'k Written<T>> for At<'k> {
+    fn from(written: &'k Written<T>) -> Self {
+        (written.span, &written.key).into()
+    }
+}
+
 impl<'a> Item<'a> {
-    /// The whole file.
+    /// What stands in a file as a whole, under no key.
     pub(crate) fn root(node: &'a Node) -> Self {
         Self { key: "", span: node.span, value: &node.value }
     }
@@ -60,8 +72,7 @@ impl<'a> Item<'a> {
             Value::List(_) => "a list".to_owned(),
             Value::Map(_) => "a map".to_owned(),
         };
-        let message = format!("found {found} instead of {wanted}");
-        faults.push(self.span, self.key, message, None);
+        faults.push(self, format!("found {found} instead of {wanted}"));
     }
 
     /// The value of a key that the writer chose.
@@ -69,7 +80,7 @@ impl<'a> Item<'a> {
         Self { key, span: node.span, value: &node.value }
     }
 
-    /// No value.
+    /// An item that has no value, for what may be left out.
     pub(crate) fn nothing(key: &'a str, span: SourceSpan) -> Self {
         Self { key, span, value: &Value::Null }
     }
@@ -119,7 +130,7 @@ impl<'a> Item<'a> {
         matches!(self.value, Value::Null)
     }
 
-    /// The value itself.
+    /// A copy of the value, to be kept beyond the file.
     pub(crate) fn node(&self) -> Node {
         Located { value: self.value.clone(), span: self.span }
     }
@@ -163,7 +174,7 @@ impl<'a> Item<'a> {
             return Some(text);
         }
         let message = format!("found `{}` instead of {what}", shortened(text));
-        faults.push(self.span, self.key, message, Some(suggestion(text, what, allowed.iter().copied())));
+        faults.push_with(self, message, suggestion(text, what, allowed.iter().copied()));
         None
     }
 
@@ -190,14 +201,14 @@ impl<'a> Item<'a> {
                 let message = format!("`{}` is out of bounds", shortened(text));
                 let round = |bound: &f64| (bound * 1e5).round() / 1e5;
                 let help = format!("allowed: {} to {} {unit}", round(from), round(to)).trim_end().to_owned();
-                faults.push(self.span, self.key, message, Some(help));
+                faults.push_with(self, message, help);
                 None
             }
             Err(_) => {
                 let units: Vec<_> = dimension.units().iter().map(|unit| unit.0).collect();
                 let message = format!("found `{}` instead of {}", shortened(text), dimension.example());
                 let help = (units != [""]).then(|| format!("units: {}", units.join(", ")));
-                faults.push(self.span, self.key, message, help);
+                faults.push_or_with(self, message, help);
                 None
             }
         }
@@ -221,8 +232,7 @@ impl<'a> Item<'a> {
         };
         if !lengths.contains(&list.len()) {
             let found = if list.len() == 1 { "1 number".to_owned() } else { format!("{} numbers", list.len()) };
-            let message = format!("found {found} instead of {wanted}");
-            faults.push(self.span, self.key, message, None);
+            faults.push(self, format!("found {found} instead of {wanted}"));
             return None;
         }
         let numbers: Vec<Option<f64>> = self.items(list).map(|item| item.quantity(quantity, faults)).collect();
@@ -242,8 +252,7 @@ impl<'a> Item<'a> {
         match self.value {
             Value::List(list) if !list.is_empty() => Some(self.items(list).collect()),
             Value::List(_) => {
-                let message = format!("an empty list instead of {what}");
-                faults.push(self.span, self.key, message, None);
+                faults.push(self, format!("an empty list instead of {what}"));
                 None
             }
             Value::Null | Value::Scalar { .. } | Value::Map(_) => {
@@ -253,7 +262,7 @@ impl<'a> Item<'a> {
         }
     }
 
-    /// Yes or no.
+    /// `true`, `false`, `yes` or `no`.
     pub(crate) fn flag(&self, faults: &mut Faults) -> Option<bool> {
         match self.value {
             Value::Scalar { text, .. } if text == "true" || text == "yes" => Some(true),
@@ -312,7 +321,7 @@ impl<'a> Item<'a> {
         for field in shape.fields.iter().filter(|field| field.is_required) {
             if fields.get(field.key).is_none() {
                 let message = format!("{} lacks the key `{}`", shape.what, field.key);
-                faults.push(fields.span(), self.key, message, Some(field.doc.to_owned()));
+                faults.push_with((fields.span(), self.key), message, field.doc.to_owned());
             }
         }
         // A choice that is only misspelt has its fault.
@@ -329,8 +338,7 @@ fn refuse_repeated(entries: &[(Located<String>, Node)], faults: &mut Faults) {
     let mut seen = BTreeMap::new();
     for (key, _) in entries {
         if let Some(line) = seen.insert(&key.value, key.span.line) {
-            let message = format!("duplicate key: it stands on line {line} already");
-            faults.push(key.span, &key.value, message, None);
+            faults.push((key.span, &key.value), format!("duplicate key: it stands on line {line} already"));
         }
     }
 }
@@ -346,6 +354,6 @@ fn is_name(name: &Name, faults: &mut Faults) -> bool {
     } else {
         return true;
     };
-    faults.push(name.span, &name.key, message, None);
+    faults.push(name, message);
     false
 }

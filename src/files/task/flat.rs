@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::node::{AND, MAY_RUN, NAMED, Node, OR, RETRIES, THEN, USE};
-use super::subtrees::{Filled, Scope, Subtree, Subtrees};
+use super::subtrees::{Filled, Named, Scope, Subtrees};
 use super::{Call, Draft, DraftKind, MAX_NODES, Surroundings};
 use crate::describe::{Described, Reads};
 use crate::document::SourceSpan;
@@ -76,8 +76,7 @@ impl<'a> Flat<'a> {
             return;
         }
         if under.level > MAX_LEVELS {
-            let message = format!("more than {MAX_LEVELS} nodes one in another");
-            faults.push(item.span, item.key, message, None);
+            faults.push(&item, format!("more than {MAX_LEVELS} nodes one in another"));
             return;
         }
         let Some(fields) = item.fields(Node::shape(), faults) else { return };
@@ -86,24 +85,34 @@ impl<'a> Flat<'a> {
         let name = written.name.and_then(|item| self.name(item, under.scope, faults));
         if !matches!(is, None | Some(Is::Behavior(..))) {
             for item in [written.retries, written.timeout].into_iter().flatten() {
-                let message = format!("`{}` belongs to behaviors such as move, pick and place", item.key);
-                faults.push(item.span, item.key, message, None);
+                faults.push(&item, format!("`{}` belongs to behaviors such as move, pick and place", item.key));
             }
         }
         if let Some(Is::Use(item)) = is {
             self.insert(item, fields.span(), name.as_ref().or(under.wish), under, faults);
             return;
         }
+        self.add_draft(is, &written, name, fields.span(), under, faults);
+    }
+
+    /// Adds a node that is no `use`, and what is below it.
+    fn add_draft(
+        &mut self,
+        is: Option<Is<'a, '_>>,
+        written: &Node<'_>,
+        name: Option<Name>,
+        span: SourceSpan,
+        under: Under<'_>,
+        faults: &mut Faults,
+    ) {
         let node = NodeId::from(self.drafts.len());
-        let retries = written.retries.and_then(|item| RETRIES.take(item, faults));
-        let timeout_s = written.timeout.and_then(|item| MAY_RUN.take(item, faults));
         self.drafts.push(Draft {
-            span: fields.span(),
+            span,
             name: name.or_else(|| under.wish.cloned()),
             is_used: under.scope.is_subtree,
             kind: None,
-            retries,
-            timeout_s,
+            retries: written.retries.and_then(|item| RETRIES.take(item, faults)),
+            timeout_s: written.timeout.and_then(|item| MAY_RUN.take(item, faults)),
         });
         self.parents.push(under.parent);
         match is {
@@ -115,7 +124,7 @@ impl<'a> Flat<'a> {
                 }
             }
             Some(Is::Behavior(kind, item)) => {
-                let call = self.call(kind, item, fields.span(), under.scope, faults);
+                let call = self.call(kind, item, span, under.scope, faults);
                 self.drafts[node.index()].kind = call.map(|call| DraftKind::Behavior(Box::new(call)));
             }
             Some(Is::Use(_)) | None => {}
@@ -137,7 +146,7 @@ impl<'a> Flat<'a> {
         for (key, _) in &unknown {
             if found.is_empty() {
                 let message = format!("there is no kind of node `{}`", key.value);
-                faults.push(key.span, &key.value, message, Some(suggestion(&key.value, "kind of node", words())));
+                faults.push_with((key.span, &key.value), message, suggestion(&key.value, "kind of node", words()));
             } else {
                 fields.unknown(key, Node::shape().keys(), faults);
             }
@@ -233,7 +242,7 @@ impl<'a> Flat<'a> {
         item: Item<'i>,
         span: SourceSpan,
         faults: &mut Faults,
-    ) -> Option<(&'a (Name, Subtree<'a>), Vec<Option<Item<'i>>>)> {
+    ) -> Option<(&'a Named<'a>, Vec<Option<Item<'i>>>)> {
         let (name, arguments) = if item.is_map() {
             let mut entries = item.named("a subtree and its arguments", faults)?;
             if entries.len() != 1 {
@@ -249,8 +258,7 @@ impl<'a> Flat<'a> {
         }
         let Some(found) = self.subtrees.get(&name.value) else {
             let message = format!("there is no subtree `{}`", name.value);
-            let help = suggestion(&name.value, "subtree", self.subtrees.names());
-            faults.push(name.span, USE, message, Some(help));
+            faults.push_with((name.span, USE), message, suggestion(&name.value, "subtree", self.subtrees.names()));
             return None;
         };
         let values = assign(&found.0, &found.1.parameters, arguments, name.span, faults)?;

@@ -12,8 +12,7 @@ pub(super) fn label(drafts: &[Draft], faults: &mut Faults) -> Vec<String> {
     // What stands in a subtree is used as often as the subtree is, so its names are only wishes.
     for name in drafts.iter().filter(|draft| !draft.is_used).filter_map(|draft| draft.name.as_ref()) {
         if !taken.insert(name.value.clone()) {
-            let message = format!("another node is called `{}`", name.value);
-            faults.push(name.span, NAME, message, None);
+            faults.push((name.span, NAME), format!("another node is called `{}`", name.value));
         }
     }
     let mut words = BTreeMap::new();

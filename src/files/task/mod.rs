@@ -103,7 +103,7 @@ impl Draft<'_> {
     fn check_timeout(&self, takes: Duration, faults: &mut Faults) {
         if let Some(timeout_s) = self.timeout_s.filter(|timeout_s| *timeout_s <= takes.as_secs_f64()) {
             let message = format!("it takes {} s, and its timeout is {timeout_s} s", takes.as_secs_f64());
-            faults.push(self.span, TIMEOUT_KEY, message, Some("give it a greater `timeout`".to_owned()));
+            faults.push_with((self.span, TIMEOUT_KEY), message, "give it a greater `timeout`");
         }
     }
 
@@ -137,8 +137,7 @@ pub(crate) fn build(
     flat.add(task, Under::root(&Scope::default()), faults);
     let Flat { drafts, parents, .. } = flat;
     if drafts.len() > MAX_NODES {
-        let message = format!("more than {MAX_NODES} nodes");
-        faults.push(drafts[0].span, task.key, message, None);
+        faults.push((drafts[0].span, task.key), format!("more than {MAX_NODES} nodes"));
         return None;
     }
     let topology = Topology::new(parents);

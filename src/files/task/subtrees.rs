@@ -30,12 +30,15 @@ described! {
 /// Every subtree of the files, by name.
 #[derive(Debug, Default)]
 pub(crate) struct Subtrees<'a> {
-    by_name: BTreeMap<String, (Name, Subtree<'a>)>,
+    by_name: BTreeMap<String, Named<'a>>,
     /// Subtrees whose faults are told.
     broken: BTreeSet<String>,
     /// Those that use themselves, whatever lies between.
     endless: BTreeSet<String>,
 }
+
+/// A subtree with its name.
+pub(super) type Named<'a> = (Name, Subtree<'a>);
 
 /// Which subtrees each one uses, and where.
 pub(super) type Uses = BTreeMap<String, Vec<(String, SourceSpan)>>;
@@ -53,7 +56,7 @@ pub(super) struct Scope<'a> {
 /// A value in which parameters were filled in.
 #[derive(Debug)]
 pub(super) enum Filled {
-    /// A value.
+    /// A value without parameters.
     Value(Node),
     /// What stands there is known only where the subtree is used.
     Open,
@@ -67,8 +70,7 @@ impl<'a> Subtrees<'a> {
         };
         for (name, item) in entries {
             if self.by_name.contains_key(&name.value) {
-                let message = format!("there is a subtree `{}` already", name.value);
-                faults.push(name.span, &name.key, message, None);
+                faults.push(&name, format!("there is a subtree `{}` already", name.value));
                 continue;
             }
             let before = faults.errors();
@@ -82,7 +84,7 @@ impl<'a> Subtrees<'a> {
     }
 
     /// The subtree of a name.
-    pub(super) fn get(&self, name: &str) -> Option<&(Name, Subtree<'a>)> {
+    pub(super) fn get(&self, name: &str) -> Option<&Named<'a>> {
         self.by_name.get(name)
     }
 
@@ -92,7 +94,7 @@ impl<'a> Subtrees<'a> {
     }
 
     /// All of them in the order of their names.
-    pub(super) fn iter(&self) -> impl Iterator<Item = &(Name, Subtree<'a>)> {
+    pub(super) fn iter(&self) -> impl Iterator<Item = &Named<'a>> {
         self.by_name.values()
     }
 
@@ -122,8 +124,7 @@ impl<'a> Subtrees<'a> {
             // Told once for all on the way, at the first name of it.
             if way.iter().all(|(on, _)| *on >= name) {
                 told.extend(way.iter().map(|(on, _)| *on));
-                let message = format!("`{name}` uses itself: {}", shown(name, &way));
-                faults.push(way[0].1, USE, message, None);
+                faults.push((way[0].1, USE), format!("`{name}` uses itself: {}", shown(name, &way)));
             }
         }
         self.endless = leading.into_iter().map(str::to_owned).collect();
@@ -172,8 +173,7 @@ fn refuse_open_defaults<'p>(parameters: impl Iterator<Item = &'p Parameter>, fau
         });
         if let Some((_, default)) = open {
             let message = "a subtree has one plain value as a default".to_owned();
-            let help = "several, `$before` and `$start` are for behaviors".to_owned();
-            faults.push(default.span, DEFAULT, message, Some(help));
+            faults.push_with((default.span, DEFAULT), message, "several, `$before` and `$start` are for behaviors");
         }
     }
 }
@@ -230,8 +230,7 @@ impl<'a> Scope<'a> {
             let index = self.find(name, &item, used, faults)?;
             let found = self.parameters[index].ty;
             if found != ty && ty != Type::Text {
-                let message = format!("`${name}` is {}, not {}", found.what(), ty.what());
-                faults.push(item.span, item.key, message, None);
+                faults.push(&item, format!("`${name}` is {}, not {}", found.what(), ty.what()));
                 return None;
             }
             return Some(self.values[index].clone().map_or(Filled::Open, Filled::Value));
@@ -264,8 +263,7 @@ impl<'a> Scope<'a> {
         if found.is_none() {
             let allowed = self.parameters.iter().map(|parameter| parameter.name.value.as_str());
             let help = suggestion(name, "parameter", allowed);
-            let message = format!("there is no parameter `{name}` here");
-            faults.push(item.span, item.key, message, Some(help));
+            faults.push_with(item, format!("there is no parameter `{name}` here"), help);
         }
         found
     }
