@@ -231,6 +231,15 @@ impl<'de> Deserialize<'de> for Parsed {
 
 struct ParsedVisitor;
 
+/// Whole numbers of any width, as the number that a file can mean by them.
+macro_rules! numbers {
+    ($($visit:ident: $of:ty),*) => {
+        $(fn $visit<E: de::Error>(self, number: $of) -> Result<Parsed, E> {
+            Ok(Parsed::Number(number as f64))
+        })*
+    };
+}
+
 impl<'de> Visitor<'de> for ParsedVisitor {
     type Value = Parsed;
 
@@ -254,21 +263,7 @@ impl<'de> Visitor<'de> for ParsedVisitor {
         Ok(Parsed::Flag(flag))
     }
 
-    fn visit_i64<E: de::Error>(self, number: i64) -> Result<Parsed, E> {
-        Ok(Parsed::Number(number as f64))
-    }
-
-    fn visit_u64<E: de::Error>(self, number: u64) -> Result<Parsed, E> {
-        Ok(Parsed::Number(number as f64))
-    }
-
-    fn visit_i128<E: de::Error>(self, number: i128) -> Result<Parsed, E> {
-        Ok(Parsed::Number(number as f64))
-    }
-
-    fn visit_u128<E: de::Error>(self, number: u128) -> Result<Parsed, E> {
-        Ok(Parsed::Number(number as f64))
-    }
+    numbers!(visit_i64: i64, visit_u64: u64, visit_i128: i128, visit_u128: u128);
 
     fn visit_f64<E: de::Error>(self, number: f64) -> Result<Parsed, E> {
         Ok(Parsed::Number(number))

@@ -67,10 +67,18 @@ impl<'s> Files<'s> {
     }
 
     /// Whether a file is open already, under this path or another.
-    pub(crate) fn find(&self, path: &Path) -> Option<&Option<Node>> {
+    fn find(&self, path: &Path) -> Option<&Option<Node>> {
         let identity = self.sources.identity(path);
         let is_same = |known: &Path| known == path || (identity.is_some() && self.sources.identity(known) == identity);
         self.list.iter().find(|(known, _)| is_same(known)).map(|(_, node)| node)
+    }
+
+    /// A further file, which may be open already if somebody includes it by mistake.
+    pub(crate) fn beside(&self, path: &Path, named: Option<&Name>, faults: &mut Faults) -> Option<Node> {
+        match self.find(path) {
+            Some(open) => open.clone(),
+            None => content_of(path, self.sources.read(path), named, faults),
+        }
     }
 
     fn open(&mut self, path: &Path, named: Option<&Name>, faults: &mut Faults) {

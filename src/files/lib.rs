@@ -44,7 +44,7 @@ use files::{Files, beside};
 use format::{Library, Mission};
 use kinds::Kinds;
 use parameter::{Known, RobotNames};
-use reader::{Item, Name};
+use reader::Item;
 use task::{Subtrees, Surroundings};
 use world::WorldNames;
 
@@ -77,7 +77,7 @@ pub enum Checked {
 pub fn load_mission(sources: &dyn Sources, path: &Path, robot_override: Option<&Path>) -> Result<Loaded, FilesError> {
     let mut faults = Faults::default();
     let files = Files::with_includes(sources, path, &mut faults);
-    loaded(sources, path, &files, robot_override, faults)
+    loaded(path, &files, robot_override, faults)
 }
 
 /// Loads a robot alone, as a controller process does.
@@ -111,19 +111,18 @@ pub fn check(sources: &dyn Sources, path: &Path) -> Result<Checked, FilesError> 
             faults.into_result(names).map(|(names, warnings)| Checked::Library(names, warnings))
         }
         Some(Format::Mission) | None => {
-            loaded(sources, path, &files, None, faults).map(|loaded| Checked::Mission(Box::new(loaded)))
+            loaded(path, &files, None, faults).map(|loaded| Checked::Mission(Box::new(loaded)))
         }
     }
 }
 
 fn loaded(
-    sources: &dyn Sources,
     path: &Path,
     files: &Files<'_>,
     robot_override: Option<&Path>,
     mut faults: Faults,
 ) -> Result<Loaded, FilesError> {
-    let loaded = files.main().and_then(|main| mission(sources, path, files, main, robot_override, &mut faults));
+    let loaded = files.main().and_then(|main| mission(path, files, main, robot_override, &mut faults));
     let ((mission, robot_path), warnings) = faults.into_result(loaded)?;
     Ok(Loaded { mission: Arc::new(mission), robot_path, warnings })
 }
@@ -135,7 +134,6 @@ fn robot_of(file: Item<'_>, faults: &mut Faults) -> Option<RobotFile> {
 
 /// A mission file with its libraries and its robot.
 fn mission(
-    sources: &dyn Sources,
     path: &Path,
     files: &Files<'_>,
     main: Item<'_>,
@@ -151,24 +149,10 @@ fn mission(
         None => file.robot.as_ref().map(|name| beside(path, &name.value)),
     };
     let named = file.robot.as_ref().filter(|_| robot_override.is_none());
-    let robot = robot_path.as_ref().and_then(|path| robot_beside(sources, files, path, named, faults));
+    let node = robot_path.as_ref().and_then(|path| files.beside(path, named, faults));
+    let robot = node.as_ref().and_then(|node| robot_of(Item::root(node), faults));
     let mission = with_robot(files, file, robot, faults);
     Some((mission?, robot_path?))
-}
-
-/// The robot of a mission, which may be open already if somebody includes it by mistake.
-fn robot_beside(
-    sources: &dyn Sources,
-    files: &Files<'_>,
-    path: &Path,
-    named: Option<&Name>,
-    faults: &mut Faults,
-) -> Option<RobotFile> {
-    if let Some(open) = files.find(path) {
-        return robot_of(Item::root(open.as_ref()?), faults);
-    }
-    let alone = Files::alone(sources, path, named, faults);
-    robot_of(alone.main()?, faults)
 }
 
 /// A mission file with its libraries, for a robot.

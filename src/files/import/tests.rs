@@ -96,6 +96,7 @@ fn mistakes(result: Result<Imported, ImportError>) -> Vec<String> {
 }
 
 fn assert_found(found: &[String], (from, by, line, words): &Mistake<'_>) {
+    assert!(!words.is_empty(), "every mistake is told with words");
     let begin = format!("{line}:");
     let is_found = found.iter().any(|fault| fault.starts_with(&begin) && fault.contains(words));
     assert!(is_found, "`{from}` -> `{by}`: expected line {line} and `{words}` in {found:#?}");

@@ -139,19 +139,19 @@ impl Bound<'_, '_> {
         &self.binder.robot.robot
     }
 
-    pub(super) fn meaning(&mut self, slot: &NameOrParam, ty: Type) -> Option<Meaning> {
-        match slot.parameter {
+    pub(super) fn meaning(&mut self, name: &NameOrParam, ty: Type) -> Option<Meaning> {
+        match name.parameter {
             Some(index) => self.arguments[index].as_ref().map(|argument| argument.value),
-            None => self.binder.known.named(&slot.written, ty, self.faults),
+            None => self.binder.known.named(&name.written, ty, self.faults),
         }
     }
 
-    pub(super) fn object(&mut self, slot: &NameOrParam) -> Option<ObjectId> {
-        self.meaning(slot, Type::Object)?.object()
+    pub(super) fn object(&mut self, name: &NameOrParam) -> Option<ObjectId> {
+        self.meaning(name, Type::Object)?.object()
     }
 
-    pub(super) fn place(&mut self, slot: &NameOrParam) -> Option<PlaceId> {
-        self.meaning(slot, Type::Place)?.place()
+    pub(super) fn place(&mut self, name: &NameOrParam) -> Option<PlaceId> {
+        self.meaning(name, Type::Place)?.place()
     }
 
     /// A place with the stand that is meant: where the move before went, if it went there and nothing else is told.
@@ -196,7 +196,7 @@ impl Bound<'_, '_> {
             Some(NameOrParam { parameter: Some(index), .. }) => {
                 self.arguments[*index].as_ref().and_then(|argument| argument.value.ty())
             }
-            Some(slot) => self.scale(&slot.written),
+            Some(name) => self.scale(&name.written),
         };
         let value = match &term.base {
             Base::Nearness(stand) => {

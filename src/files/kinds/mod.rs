@@ -150,8 +150,8 @@ impl Declared {
         };
         let types = claims.iter().filter_map(|(_, claim)| match &claim.target {
             ClaimTarget::Resource(_) => None,
-            ClaimTarget::Type(slot) => match slot.parameter {
-                None => find(&slot.written.value),
+            ClaimTarget::Type(name) => match name.parameter {
+                None => find(&name.written.value),
                 Some(index) => arguments.get(index)?.as_ref()?.value.ty(),
             },
         });

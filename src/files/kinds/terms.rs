@@ -11,8 +11,8 @@ use crate::template;
 use crate::types::Type;
 use ambidex_model::{Mode, suggestion};
 
-const PLACE: Slot = Slot(Type::Place);
-const OBJECT: Slot = Slot(Type::Object);
+const PLACE: NameOf = NameOf(Type::Place);
+const OBJECT: NameOf = NameOf(Type::Object);
 const HIGH: [&str; 1] = ["high"];
 const PHYSICAL: [&str; 1] = ["physical"];
 const STANDING: [&str; 1] = ["stand"];
@@ -44,8 +44,8 @@ described! {
 described! {
     /// What a claim is a claim on.
     pub(super) enum ClaimTarget: "a claim", "What it is a claim on." {
-        Type(NameOrParam) = ("type", "Any resource of this type.", Slot(Type::Kind)),
-        Resource(NameOrParam) = ("resource", "This resource.", Slot(Type::Resource)),
+        Type(NameOrParam) = ("type", "Any resource of this type.", NameOf(Type::Kind)),
+        Resource(NameOrParam) = ("resource", "This resource.", NameOf(Type::Resource)),
     }
 }
 
@@ -78,7 +78,7 @@ described! {
     pub(super) struct PotentialTerm: "a potential", "An activation potential." {
         base: Base = one(Base),
         scale_by: Option<NameOrParam> =
-            optional("scale_by", "Times the free resources of this type.", Slot(Type::Kind)),
+            optional("scale_by", "Times the free resources of this type.", NameOf(Type::Kind)),
     }
 }
 
@@ -304,7 +304,7 @@ const CONSTANT: Custom<Constant> = Custom(
     |item, reading| match item.text() {
         Some(text) if HIGH.contains(&text) => Some(Constant::High),
         Some(text) if template::parameter(text).is_some() => {
-            Slot(Type::Number).read(item, reading)?.parameter.map(Constant::Told)
+            NameOf(Type::Number).read(item, reading)?.parameter.map(Constant::Told)
         }
         Some(_) | None => item.quantity(&POTENTIAL, reading.faults).map(Constant::Value),
     },
@@ -342,7 +342,7 @@ const OFFSET: Custom<Offset> = Custom(
         if !item.is_scalar() {
             return Vector::<2>(&NEAR).read(item, reading).map(Offset::By);
         }
-        let told = Slot(Type::Offset).read(item, reading)?.parameter;
+        let told = NameOf(Type::Offset).read(item, reading)?.parameter;
         if told.is_none() {
             item.wrong(Type::Offset.what(), reading.faults);
         }
@@ -390,9 +390,9 @@ pub(super) const TEMPLATE: Custom<Text> = Custom(
 );
 
 /// A name, or a parameter of that type.
-struct Slot(Type);
+struct NameOf(Type);
 
-impl<'a> Reads<'a> for Slot {
+impl<'a> Reads<'a> for NameOf {
     type Out = NameOrParam;
 
     fn form(&self) -> Form {

@@ -15,6 +15,7 @@ fn assert_found(error: &FilesError, (found, by, line, words): &Mistake<'_>) {
             format!("{}:{fault} {help}", fault.position().map_or(0, |at| at.0))
         })
         .collect();
+    assert!(!words.is_empty(), "every mistake is told with words");
     let expected = format!("{line}:");
     assert!(
         rendered.iter().any(|fault| fault.starts_with(&expected) && fault.contains(words)),
