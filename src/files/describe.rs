@@ -69,20 +69,15 @@ macro_rules! described {
         }
 
         impl<'a> $crate::describe::Described<'a> for $name $(<$life>)? {
-            fn shape() -> &'static $crate::shape::Shape {
-                static SHAPE: std::sync::LazyLock<$crate::shape::Shape> = std::sync::LazyLock::new(|| {
-                    let mut shape = $crate::shape::Shape::new($what, $doc);
-                    $($crate::describe::described!(@describe shape, $how $arguments);)*
-                    $(
-                        shape.others = Some($crate::shape::Others {
-                            form: $crate::describe::Reads::form(&$others),
-                            known: $crate::describe::described!(@fields $($known)*),
-                        });
-                    )?
-                    shape
-                });
-                &SHAPE
-            }
+            $crate::describe::described!(@shape $what, $doc, |shape| {
+                $($crate::describe::described!(@describe shape, $how $arguments);)*
+                $(
+                    shape.others = Some($crate::shape::Others {
+                        form: $crate::describe::Reads::form(&$others),
+                        known: $crate::describe::described!(@fields $($known)*),
+                    });
+                )?
+            });
 
             fn from_map(
                 fields: &$crate::reader::Fields<'a>,
@@ -106,15 +101,9 @@ macro_rules! described {
         }
 
         impl<'a> $crate::describe::Described<'a> for $name {
-            fn shape() -> &'static $crate::shape::Shape {
-                static SHAPE: std::sync::LazyLock<$crate::shape::Shape> = std::sync::LazyLock::new(|| {
-                    let choice = $crate::describe::described!(@fields $(($key, $key_doc, $form)),*);
-                    let mut shape = $crate::shape::Shape::new($what, $doc);
-                    shape.add_choice(choice);
-                    shape
-                });
-                &SHAPE
-            }
+            $crate::describe::described!(@shape $what, $doc, |shape| {
+                shape.add_choice($crate::describe::described!(@fields $(($key, $key_doc, $form)),*));
+            });
 
             fn from_map(
                 fields: &$crate::reader::Fields<'a>,
@@ -126,6 +115,16 @@ macro_rules! described {
                 })*
                 None
             }
+        }
+    };
+    (@shape $what:literal, $doc:literal, |$shape:ident| $fill:block) => {
+        fn shape() -> &'static $crate::shape::Shape {
+            static SHAPE: std::sync::LazyLock<$crate::shape::Shape> = std::sync::LazyLock::new(|| {
+                let mut $shape = $crate::shape::Shape::new($what, $doc);
+                $fill
+                $shape
+            });
+            &SHAPE
         }
     };
     (@fields $(($key:expr, $doc:expr, $form:expr)),* $(,)?) => {
