@@ -3,12 +3,13 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use ambidex::files::{self, Checked, Fault, Format};
+use ambidex::files::{self, Checked, Disk, Fault, Format};
 use ambidex::model::MissionSpec;
 use clap::{Args, ValueEnum};
 use miette::{IntoDiagnostic, Result};
 use serde_json::{Value, json};
 
+use crate::diagnostics::{report_all, say, say_all};
 use crate::exit::Exit;
 
 /// `ambidex check`.
@@ -48,12 +49,12 @@ pub fn check(args: &CheckArgs) -> Result<Exit> {
     let mut list = Vec::new();
     let mut is_sound = true;
     for file in &args.files {
-        let faults = match files::check(file) {
+        let faults = match files::check(&Disk, file) {
             Ok(checked) => {
                 let (summary, warnings) = told(checked);
                 if !args.json {
                     writeln!(std::io::stdout(), "{}: {summary}", file.display()).into_diagnostic()?;
-                    say_all(warnings.clone());
+                    say_all(&warnings);
                 }
                 is_sound &= warnings.is_empty() || !args.strict;
                 warnings
@@ -62,7 +63,7 @@ pub fn check(args: &CheckArgs) -> Result<Exit> {
                 is_sound = false;
                 let faults = error.faults().to_vec();
                 if !args.json {
-                    say(&error.into_report());
+                    say(&report_all(&error));
                 }
                 faults
             }
@@ -85,15 +86,6 @@ pub fn schema(args: &SchemaArgs) -> Result<Exit> {
     let text = serde_json::to_string_pretty(&files::schema(format)).into_diagnostic()?;
     writeln!(std::io::stdout(), "{text}").into_diagnostic()?;
     Ok(Exit::Done)
-}
-
-/// Prints what was found in files that can be used all the same.
-pub fn say_all(warnings: Vec<Fault>) {
-    warnings.into_iter().for_each(|warning| say(&warning.into()));
-}
-
-fn say(report: &miette::Report) {
-    drop(writeln!(std::io::stderr(), "{report:?}"));
 }
 
 /// What a file is, in a line, and what is surely not meant in it.

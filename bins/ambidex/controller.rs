@@ -1,17 +1,18 @@
 //! `ambidex controller`.
 
-use ambidex::files::{self, ConfigError};
+use ambidex::files::{self, Disk};
 use ambidex::link::{ServeOptions, Stop, serve};
 use ambidex::motion;
 use miette::{IntoDiagnostic, Result, miette};
 
 use crate::args::{ControllerArgs, LogFormat};
+use crate::diagnostics::report_all;
 use crate::exit::Exit;
 use crate::terminal::{QUIET, TALKING, Terminal};
 
 /// Serves one simulated controller until it is told to stop.
 pub fn controller(args: &ControllerArgs) -> Result<Exit> {
-    let file = files::load_robot(&args.robot).map_err(ConfigError::into_report)?;
+    let file = files::load_robot(&Disk, &args.robot).map_err(|error| report_all(&error))?;
     let controllers = &file.robot.controllers;
     let Some(spec) = controllers.iter().find(|spec| spec.name == args.name) else {
         let names: Vec<_> = controllers.iter().map(|spec| spec.name.as_str()).collect();

@@ -4,10 +4,11 @@ use std::fs::OpenOptions;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use ambidex::files::{self, Beside, ConfigError, ImportError, Imported};
+use ambidex::files::{self, Beside, Disk, ImportError, Imported};
 use clap::Args;
 use miette::{IntoDiagnostic, Report, Result, WrapErr, miette};
 
+use crate::diagnostics::{report_all, say_all};
 use crate::exit::Exit;
 
 /// `ambidex import`.
@@ -29,12 +30,10 @@ pub struct ImportArgs {
 /// Imports a file; what is not carried over is told on stderr.
 pub fn import(args: &ImportArgs) -> Result<Exit> {
     let target = (args.output.as_os_str() != "-").then_some(args.output.as_path());
-    let imported = files::import(&args.file, args.robot.as_deref(), target).map_err(into_report)?;
+    let imported = files::import(&Disk, &args.file, args.robot.as_deref(), target).map_err(into_report)?;
     let files = target.map(|target| files(target, &imported)).unwrap_or_default();
     refuse(args, &files)?;
-    for warning in &imported.warnings {
-        say(&format!("{:?}", Report::new(warning.clone())));
-    }
+    say_all(&imported.warnings);
     if imported.unshown > 0 {
         say(&format!("and {} more warnings: each is told by a comment in what is written\n", imported.unshown));
     }
@@ -47,9 +46,9 @@ pub fn import(args: &ImportArgs) -> Result<Exit> {
 
 fn into_report(error: ImportError) -> Report {
     match error {
-        ImportError::Faulty(faults) => ConfigError::into_report(faults),
+        ImportError::Faulty(faults) => report_all(&faults),
         error @ ImportError::TooLarge(_) => miette!("{error}"),
-        ImportError::Defect(faults) => ConfigError::into_report(faults)
+        ImportError::Defect(faults) => report_all(&faults)
             .wrap_err("what was made of the file does not load, so nothing was written; this is a defect of `import`"),
     }
 }

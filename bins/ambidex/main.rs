@@ -4,6 +4,7 @@ mod args;
 mod check;
 mod children;
 mod controller;
+mod diagnostics;
 mod exit;
 mod explain;
 mod following;

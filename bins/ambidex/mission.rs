@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use ambidex::files::{self, ConfigError, Loaded};
+use ambidex::files::{self, Disk, Loaded};
 use ambidex::link::Instance;
 use ambidex::model::{MissionEnd, Record};
 use ambidex::runtime::{self, Clock, Control, Ended, Options, Sink};
@@ -13,8 +13,8 @@ use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::mpsc;
 
 use crate::args::{DaemonArgs, LiveArgs, MissionArgs, OnStall, RunArgs};
-use crate::check;
 use crate::children::Children;
+use crate::diagnostics::{report_all, say_all};
 use crate::exit::Exit;
 use crate::observer::{Observer, REDRAW};
 use crate::robot;
@@ -41,9 +41,10 @@ pub fn daemon(args: &DaemonArgs) -> Result<Exit> {
 
 /// Loads the files of a mission and says what is surely not meant in them.
 pub fn load(args: &MissionArgs) -> Result<Loaded> {
-    let loaded = files::load_mission(&args.mission, args.robot.as_deref()).map_err(ConfigError::into_report)?;
+    let loaded =
+        files::load_mission(&Disk, &args.mission, args.robot.as_deref()).map_err(|error| report_all(&error))?;
     if !args.quiet {
-        check::say_all(loaded.warnings.clone());
+        say_all(&loaded.warnings);
     }
     Ok(loaded)
 }

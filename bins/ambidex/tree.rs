@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use ambidex::files::{self, ConfigError};
+use ambidex::files::{self, Disk};
 use ambidex::model::Header;
 use ambidex::record::{History, JournalError, Reader};
 use ambidex::show::tree as show;
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
 
+use crate::diagnostics::report_all;
 use crate::exit::Exit;
 use crate::page::Page;
 use crate::{log, out};
@@ -48,7 +49,7 @@ fn load(path: &Path, robot: Option<&Path>) -> Result<(Header, Option<History>)> 
     let reader = match Reader::open(path) {
         Ok(reader) => reader,
         Err(JournalError::NoHeader { .. } | JournalError::Open { .. }) => {
-            let loaded = files::load_mission(path, robot).map_err(ConfigError::into_report)?;
+            let loaded = files::load_mission(&Disk, path, robot).map_err(|error| report_all(&error))?;
             // What nobody sees: a tree is the same under every allocator.
             return Ok((Header::new(&loaded.mission, ""), None));
         }

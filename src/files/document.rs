@@ -1,6 +1,7 @@
 //! YAML text as a tree in which every key and value knows its line and column; what the keys mean is not known here.
 
 use std::fmt;
+use std::io::ErrorKind;
 use std::str::Utf8Error;
 
 use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
@@ -8,7 +9,7 @@ use serde_saphyr::budget::BudgetBreach;
 use serde_saphyr::{DuplicateKeyPolicy, Error, Location, NonFiniteFloatPolicy, Options, Spanned};
 
 /// Largest file that is read, bytes.
-pub(super) const MAX_BYTES: u64 = 1 << 20;
+pub(crate) const MAX_BYTES: u64 = 1 << 20;
 /// Most keys and values in one file: ten to each node of the greatest tree that fits the bytes.
 const MAX_NODES: usize = 250_000;
 /// Deepest nesting of lists and maps: 64 levels of a task, each a map and a list, and what is in and around them.
@@ -18,44 +19,44 @@ const STACK_BYTES: usize = 32 << 20;
 
 /// Where something stands in the files.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Spot {
+pub(crate) struct SourceSpan {
     /// Which file, in the order of opening.
-    pub(super) file: usize,
-    /// Counted from 1.
-    pub(super) line: usize,
-    /// Counted from 1.
-    pub(super) column: usize,
-    /// Bytes before it.
-    pub(super) offset: usize,
+    pub(crate) file: usize,
+    /// Line, counted from 1; 0 for the file as a whole.
+    pub(crate) line: usize,
+    /// Letter of the line, counted from 1.
+    pub(crate) column: usize,
+    /// Bytes of the file before it.
+    pub(crate) offset: usize,
     /// Its length in bytes.
-    pub(super) length: usize,
+    pub(crate) length: usize,
 }
 
 /// A value and where it stands.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Located<T> {
-    /// The value.
-    pub(super) value: T,
-    /// Its place in the file.
-    pub(super) spot: Spot,
+pub(crate) struct Located<T> {
+    /// What stands there.
+    pub(crate) value: T,
+    /// Where: of a list or a map where it begins.
+    pub(crate) span: SourceSpan,
 }
 
-/// A YAML value.
-pub(super) type Node = Located<Value>;
+/// A value of YAML text with its place.
+pub(crate) type Node = Located<Value>;
 
 /// What a YAML value is.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Value {
-    /// Nothing.
+pub(crate) enum Value {
+    /// What is left empty, `null` or `~`.
     Null,
     /// A word, number or text as written; numbers also as YAML understands them, `!degrees 90` included.
     Scalar {
         /// As written, without quotes.
         text: String,
-        /// Its number.
+        /// As a number, angles in radians; none for what is no number to YAML.
         number: Option<f64>,
     },
-    /// A list.
+    /// A list in the order of the file.
     List(Vec<Node>),
     /// A map in the order of the file.
     Map(Vec<(Located<String>, Node)>),
@@ -63,25 +64,25 @@ pub(super) enum Value {
 
 /// What is wrong with the YAML itself.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct SyntaxFault {
-    /// Where.
-    pub(super) spot: Spot,
-    /// What.
-    pub(super) message: String,
+pub(crate) struct SyntaxFault {
+    /// Where the parser gave up.
+    pub(crate) span: SourceSpan,
+    /// What it found, in words for people.
+    pub(crate) message: String,
 }
 
-/// Reads the text of a file, on a stack of its own.
-pub(super) fn parse(file: usize, text: &str) -> Result<Node, SyntaxFault> {
-    let whole = Spot { file, ..Spot::default() };
-    let gave_up = |message: String| SyntaxFault { spot: whole, message };
+/// Reads the text of a file, on a stack of its own where there are threads.
+pub(crate) fn parse(file: usize, text: &str) -> Result<Node, SyntaxFault> {
+    let whole = SourceSpan { file, ..SourceSpan::default() };
+    let gave_up = |message: String| SyntaxFault { span: whole, message };
     std::thread::scope(|scope| {
-        std::thread::Builder::new()
-            .name("yaml".to_owned())
-            .stack_size(STACK_BYTES)
-            .spawn_scoped(scope, || parse_here(Text { file, text }))
-            .map_err(|error| gave_up(format!("cannot start to read it: {error}")))?
-            .join()
-            .unwrap_or_else(|_| Err(gave_up("the YAML parser gave up on it".to_owned())))
+        let stack = std::thread::Builder::new().name("yaml".to_owned()).stack_size(STACK_BYTES);
+        match stack.spawn_scoped(scope, || parse_here(Text { file, text })) {
+            Ok(parsed) => parsed.join().unwrap_or_else(|_| Err(gave_up("the YAML parser gave up on it".to_owned()))),
+            // A browser has no threads, and a stack of a size that somebody else chose.
+            Err(error) if error.kind() == ErrorKind::Unsupported => parse_here(Text { file, text }),
+            Err(error) => Err(gave_up(format!("cannot start to read it: {error}"))),
+        }
     })
 }
 
@@ -96,18 +97,18 @@ fn parse_here(text: Text<'_>) -> Result<Node, SyntaxFault> {
     match serde_saphyr::from_str_with_options::<Spanned<Parsed>>(text.text, options()) {
         Ok(parsed) => Ok(located(parsed, text)),
         Err(error) => Err(SyntaxFault {
-            spot: error.location().map_or(Spot { file: text.file, ..Spot::default() }, |at| spot(at, text)),
+            span: error.location().map_or(SourceSpan { file: text.file, ..SourceSpan::default() }, |at| span(at, text)),
             message: sentence(&error),
         }),
     }
 }
 
 /// Where in bytes there is a text no more.
-pub(super) fn not_text(file: usize, bytes: &[u8], error: Utf8Error) -> SyntaxFault {
+pub(crate) fn not_text(file: usize, bytes: &[u8], error: Utf8Error) -> SyntaxFault {
     let before = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
     let (line, behind) = (before.matches('\n').count() + 1, before.rsplit('\n').next().unwrap_or_default());
-    let spot = Spot { file, line, column: behind.chars().count() + 1, offset: before.len(), length: 1 };
-    SyntaxFault { spot, message: "this is not UTF-8".to_owned() }
+    let span = SourceSpan { file, line, column: behind.chars().count() + 1, offset: before.len(), length: 1 };
+    SyntaxFault { span, message: "this is not UTF-8".to_owned() }
 }
 
 /// What is wrong, without the place, which is told beside it, and without advice to programmers.
@@ -177,13 +178,13 @@ fn located(parsed: Spanned<Parsed>, text: Text<'_>) -> Node {
             entries
                 .into_iter()
                 .map(|(key, value)| {
-                    let key = Located { spot: spot(key.referenced, text), value: key.value };
+                    let key = Located { span: span(key.referenced, text), value: key.value };
                     (key, located(value, text))
                 })
                 .collect(),
         ),
     };
-    Located { value, spot: spot(parsed.referenced, text) }
+    Located { value, span: span(parsed.referenced, text) }
 }
 
 fn written(at: Location, text: &str) -> Option<String> {
@@ -192,7 +193,7 @@ fn written(at: Location, text: &str) -> Option<String> {
     text.get(from..from.checked_add(length)?).map(String::from)
 }
 
-fn spot(at: Location, Text { file, text }: Text<'_>) -> Spot {
+fn span(at: Location, Text { file, text }: Text<'_>) -> SourceSpan {
     let number = |value: u64| usize::try_from(value).unwrap_or(0);
     let (line, column) = (number(at.line()), number(at.column()));
     let known = at.span().byte_offset().map(number);
@@ -201,7 +202,7 @@ fn spot(at: Location, Text { file, text }: Text<'_>) -> Spot {
     let offset = offset.min(text.len());
     // Of a text of several lines the first is enough to point at.
     let rest = text.get(offset..).and_then(|rest| rest.lines().next()).unwrap_or_default();
-    Spot { file, line, column, offset, length: length.min(rest.len()) }
+    SourceSpan { file, line, column, offset, length: length.min(rest.len()) }
 }
 
 /// Bytes before a line and column, for the places that the parser counts in characters alone.
@@ -230,6 +231,15 @@ impl<'de> Deserialize<'de> for Parsed {
 
 struct ParsedVisitor;
 
+/// Whole numbers of any width, as the number that a file can mean by them.
+macro_rules! numbers {
+    ($($visit:ident: $of:ty),*) => {
+        $(fn $visit<E: de::Error>(self, number: $of) -> Result<Parsed, E> {
+            Ok(Parsed::Number(number as f64))
+        })*
+    };
+}
+
 impl<'de> Visitor<'de> for ParsedVisitor {
     type Value = Parsed;
 
@@ -253,21 +263,7 @@ impl<'de> Visitor<'de> for ParsedVisitor {
         Ok(Parsed::Flag(flag))
     }
 
-    fn visit_i64<E: de::Error>(self, number: i64) -> Result<Parsed, E> {
-        Ok(Parsed::Number(number as f64))
-    }
-
-    fn visit_u64<E: de::Error>(self, number: u64) -> Result<Parsed, E> {
-        Ok(Parsed::Number(number as f64))
-    }
-
-    fn visit_i128<E: de::Error>(self, number: i128) -> Result<Parsed, E> {
-        Ok(Parsed::Number(number as f64))
-    }
-
-    fn visit_u128<E: de::Error>(self, number: u128) -> Result<Parsed, E> {
-        Ok(Parsed::Number(number as f64))
-    }
+    numbers!(visit_i64: i64, visit_u64: u64, visit_i128: i128, visit_u128: u128);
 
     fn visit_f64<E: de::Error>(self, number: f64) -> Result<Parsed, E> {
         Ok(Parsed::Number(number))

@@ -1,22 +1,20 @@
-//! Mistakes in files: each with file, line, key, what was found and what is allowed; all of them at once.
+//! Mistakes in files as plain data: each with file, place, key, what was found and what is allowed; all of them at once.
 
 use std::collections::BTreeSet;
 use std::fmt;
 use std::mem;
+use std::ops::Range;
 use std::sync::Arc;
 
-use miette::{Diagnostic, LabeledSpan, Severity, SourceCode};
-
-use super::document::Spot;
-use super::reader::shortened;
-use super::source::Source;
+use crate::document::SourceSpan;
+use crate::text::shortened;
 
 /// More mistakes than a person reads at once; further ones are only counted.
 const MAX_FAULTS: usize = 100;
 
 /// Why files make no mission: every mistake that was found.
 #[derive(Debug, Clone)]
-pub struct ConfigError {
+pub struct FilesError {
     faults: Vec<Fault>,
     uncounted: usize,
 }
@@ -25,40 +23,60 @@ pub struct ConfigError {
 #[derive(Debug, Clone)]
 pub struct Fault {
     source: Arc<Source>,
-    spot: Spot,
+    span: SourceSpan,
     severity: Severity,
     key: String,
     message: String,
     help: Option<String>,
 }
 
-impl ConfigError {
-    /// The error as it is shown: a single mistake speaks for itself.
-    pub fn into_report(mut self) -> miette::Report {
-        match self.faults.pop() {
-            Some(only) if self.faults.is_empty() => only.into(),
-            last => {
-                self.faults.extend(last);
-                self.into()
-            }
-        }
-    }
+/// Whether a file can be used all the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Severity {
+    /// It cannot be used.
+    Error,
+    /// It can, but this is surely not what its writer meant.
+    Warning,
+}
 
-    /// The mistakes, file by file in the order of the lines.
+/// A file that was opened.
+#[derive(Debug)]
+struct Source {
+    name: String,
+    text: String,
+}
+
+impl FilesError {
+    /// The mistakes and warnings, file by file in the order of the lines.
     pub fn faults(&self) -> &[Fault] {
         &self.faults
+    }
+
+    /// How many further ones were found than [`Self::faults`] has room for.
+    pub fn uncounted(&self) -> usize {
+        self.uncounted
     }
 }
 
 impl Fault {
-    /// The file.
+    /// The path of the file as it was opened.
     pub fn file(&self) -> &str {
-        self.source.name()
+        &self.source.name
+    }
+
+    /// The whole text of the file; empty when it could not be read.
+    pub fn text(&self) -> &str {
+        &self.source.text
     }
 
     /// Line and column, counted from 1; none when the file could not be read at all.
     pub fn position(&self) -> Option<(usize, usize)> {
-        (self.spot.line > 0).then_some((self.spot.line, self.spot.column))
+        (self.span.line > 0).then_some((self.span.line, self.span.column))
+    }
+
+    /// The bytes of the text that are meant; none when the file could not be read at all.
+    pub fn bytes(&self) -> Option<Range<usize>> {
+        (self.span.line > 0).then_some(self.span.offset..self.span.offset + self.span.length)
     }
 
     /// The key whose value is wrong; empty for the file as a whole.
@@ -66,23 +84,28 @@ impl Fault {
         &self.key
     }
 
-    /// What was found.
+    /// What was found, without key and place.
     pub fn message(&self) -> &str {
         &self.message
     }
 
-    /// What is allowed, or what to do.
+    /// What is allowed, or what to do about it.
     pub fn help(&self) -> Option<&str> {
         self.help.as_deref()
     }
 
     /// Whether the file can be used all the same.
+    pub fn severity(&self) -> Severity {
+        self.severity
+    }
+
+    /// Whether it is no mistake but a warning.
     pub fn is_warning(&self) -> bool {
         self.severity == Severity::Warning
     }
 }
 
-impl fmt::Display for ConfigError {
+impl fmt::Display for FilesError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let warnings = self.faults.iter().filter(|fault| fault.is_warning()).count();
         match self.faults.len() - warnings + self.uncounted {
@@ -97,17 +120,7 @@ impl fmt::Display for ConfigError {
     }
 }
 
-impl std::error::Error for ConfigError {}
-
-impl Diagnostic for ConfigError {
-    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        (self.uncounted > 0).then(|| Box::new(format!("{} more are not shown", self.uncounted)) as Box<_>)
-    }
-
-    fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
-        Some(Box::new(self.faults.iter().map(|fault| fault as &dyn Diagnostic)))
-    }
-}
+impl std::error::Error for FilesError {}
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -120,29 +133,27 @@ impl fmt::Display for Fault {
 
 impl std::error::Error for Fault {}
 
-impl Diagnostic for Fault {
-    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        self.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
-    }
+/// Where a mistake is: a place, and the key that stands there or above it.
+pub(crate) struct At<'k> {
+    span: SourceSpan,
+    key: &'k str,
+}
 
-    fn severity(&self) -> Option<Severity> {
-        Some(self.severity)
+impl<'k> From<(SourceSpan, &'k str)> for At<'k> {
+    fn from((span, key): (SourceSpan, &'k str)) -> Self {
+        Self { span, key }
     }
+}
 
-    fn source_code(&self) -> Option<&dyn SourceCode> {
-        (self.spot.line > 0).then_some(&*self.source as &dyn SourceCode)
-    }
-
-    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let Spot { offset, length, line, .. } = self.spot;
-        let label = LabeledSpan::new(Some("here".to_owned()), offset, length.max(1));
-        (line > 0).then(|| Box::new(std::iter::once(label)) as Box<_>)
+impl<'k> From<(SourceSpan, &'k String)> for At<'k> {
+    fn from((span, key): (SourceSpan, &'k String)) -> Self {
+        Self { span, key }
     }
 }
 
 /// The mistakes found so far in all files.
 #[derive(Debug, Default)]
-pub(super) struct Faults {
+pub(crate) struct Faults {
     sources: Vec<Arc<Source>>,
     list: Vec<Fault>,
     known: BTreeSet<(usize, usize, String)>,
@@ -151,30 +162,40 @@ pub(super) struct Faults {
 }
 
 impl Faults {
-    /// A further file with this text; its number is for the spots in it.
-    pub(super) fn open(&mut self, name: &str, text: String) -> usize {
-        self.sources.push(Arc::new(Source::new(name, &text)));
+    /// A further file with this text; its number is for the places in it.
+    pub(crate) fn open(&mut self, name: &str, text: String) -> usize {
+        self.sources.push(Arc::new(Source { name: name.to_owned(), text }));
         self.sources.len() - 1
     }
 
     /// Mistakes so far that make a file useless.
-    pub(super) fn errors(&self) -> usize {
+    pub(crate) fn errors(&self) -> usize {
         self.errors
     }
 
-    /// Adds one at a place in a file; `help` says what is allowed.
-    pub(super) fn push(&mut self, spot: Spot, key: &str, message: String, help: Option<String>) {
-        self.add(Severity::Error, spot, key, message, help);
+    /// Adds a mistake at a place in a file.
+    pub(crate) fn push<'k>(&mut self, at: impl Into<At<'k>>, message: impl Into<String>) {
+        self.push_or_with(at, message, None);
+    }
+
+    /// Adds a mistake and what is allowed, or what to do.
+    pub(crate) fn push_with<'k>(&mut self, at: impl Into<At<'k>>, message: impl Into<String>, help: impl Into<String>) {
+        self.push_or_with(at, message, Some(help.into()));
+    }
+
+    /// Adds a mistake, and what to do if that is known.
+    pub(crate) fn push_or_with<'k>(&mut self, at: impl Into<At<'k>>, message: impl Into<String>, help: Option<String>) {
+        self.add(Severity::Error, at.into(), message.into(), help);
     }
 
     /// Adds what is legal but surely not meant.
-    pub(super) fn warn(&mut self, spot: Spot, key: &str, message: String, help: Option<String>) {
-        self.add(Severity::Warning, spot, key, message, help);
+    pub(crate) fn warn<'k>(&mut self, at: impl Into<At<'k>>, message: String, help: Option<String>) {
+        self.add(Severity::Warning, at.into(), message, help);
     }
 
-    fn add(&mut self, severity: Severity, spot: Spot, key: &str, message: String, help: Option<String>) {
+    fn add(&mut self, severity: Severity, At { span, key }: At<'_>, message: String, help: Option<String>) {
         // What is used twice is wrong once.
-        if !self.known.insert((spot.file, spot.offset, message.clone())) {
+        if !self.known.insert((span.file, span.offset, message.clone())) {
             return;
         }
         self.errors += usize::from(severity == Severity::Error);
@@ -182,13 +203,13 @@ impl Faults {
             self.uncounted += 1;
             return;
         }
-        let source = Arc::clone(&self.sources[spot.file]);
-        self.list.push(Fault { source, spot, severity, key: key.to_owned(), message, help });
+        let source = Arc::clone(&self.sources[span.file]);
+        self.list.push(Fault { source, span, severity, key: key.to_owned(), message, help });
     }
 
     /// All of them, file by file in the order of the lines.
-    pub(super) fn take(&mut self) -> Vec<Fault> {
-        self.list.sort_by_key(|fault| (fault.spot.file, fault.spot.offset));
+    pub(crate) fn take(&mut self) -> Vec<Fault> {
+        self.list.sort_by_key(|fault| (fault.span.file, fault.span.offset));
         mem::take(&mut self.list)
     }
 
@@ -196,14 +217,12 @@ impl Faults {
     ///
     /// # Errors
     /// Everything that was found, if any of it is a mistake.
-    pub(super) fn into_result<T>(mut self, built: Option<T>) -> Result<(T, Vec<Fault>), ConfigError> {
+    pub(crate) fn into_result<T>(mut self, built: Option<T>) -> Result<(T, Vec<Fault>), FilesError> {
         let faults = self.take();
         match built {
             Some(built) if self.errors == 0 => Ok((built, faults)),
             // Nothing was built and nothing says why: never a reason to panic over a file.
-            Some(_) | None => {
-                Err(ConfigError { uncounted: self.uncounted.max(usize::from(faults.is_empty())), faults })
-            }
+            Some(_) | None => Err(FilesError { uncounted: self.uncounted.max(usize::from(faults.is_empty())), faults }),
         }
     }
 }

@@ -1,156 +1,152 @@
-//! The files of a mission: read once each, with everything that they include.
+//! The files of a mission: each opened once, with everything that they include.
 
-use std::fs::File;
-use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
-use super::document::{self, MAX_BYTES, Node, Spot};
-use super::fault::Faults;
-use super::kinds::BEHAVIOR;
-use super::reader::{Item, Name};
-use super::shape::{Form, Shape, optional, required};
-use super::task::{NODE, SUBTREE};
+use crate::document::{self, MAX_BYTES, Node, SourceSpan};
+use crate::fault::Faults;
+use crate::format::INCLUDE;
+use crate::reader::{Item, Name};
+use crate::sources::Sources;
 
 /// Most files that one mission includes.
 const MAX_FILES: usize = 100;
 /// The behaviors of the paper, which are always there.
 const PAPER: &str = include_str!("../../config/behaviors/paper.yaml");
+/// Their place among the files.
+const PAPER_FILE: usize = 0;
 /// What they are called in messages.
 const PAPER_NAME: &str = "the behaviors of the paper (built in)";
 
-const INCLUDE: Form = Form::List(&Form::Word);
-const BEHAVIORS: Form = Form::Each(&Form::Map(&BEHAVIOR));
-const SUBTREES: Form = Form::Each(&Form::Map(&SUBTREE));
-
-/// A mission file.
-pub(super) static MISSION: Shape = Shape::new(
-    "a mission",
-    "A task for a robot in a world.",
-    &[
-        required("mission", "Its name.", Form::Word),
-        required("robot", "The path of a robot file, from this file.", Form::Word),
-        optional("include", "Paths of files with behaviors and subtrees, from this file.", INCLUDE),
-        optional("behaviors", "Kinds of behavior beside `move`, `pick` and `place`.", BEHAVIORS),
-        optional("subtrees", "Parts of the task to be used with arguments.", SUBTREES),
-        required("world", "Where everything is at the start.", Form::Map(&super::raw::WORLD)),
-        required("task", "What is to be done.", Form::Map(&NODE)),
-    ],
-);
-
-/// A file of behaviors and subtrees.
-pub(super) static LIBRARY: Shape = Shape::new(
-    "a library",
-    "Behaviors and subtrees for any mission that includes them.",
-    &[
-        required("library", "Its name.", Form::Word),
-        optional("include", "Paths of further such files, from this file.", INCLUDE),
-        optional("behaviors", "Kinds of behavior.", BEHAVIORS),
-        optional("subtrees", "Parts of a task to be used with arguments.", SUBTREES),
-    ],
-);
-
 /// Files in the order of opening.
-#[derive(Debug, Default)]
-pub(super) struct Files {
+pub(crate) struct Files<'s> {
+    sources: &'s dyn Sources,
+    /// The behaviors of the paper, unless they are the file that was asked for.
+    paper: Option<Node>,
+    /// The file that was asked for, then what is included.
     list: Vec<(PathBuf, Option<Node>)>,
 }
 
-impl Files {
+impl<'s> Files<'s> {
     /// The behaviors of the paper, then a file and everything that it includes, each once.
-    pub(super) fn with_includes(path: &Path, faults: &mut Faults) -> Self {
+    pub(crate) fn with_includes(sources: &'s dyn Sources, path: &Path, faults: &mut Faults) -> Self {
+        let mut files = Self { sources, paper: None, list: Vec::new() };
+        let content = sources.read(path);
         // The file of the paper's behaviors may be checked itself.
-        let mut files = match bytes(path) {
-            Ok(bytes) if bytes == PAPER.as_bytes() => Self::default(),
-            Ok(_) | Err(_) => Self::of_paper(faults),
-        };
-        files.open(path, None, faults);
-        let mut next = files.list.len() - 1;
-        while next < files.list.len() {
-            let (including, node) = &files.list[next];
-            let wanted: Vec<_> =
-                includes(node.as_ref()).into_iter().map(|name| (beside(including, &name.value), name)).collect();
-            for (path, name) in wanted {
-                if files.list.len() > MAX_FILES {
-                    faults.push(name.spot, &name.key, format!("more than {MAX_FILES} files"), None);
-                    return files;
-                }
-                let is_known = files.list.iter().any(|(known, _)| is_same(known, &path));
-                if !is_known {
-                    files.open(&path, Some(&name), faults);
-                }
-            }
-            next += 1;
+        if content.as_ref().map(Vec::as_slice).ok() != Some(PAPER.as_bytes()) {
+            files.paper = paper(faults);
         }
+        let main = content_of(path, content, None, faults);
+        files.list.push((path.to_owned(), main));
+        files.follow_includes(faults);
         files
     }
 
     /// The behaviors of the paper, then a text that is no file.
-    pub(super) fn of_text(name: &str, text: String, faults: &mut Faults) -> Self {
-        let mut files = Self::of_paper(faults);
-        let node = parse(name, text, faults);
-        files.list.push((PathBuf::from(name), node));
-        files
+    pub(crate) fn of_text(sources: &'s dyn Sources, name: &str, text: String, faults: &mut Faults) -> Self {
+        let paper = paper(faults);
+        Self { sources, paper, list: vec![(PathBuf::from(name), parse(name, text, faults))] }
     }
 
-    /// A file alone.
-    pub(super) fn alone(path: &Path, named: Option<&Name>, faults: &mut Faults) -> Self {
-        let mut files = Self::default();
+    /// A file without what it includes and without the behaviors of the paper; `named` is where its path stands.
+    pub(crate) fn alone(sources: &'s dyn Sources, path: &Path, named: Option<&Name>, faults: &mut Faults) -> Self {
+        let mut files = Self { sources, paper: None, list: Vec::new() };
         files.open(path, named, faults);
         files
     }
 
-    fn of_paper(faults: &mut Faults) -> Self {
-        let paper = parse(PAPER_NAME, PAPER.to_owned(), faults);
-        Self { list: vec![(PathBuf::new(), paper)] }
-    }
-
-    fn open(&mut self, path: &Path, named: Option<&Name>, faults: &mut Faults) {
-        let node = match bytes(path) {
-            Ok(bytes) => parse_bytes(&path.display().to_string(), bytes, faults),
-            Err(error) => {
-                let message = format!("cannot read {}: {error}", path.display());
-                match named {
-                    Some(name) => faults.push(name.spot, &name.key, message, None),
-                    None => {
-                        let file = faults.open(&path.display().to_string(), String::new());
-                        faults.push(Spot { file, ..Spot::default() }, "", message, None);
-                    }
-                }
-                None
-            }
-        };
-        self.list.push((path.to_owned(), node));
-    }
-
-    /// The file that was asked for: behind the behaviors of the paper, if they are there.
-    pub(super) fn main(&self) -> Option<Item<'_>> {
-        let (_, node) = self.list.iter().find(|(path, _)| !path.as_os_str().is_empty())?;
-        node.as_ref().map(Item::root)
+    /// The file that was asked for.
+    pub(crate) fn main(&self) -> Option<Item<'_>> {
+        self.list.first()?.1.as_ref().map(Item::root)
     }
 
     /// All other files that could be read.
-    pub(super) fn libraries(&self) -> impl Iterator<Item = Item<'_>> {
-        let main = self.list.iter().position(|(path, _)| !path.as_os_str().is_empty());
-        let others = self.list.iter().enumerate().filter(move |(index, _)| Some(*index) != main);
-        others.filter_map(|(_, (_, node))| node.as_ref().map(Item::root))
+    pub(crate) fn libraries(&self) -> impl Iterator<Item = Item<'_>> {
+        let included = self.list.iter().skip(1).filter_map(|(_, node)| node.as_ref());
+        self.paper.iter().chain(included).map(Item::root)
+    }
+
+    /// Whether a file is open already, under this path or another.
+    fn find(&self, path: &Path) -> Option<&Option<Node>> {
+        let identity = self.sources.identity(path);
+        let is_same = |known: &Path| known == path || (identity.is_some() && self.sources.identity(known) == identity);
+        self.list.iter().find(|(known, _)| is_same(known)).map(|(_, node)| node)
+    }
+
+    /// A further file, which may be open already if somebody includes it by mistake.
+    pub(crate) fn beside(&self, path: &Path, named: Option<&Name>, faults: &mut Faults) -> Option<Node> {
+        match self.find(path) {
+            Some(open) => open.clone(),
+            None => content_of(path, self.sources.read(path), named, faults),
+        }
+    }
+
+    fn open(&mut self, path: &Path, named: Option<&Name>, faults: &mut Faults) {
+        let node = content_of(path, self.sources.read(path), named, faults);
+        self.list.push((path.to_owned(), node));
+    }
+
+    fn follow_includes(&mut self, faults: &mut Faults) {
+        let mut next = 0;
+        while let Some((including, node)) = self.list.get(next) {
+            let wanted: Vec<_> =
+                includes(node.as_ref()).into_iter().map(|name| (beside(including, &name.value), name)).collect();
+            for (path, name) in wanted {
+                if self.list.len() >= MAX_FILES + usize::from(self.paper.is_none()) {
+                    return faults.push(&name, format!("more than {MAX_FILES} files"));
+                }
+                if self.find(&path).is_none() {
+                    self.open(&path, Some(&name), faults);
+                }
+            }
+            next += 1;
+        }
     }
 }
 
+/// The behaviors of the paper, which are parsed once and stand first among the files.
+fn paper(faults: &mut Faults) -> Option<Node> {
+    static PAPER_NODE: LazyLock<Option<Node>> = LazyLock::new(|| document::parse(PAPER_FILE, PAPER).ok());
+    let file = faults.open(PAPER_NAME, PAPER.to_owned());
+    assert_eq!(file, PAPER_FILE, "nothing is opened before the behaviors of the paper");
+    PAPER_NODE.clone()
+}
+
 /// Where a path in a file leads.
-pub(super) fn beside(file: &Path, name: &str) -> PathBuf {
+pub(crate) fn beside(file: &Path, name: &str) -> PathBuf {
     file.parent().unwrap_or(Path::new("")).join(name)
 }
 
 /// What stands under `include`, as far as it is paths; the rest is a fault when the file is read.
 fn includes(node: Option<&Node>) -> Vec<Name> {
-    let include = node.map(Item::root).and_then(|file| file.value_of("include"));
-    let paths = include.iter().flat_map(Item::each);
-    let name = |item: Item<'_>| Some(Name { value: item.text()?.to_owned(), key: "include".into(), spot: item.spot });
-    paths.filter_map(name).collect()
+    let include = node.map(Item::root).and_then(|file| file.value_of(INCLUDE));
+    let items = include.iter().flat_map(Item::each);
+    let name = |item: Item<'_>| Some(Name { value: item.text()?.to_owned(), key: INCLUDE.into(), span: item.span });
+    items.filter_map(name).collect()
 }
 
-fn is_same(one: &Path, other: &Path) -> bool {
-    one == other || one.canonicalize().ok().is_some_and(|one| other.canonicalize().is_ok_and(|other| one == other))
+/// What a file holds; if it cannot be read, that is a fault where it is `named`.
+fn content_of(
+    path: &Path,
+    content: std::io::Result<Vec<u8>>,
+    named: Option<&Name>,
+    faults: &mut Faults,
+) -> Option<Node> {
+    let shown = path.display();
+    let too_large = |bytes: &Vec<u8>| bytes.len() as u64 > MAX_BYTES;
+    let message = match content {
+        Ok(bytes) if too_large(&bytes) => format!("cannot read {shown}: it is larger than {MAX_BYTES} bytes"),
+        Ok(bytes) => return parse_bytes(&shown.to_string(), bytes, faults),
+        Err(error) => format!("cannot read {shown}: {error}"),
+    };
+    match named {
+        Some(name) => faults.push(name, message),
+        None => {
+            let file = faults.open(&shown.to_string(), String::new());
+            faults.push((SourceSpan { file, ..SourceSpan::default() }, ""), message);
+        }
+    }
+    None
 }
 
 fn parse_bytes(name: &str, bytes: Vec<u8>, faults: &mut Faults) -> Option<Node> {
@@ -159,7 +155,7 @@ fn parse_bytes(name: &str, bytes: Vec<u8>, faults: &mut Faults) -> Option<Node> 
         Err(error) => {
             let file = faults.open(name, String::from_utf8_lossy(error.as_bytes()).into_owned());
             let fault = document::not_text(file, error.as_bytes(), error.utf8_error());
-            faults.push(fault.spot, "", fault.message, None);
+            faults.push((fault.span, ""), fault.message);
             None
         }
     }
@@ -170,22 +166,8 @@ fn parse(name: &str, text: String, faults: &mut Faults) -> Option<Node> {
     match document::parse(file, &text) {
         Ok(node) => Some(node),
         Err(fault) => {
-            faults.push(fault.spot, "", fault.message, None);
+            faults.push((fault.span, ""), fault.message);
             None
         }
     }
-}
-
-fn bytes(path: &Path) -> io::Result<Vec<u8>> {
-    // To open a pipe is to wait for somebody who writes to it.
-    let metadata = path.metadata()?;
-    if !metadata.is_file() && !metadata.is_dir() {
-        return Err(io::Error::new(ErrorKind::InvalidInput, "it is no regular file"));
-    }
-    let mut bytes = Vec::new();
-    File::open(path)?.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > MAX_BYTES {
-        return Err(io::Error::new(ErrorKind::FileTooLarge, format!("it is larger than {MAX_BYTES} bytes")));
-    }
-    Ok(bytes)
 }

@@ -1,49 +1,57 @@
 //! Files to checked specs: every fault with file, line and key, all at once. No tree is built here and nothing runs.
 
+mod describe;
 mod document;
 mod fault;
 mod files;
+mod format;
 mod import;
 mod kinds;
+mod lint;
 mod names;
-mod outlook;
 mod parameter;
 mod quantity;
-mod raw;
 mod reader;
+mod reference;
 mod robot;
 mod schema;
+mod scope;
 mod shape;
-mod source;
+mod sources;
 mod task;
 mod template;
 #[cfg(test)]
 mod tests;
-
+mod text;
+mod types;
 mod world;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-pub use fault::{ConfigError, Fault};
+pub use fault::{Fault, FilesError, Severity};
+pub use format::Format;
 pub use import::{Beside, ImportError, Imported, import};
+pub use reference::reference;
 pub use robot::RobotFile;
-pub use schema::{Format, schema};
+pub use schema::schema;
+pub use sources::{Disk, InMemory, Sources};
 
 use ambidex_model::{MissionSpec, Names};
+use describe::Described;
 use fault::Faults;
-use files::{Files, LIBRARY, MISSION, beside};
+use files::{Files, beside};
+use format::{Library, Mission};
 use kinds::Kinds;
-use names::Register;
 use parameter::{Known, RobotNames};
-use reader::{Fields, Item, Name};
+use reader::Item;
 use task::{Subtrees, Surroundings};
 use world::WorldNames;
 
 /// A mission with the file of its robot.
 #[derive(Debug, Clone)]
 pub struct Loaded {
-    /// The mission.
+    /// Everything that a run needs to know, shared by all who run it.
     pub mission: Arc<MissionSpec>,
     /// Where its robot stands, for the controllers to read it too.
     pub robot_path: PathBuf,
@@ -66,21 +74,20 @@ pub enum Checked {
 ///
 /// # Errors
 /// Every mistake in all its files.
-pub fn load_mission(path: &Path, robot_override: Option<&Path>) -> Result<Loaded, ConfigError> {
+pub fn load_mission(sources: &dyn Sources, path: &Path, robot_override: Option<&Path>) -> Result<Loaded, FilesError> {
     let mut faults = Faults::default();
-    let files = Files::with_includes(path, &mut faults);
-    let loaded = files.main().and_then(|main| mission(path, &files, main, robot_override, &mut faults));
-    let ((mission, robot_path), warnings) = faults.into_result(loaded)?;
-    Ok(Loaded { mission: Arc::new(mission), robot_path, warnings })
+    let files = Files::with_includes(sources, path, &mut faults);
+    loaded(path, &files, robot_override, faults)
 }
 
 /// Loads a robot alone, as a controller process does.
 ///
 /// # Errors
 /// Every mistake in the file.
-pub fn load_robot(path: &Path) -> Result<RobotFile, ConfigError> {
+pub fn load_robot(sources: &dyn Sources, path: &Path) -> Result<RobotFile, FilesError> {
     let mut faults = Faults::default();
-    let robot = read_robot(path, None, &mut faults);
+    let files = Files::alone(sources, path, None, &mut faults);
+    let robot = files.main().and_then(|main| robot_of(main, &mut faults));
     faults.into_result(robot).map(|(robot, _)| robot)
 }
 
@@ -88,9 +95,9 @@ pub fn load_robot(path: &Path) -> Result<RobotFile, ConfigError> {
 ///
 /// # Errors
 /// Every mistake in all its files.
-pub fn check(path: &Path) -> Result<Checked, ConfigError> {
+pub fn check(sources: &dyn Sources, path: &Path) -> Result<Checked, FilesError> {
     let mut faults = Faults::default();
-    let files = Files::with_includes(path, &mut faults);
+    let files = Files::with_includes(sources, path, &mut faults);
     let Some(main) = files.main() else {
         return faults.into_result(None).map(|((), warnings)| Checked::Library(Vec::new(), warnings));
     };
@@ -103,19 +110,32 @@ pub fn check(path: &Path) -> Result<Checked, ConfigError> {
             let names = library(&files, main, &mut faults);
             faults.into_result(names).map(|(names, warnings)| Checked::Library(names, warnings))
         }
-        Some(Format::Mission) | None => load_mission(path, None).map(|loaded| Checked::Mission(Box::new(loaded))),
+        Some(Format::Mission) | None => {
+            loaded(path, &files, None, faults).map(|loaded| Checked::Mission(Box::new(loaded)))
+        }
     }
 }
 
-fn read_robot(path: &Path, named: Option<&Name>, faults: &mut Faults) -> Option<RobotFile> {
-    let files = Files::alone(path, named, faults);
-    robot::read(files.main()?, faults)
+fn loaded(
+    path: &Path,
+    files: &Files<'_>,
+    robot_override: Option<&Path>,
+    mut faults: Faults,
+) -> Result<Loaded, FilesError> {
+    let loaded = files.main().and_then(|main| mission(path, files, main, robot_override, &mut faults));
+    let ((mission, robot_path), warnings) = faults.into_result(loaded)?;
+    Ok(Loaded { mission: Arc::new(mission), robot_path, warnings })
+}
+
+/// A file that must be a robot.
+fn robot_of(file: Item<'_>, faults: &mut Faults) -> Option<RobotFile> {
+    if Format::Robot.is_that_of(file, faults) { robot::read(file, faults) } else { None }
 }
 
 /// A mission file with its libraries and its robot.
 fn mission(
     path: &Path,
-    files: &Files,
+    files: &Files<'_>,
     main: Item<'_>,
     robot_override: Option<&Path>,
     faults: &mut Faults,
@@ -123,31 +143,29 @@ fn mission(
     if !Format::Mission.is_that_of(main, faults) {
         return None;
     }
-    let fields = main.fields(&MISSION, faults)?;
-    let robot_name = fields.get("robot").and_then(|item| item.path("the path of a robot file", faults));
+    let file = Mission::take(main, faults)?;
     let robot_path = match robot_override {
         Some(path) => Some(path.to_owned()),
-        None => robot_name.as_ref().map(|name| beside(path, &name.value)),
+        None => file.robot.as_ref().map(|name| beside(path, &name.value)),
     };
-    let named = robot_name.as_ref().filter(|_| robot_override.is_none());
-    let robot = robot_path.as_ref().and_then(|path| read_robot(path, named, faults));
-    let mission = with_robot(files, &fields, robot, faults);
+    let named = file.robot.as_ref().filter(|_| robot_override.is_none());
+    let node = robot_path.as_ref().and_then(|path| files.beside(path, named, faults));
+    let robot = node.as_ref().and_then(|node| robot_of(Item::root(node), faults));
+    let mission = with_robot(files, file, robot, faults);
     Some((mission?, robot_path?))
 }
 
 /// A mission file with its libraries, for a robot.
-fn with_robot<'a>(
-    files: &'a Files,
-    fields: &Fields<'a>,
+fn with_robot(
+    files: &Files<'_>,
+    file: Mission<'_>,
     robot: Option<RobotFile>,
     faults: &mut Faults,
 ) -> Option<MissionSpec> {
-    let name = fields.get("mission").and_then(|item| item.name("the name of the mission", faults));
-    let (kinds, mut subtrees) = declared(files, fields, faults);
-    let raw_world = fields.get("world").and_then(|item| raw::World::read(item, faults));
+    let (kinds, mut subtrees) = declared(files, file.behaviors, file.subtrees, faults);
     let robot_names = robot.as_ref().map(RobotNames::of);
-    let world_names = raw_world.as_ref().map(WorldNames::of);
-    let world = raw_world.zip(world_names.as_ref()).and_then(|(raw, names)| world::build(raw, names, faults));
+    let world_names = file.world.as_ref().map(WorldNames::of);
+    let world = file.world.zip(world_names.as_ref()).and_then(|(raw, names)| world::build(raw, names, faults));
     let around = Surroundings {
         kinds: &kinds,
         known: Known { world: world_names.as_ref(), robot: robot_names.as_ref() },
@@ -155,10 +173,10 @@ fn with_robot<'a>(
         world: world.as_ref(),
     };
     task::check_all(&mut subtrees, &around, faults);
-    let task = fields.get("task").and_then(|item| task::build(item, &subtrees, &around, faults))?;
+    let task = file.task.and_then(|item| task::build(item, &subtrees, &around, faults))?;
     let (world, robot, names) = (world?, robot?, world_names?);
     let mission = MissionSpec {
-        name: name?.value,
+        name: file.mission?.value,
         robot: robot.robot,
         world: world.spec,
         start: world.start,
@@ -172,43 +190,35 @@ fn with_robot<'a>(
             ..robot.names
         },
     };
-    outlook::look(&mission, &task.spots, faults);
+    lint::check(&mission, &task.spans, faults);
     Some(mission)
 }
 
 /// A library by itself: names of a world are not known in it.
-fn library(files: &Files, main: Item<'_>, faults: &mut Faults) -> Option<Vec<String>> {
-    let fields = main.fields(&LIBRARY, faults)?;
-    fields.get("library").and_then(|item| item.name("the name of the library", faults))?;
-    let (kinds, mut subtrees) = declared(files, &fields, faults);
+fn library(files: &Files<'_>, main: Item<'_>, faults: &mut Faults) -> Option<Vec<String>> {
+    let file = Library::take(main, faults)?;
+    file.library?;
+    let (kinds, mut subtrees) = declared(files, file.behaviors, file.subtrees, faults);
     let around = Surroundings { kinds: &kinds, known: Known { world: None, robot: None }, robot: None, world: None };
     task::check_all(&mut subtrees, &around, faults);
-    let own = ["behaviors", "subtrees"].into_iter().filter_map(|key| fields.get(key));
-    let names = own.flat_map(|item| item.keys().map(str::to_owned).collect::<Vec<_>>());
-    Some(names.collect())
+    let own = [file.behaviors, file.subtrees].into_iter().flatten();
+    Some(own.flat_map(|item| item.keys().collect::<Vec<_>>()).map(str::to_owned).collect())
 }
 
 /// Behaviors and subtrees of a file and of all that it includes.
-fn declared<'a>(files: &'a Files, main: &Fields<'a>, faults: &mut Faults) -> (Kinds, Subtrees<'a>) {
-    let (mut kinds, mut subtrees) = (Kinds::default(), Subtrees::default());
-    let libraries: Vec<_> = files.libraries().filter_map(|item| item.fields(&LIBRARY, faults)).collect();
-    for file in libraries.iter().chain([main]) {
-        // A list of includes that is none has led to no files.
-        for item in file.get("include").and_then(|item| item.list("a list of paths", faults)).into_iter().flatten() {
-            item.path("the path of a file", faults);
-        }
-        kinds.declare(file.get("behaviors"), &task::RESERVED, faults);
-        subtrees.declare(file.get("subtrees"), faults);
+fn declared<'a>(
+    files: &'a Files<'_>,
+    behaviors: Option<Item<'a>>,
+    subtrees: Option<Item<'a>>,
+    faults: &mut Faults,
+) -> (Kinds, Subtrees<'a>) {
+    let (mut kinds, mut parts) = (Kinds::new(task::node_shape().keys()), Subtrees::default());
+    for file in files.libraries() {
+        let Some(library) = Library::take(file, faults) else { continue };
+        kinds.declare(library.behaviors, faults);
+        parts.declare(library.subtrees, faults);
     }
-    (kinds, subtrees)
-}
-
-impl RobotNames {
-    fn of(robot: &RobotFile) -> Self {
-        let register = |what, names: &[String]| Register::of(what, names.iter().map(String::as_str));
-        Self {
-            resources: register("resource", &robot.names.resources),
-            types: register("type of resource", &robot.names.types),
-        }
-    }
+    kinds.declare(behaviors, faults);
+    parts.declare(subtrees, faults);
+    (kinds, parts)
 }

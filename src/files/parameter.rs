@@ -1,143 +1,90 @@
 //! Parameters of declared behaviors and subtrees, and the arguments they get.
 
-use super::document::{Node, Spot, Value};
-use super::fault::Faults;
-use super::names::Register;
-use super::quantity::{NEAR, POTENTIAL};
-use super::raw::each;
-use super::reader::{Item, Name};
-use super::shape::{Form, Shape, optional, required};
-use super::world::WorldNames;
+use std::collections::BTreeSet;
+
+use crate::describe::{Custom, Described, Each, Later, Reads, described};
+use crate::document::{Node, SourceSpan, Value};
+use crate::fault::Faults;
+use crate::names::Register;
+use crate::quantity::{NEAR, POTENTIAL};
+use crate::reader::{Item, Name};
+use crate::robot::RobotFile;
+use crate::shape::Form;
+use crate::types::Type;
+use crate::world::WorldNames;
 use ambidex_model::{ObjectId, PlaceId, ResourceId, TypeId, suggestion};
 
-/// `parameters`: a type, or a type with a default, by name.
-pub(super) const PARAMETERS: Form = Form::Each(&Form::Either(&[Form::Words(&Type::WORDS), Form::Map(&PARAMETER)]));
-
-static PARAMETER: Shape = Shape::new(
-    "a parameter",
-    "What an argument is, and what it is when none is given.",
-    &[
-        required("type", "What it stands for.", Form::Words(&Type::WORDS)),
-        optional(
-            "default",
+described! {
+    /// A parameter with all that can be said of it.
+    struct Full<'a>: "a parameter", "What an argument is, and what it is when none is given." {
+        ty: Type = required("type", "What it stands for.", TYPE),
+        default: Option<Item<'a>> = optional(
+            DEFAULT,
             "Its value when none is given, or several, of which the first that is there counts: `$before` is where the \
              `move` before it in its THEN goes, `$start` is where its object is at the start.",
-            Form::Arguments,
+            Later(|| Form::Arguments)
         ),
-    ],
-);
-
-/// The default that is where the `move` before goes.
-pub(super) const BEFORE: &str = "$before";
-/// The default that is where the object is at the start.
-pub(super) const START: &str = "$start";
-
-/// What an argument stands for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Type {
-    Object,
-    Place,
-    Resource,
-    /// A type of resources.
-    Kind,
-    Number,
-    Offset,
-    Text,
+    }
 }
+
+/// The key of the default of a parameter.
+pub(crate) const DEFAULT: &str = "default";
+/// The default that is where the `move` before goes.
+pub(crate) const BEFORE: &str = "$before";
+/// The default that is where the object is at the start.
+pub(crate) const START: &str = "$start";
 
 /// A parameter of a behavior or a subtree.
 #[derive(Debug, Clone)]
-pub(super) struct Parameter {
-    pub(super) name: Name,
-    pub(super) ty: Type,
+pub(crate) struct Parameter {
+    pub(crate) name: Name,
+    pub(crate) ty: Type,
     /// What is tried in turn when no argument is given; none where one must be.
-    pub(super) defaults: Option<Vec<Node>>,
+    pub(crate) defaults: Option<Vec<Node>>,
 }
 
 /// An argument looked up.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Argument {
+pub(crate) struct Argument {
     /// As written, for names made of it.
-    pub(super) text: String,
-    pub(super) value: Meaning,
+    pub(crate) text: String,
+    pub(crate) value: Meaning,
 }
 
 /// What an argument means.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Meaning {
+pub(crate) enum Meaning {
     Object(ObjectId),
     Place(PlaceId),
     Resource(ResourceId),
     Kind(TypeId),
     Number(f64),
-    /// Metres, in the axes of the map.
+    /// Meters, in the axes of the map.
     Offset([f64; 2]),
     Text,
 }
 
 /// Everything that arguments can name; a part that could not be read has no names, and nothing is said of it again.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Known<'a> {
-    pub(super) world: Option<&'a WorldNames>,
-    pub(super) robot: Option<&'a RobotNames>,
+pub(crate) struct Known<'a> {
+    pub(crate) world: Option<&'a WorldNames>,
+    pub(crate) robot: Option<&'a RobotNames>,
 }
 
 /// The names of a robot's parts.
 #[derive(Debug, Clone)]
-pub(super) struct RobotNames {
-    pub(super) resources: Register,
-    pub(super) types: Register,
+pub(crate) struct RobotNames {
+    pub(crate) resources: Register,
+    pub(crate) types: Register,
 }
 
-impl Type {
-    const ALL: [Self; 7] =
-        [Self::Object, Self::Place, Self::Resource, Self::Kind, Self::Number, Self::Offset, Self::Text];
-    const WORDS: [&'static str; 7] = ["object", "place", "resource", "type", "number", "offset", "text"];
-
-    fn read(item: Item<'_>, faults: &mut Faults) -> Option<Self> {
-        let word = item.word(&Self::WORDS, "a type of parameter", faults)?;
-        Self::ALL.into_iter().find(|ty| ty.word() == word)
-    }
-
-    /// Whether a value looks like one of this type; whether a name exists is seen where it is used.
-    fn check_form(self, item: Item<'_>, faults: &mut Faults) {
-        match self {
-            Self::Number => drop(item.quantity(&POTENTIAL, faults)),
-            Self::Offset => drop(item.vector(2..=2, &NEAR, faults)),
-            Self::Object | Self::Place | Self::Resource | Self::Kind | Self::Text => {
-                drop(item.name(self.what(), faults))
-            }
-        }
-    }
-
-    /// What starts with a dollar is no argument yet, and is found out for places alone.
-    fn check_default(self, item: Item<'_>, faults: &mut Faults) {
-        match item.text().filter(|text| text.starts_with('$')) {
-            Some(BEFORE | START) if self == Self::Place => {}
-            Some(text) => {
-                let message = format!("`{text}` cannot be the default of {}", self.what());
-                let help = "write a value; that of a place may be `$before` or `$start`".to_owned();
-                faults.push(item.spot, item.key, message, Some(help));
-            }
-            None => self.check_form(item, faults),
-        }
-    }
-
-    /// How it is written.
-    pub(super) fn word(self) -> &'static str {
-        Self::WORDS[self as usize]
-    }
-
-    /// With its article, as faults call it.
-    pub(super) fn what(self) -> &'static str {
-        match self {
-            Self::Object => "an object",
-            Self::Place => "a place",
-            Self::Resource => "a resource",
-            Self::Kind => "a type of resource",
-            Self::Number => "a number",
-            Self::Offset => "two lengths: [x, y]",
-            Self::Text => "a text",
+impl RobotNames {
+    /// Those of a robot file.
+    pub(crate) fn of(robot: &RobotFile) -> Self {
+        let register = |what, names: &[String]| Register::of(what, names.iter().map(String::as_str));
+        Self {
+            resources: register("resource", &robot.names.resources),
+            types: register("type of resource", &robot.names.types),
         }
     }
 }
@@ -146,7 +93,7 @@ macro_rules! meanings {
     ($($name:ident, $variant:ident, $of:ty;)+) => {
         impl Meaning {$(
             #[doc = concat!("What it means, if it is a ", stringify!($name), ".")]
-            pub(super) fn $name(self) -> Option<$of> {
+            pub(crate) fn $name(self) -> Option<$of> {
                 if let Self::$variant(value) = self { Some(value) } else { None }
             }
         )+}
@@ -164,7 +111,7 @@ meanings! {
 
 impl Known<'_> {
     /// What an argument of a type means; a fault if it means nothing.
-    pub(super) fn argument(&self, item: Item<'_>, ty: Type, faults: &mut Faults) -> Option<Argument> {
+    pub(crate) fn argument(&self, item: Item<'_>, ty: Type, faults: &mut Faults) -> Option<Argument> {
         let value = match ty {
             Type::Number => Meaning::Number(item.quantity(&POTENTIAL, faults)?),
             Type::Offset => {
@@ -179,7 +126,7 @@ impl Known<'_> {
     }
 
     /// What a name of a type stands for; a fault if nothing has it.
-    pub(super) fn named(&self, name: &Name, ty: Type, faults: &mut Faults) -> Option<Meaning> {
+    pub(crate) fn named(&self, name: &Name, ty: Type, faults: &mut Faults) -> Option<Meaning> {
         let found = match ty {
             Type::Text | Type::Number | Type::Offset => return Some(Meaning::Text),
             Type::Object => self.world?.objects.find(name, faults)?,
@@ -199,46 +146,81 @@ impl Known<'_> {
 
 impl Parameter {
     /// Its default, where that is a word and nothing that is found out later.
-    pub(super) fn plain_default(&self) -> Option<&str> {
+    pub(crate) fn plain_default(&self) -> Option<&str> {
         let first = Item::of(&self.name.value, self.defaults.as_ref()?.first()?).text();
         first.filter(|text| !text.starts_with('$'))
     }
+}
 
-    /// Reads `parameters`.
-    pub(super) fn read_all(item: Option<Item<'_>>, faults: &mut Faults) -> Vec<Self> {
-        let read = |item: Item<'_>, faults: &mut Faults| {
-            if !item.is_map() {
-                return Some((Type::read(item, faults)?, None));
-            }
-            let fields = item.fields(&PARAMETER, faults)?;
-            let ty = Type::read(fields.get("type")?, faults)?;
-            let defaults: Option<Vec<Node>> = fields.get("default").map(|item| match item.node() {
-                // A list is several values, except where the value itself is a list.
-                Node { value: Value::List(list), .. } if ty != Type::Offset => list,
-                node => vec![node],
-            });
-            for default in defaults.iter().flatten() {
-                ty.check_default(Item::of("default", default), faults);
-            }
-            Some((ty, defaults))
-        };
-        let read = each(item, "a map of parameters", faults, read);
+/// `parameters`: a type, or a type with a default, by name.
+pub(crate) const PARAMETERS: Custom<Vec<Parameter>> = Custom(
+    || Form::Each(Box::new(ENTRY.form())),
+    |item, reading| {
+        let read = Each("a map of parameters", ENTRY).read(item, reading)?;
         let known = read.into_iter().filter_map(|(name, found)| {
             let (ty, defaults) = found?;
-            Some(Self { name, ty, defaults })
+            Some(Parameter { name, ty, defaults })
         });
-        known.collect()
+        Some(known.collect())
+    },
+);
+
+const ENTRY: Custom<(Type, Option<Vec<Node>>)> = Custom(
+    || Form::Either(vec![TYPE.form(), Form::Map(Full::shape)]),
+    |item, reading| {
+        if !item.is_map() {
+            return Some((TYPE.read(item, reading)?, None));
+        }
+        let Full { ty, default } = Full::read(item, reading)?;
+        let defaults = default.map(|item| match item.node() {
+            // A list is several values, except where the value itself is a list.
+            Node { value: Value::List(list), .. } if ty != Type::Offset => list,
+            node => vec![node],
+        });
+        for default in defaults.iter().flatten() {
+            check_default(ty, Item::of(DEFAULT, default), reading.faults);
+        }
+        Some((ty, defaults))
+    },
+);
+
+const TYPE: Custom<Type> = Custom(
+    || Form::Words(&Type::WORDS),
+    |item, reading| {
+        let word = item.word(&Type::WORDS, "a type of parameter", reading.faults)?;
+        Type::ALL.into_iter().find(|ty| ty.word() == word)
+    },
+);
+
+/// Whether a value looks like one of this type; whether a name exists is seen where it is used.
+fn check_form(ty: Type, item: Item<'_>, faults: &mut Faults) {
+    match ty {
+        Type::Number => drop(item.quantity(&POTENTIAL, faults)),
+        Type::Offset => drop(item.vector(2..=2, &NEAR, faults)),
+        Type::Object | Type::Place | Type::Resource | Type::Kind | Type::Text => drop(item.name(ty.what(), faults)),
+    }
+}
+
+/// What starts with a dollar is no argument yet, and is found out for places alone.
+fn check_default(ty: Type, item: Item<'_>, faults: &mut Faults) {
+    match item.text().filter(|text| text.starts_with('$')) {
+        Some(BEFORE | START) if ty == Type::Place => {}
+        Some(text) => {
+            let message = format!("`{text}` cannot be the default of {}", ty.what());
+            faults.push_with(&item, message, "write a value; that of a place may be `$before` or `$start`");
+        }
+        None => check_form(ty, item, faults),
     }
 }
 
 /// The value of each parameter as written; none where it is left to its default.
 ///
 /// A value that is no map is that of the first parameter. `None` when one is unknown or lacking, which is a fault.
-pub(super) fn assign<'a>(
+pub(crate) fn assign<'a>(
     what: &Name,
     parameters: &[Parameter],
     item: Item<'a>,
-    spot: Spot,
+    span: SourceSpan,
     faults: &mut Faults,
 ) -> Option<Vec<Option<Item<'a>>>> {
     let before = faults.errors();
@@ -259,8 +241,7 @@ pub(super) fn assign<'a>(
     for (parameter, value) in parameters.iter().zip(&values) {
         if value.is_none() && parameter.defaults.is_none() {
             let (name, ty) = (&parameter.name.value, parameter.ty.what());
-            let message = format!("`{}` lacks its parameter `{name}`, {ty}", what.value);
-            faults.push(spot, &what.value, message, None);
+            faults.push((span, &what.value), format!("`{}` lacks its parameter `{name}`, {ty}", what.value));
         }
     }
     (faults.errors() == before).then_some(values)
@@ -269,6 +250,15 @@ pub(super) fn assign<'a>(
 fn unknown(what: &Name, parameters: &[Parameter], name: &Name, faults: &mut Faults) {
     let message = format!("`{}` has no parameter `{}`", what.value, name.value);
     let allowed = parameters.iter().map(|parameter| parameter.name.value.as_str());
-    let help = suggestion(&name.value, "parameter", allowed);
-    faults.push(name.spot, &name.key, message, Some(help));
+    faults.push_with(name, message, suggestion(&name.value, "parameter", allowed));
+}
+
+/// Warns of parameters that nothing uses, unless there were faults since `before`: one may be the use that is missed.
+pub(crate) fn warn_of_unused(parameters: &[Parameter], used: &BTreeSet<usize>, before: usize, faults: &mut Faults) {
+    if faults.errors() > before {
+        return;
+    }
+    for (_, Parameter { name, .. }) in parameters.iter().enumerate().filter(|(index, _)| !used.contains(index)) {
+        faults.warn(name, format!("parameter `{}` is not used", name.value), None);
+    }
 }

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 
 /// What a number measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Dimension {
+pub(crate) enum Dimension {
     Length,
     Angle,
     Time,
@@ -19,39 +19,39 @@ pub(super) enum Dimension {
 
 /// A dimension and the values that make sense.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Quantity {
-    pub(super) dimension: Dimension,
-    pub(super) range: RangeInclusive<f64>,
+pub(crate) struct Quantity {
+    pub(crate) dimension: Dimension,
+    pub(crate) range: RangeInclusive<f64>,
 }
 
 /// Coordinates within ten kilometers of the origin of the map.
-pub(super) const COORDINATE: Quantity = quantity(Dimension::Length, -10_000.0, 10_000.0);
+pub(crate) const COORDINATE: Quantity = quantity(Dimension::Length, -10_000.0, 10_000.0);
 /// Within the robot's surroundings.
-pub(super) const NEAR: Quantity = quantity(Dimension::Length, -10.0, 10.0);
+pub(crate) const NEAR: Quantity = quantity(Dimension::Length, -10.0, 10.0);
 /// A length that is not zero.
-pub(super) const EXTENT: Quantity = quantity(Dimension::Length, 0.01, 10.0);
+pub(crate) const EXTENT: Quantity = quantity(Dimension::Length, 0.01, 10.0);
 /// A length that may be zero.
-pub(super) const LIFT: Quantity = quantity(Dimension::Length, 0.0, 10.0);
+pub(crate) const LIFT: Quantity = quantity(Dimension::Length, 0.0, 10.0);
 /// How near counts as there: no less than the base settles within.
-pub(super) const TOLERANCE: Quantity = quantity(Dimension::Length, 0.02, 10.0);
-/// A direction.
-pub(super) const HEADING: Quantity = quantity(Dimension::Angle, -2.0 * PI, 2.0 * PI);
+pub(crate) const TOLERANCE: Quantity = quantity(Dimension::Length, 0.02, 10.0);
+/// A direction, up to a whole turn either way.
+pub(crate) const HEADING: Quantity = quantity(Dimension::Angle, -2.0 * PI, 2.0 * PI);
 /// How long a behavior may take: up to a day.
-pub(super) const TIMEOUT: Quantity = quantity(Dimension::Time, 0.01, 86_400.0);
+pub(crate) const TIMEOUT: Quantity = quantity(Dimension::Time, 0.01, 86_400.0);
 /// How long a gripper takes.
-pub(super) const GRIP: Quantity = quantity(Dimension::Time, 0.0, 600.0);
+pub(crate) const GRIP: Quantity = quantity(Dimension::Time, 0.0, 600.0);
 /// How long a behavior takes at least; nothing by itself.
-pub(super) const DURATION: Quantity = quantity(Dimension::Time, 0.0, 86_400.0);
+pub(crate) const DURATION: Quantity = quantity(Dimension::Time, 0.0, 86_400.0);
 /// An activation potential; 0 means not to ask.
-pub(super) const POTENTIAL: Quantity = quantity(Dimension::Plain, 0.0, 1e9);
-/// A top speed.
-pub(super) const SPEED: Quantity = quantity(Dimension::Speed, 0.001, 100.0);
-/// A top acceleration.
-pub(super) const ACCELERATION: Quantity = quantity(Dimension::Acceleration, 0.001, 100.0);
-/// A top turning speed.
-pub(super) const TURN_SPEED: Quantity = quantity(Dimension::TurnSpeed, 0.001, 100.0);
-/// A top turning acceleration.
-pub(super) const TURN_ACCELERATION: Quantity = quantity(Dimension::TurnAcceleration, 0.001, 1000.0);
+pub(crate) const POTENTIAL: Quantity = quantity(Dimension::Plain, 0.0, 1e9);
+/// A top speed along a line; one that is 0 would never arrive.
+pub(crate) const SPEED: Quantity = quantity(Dimension::Speed, 0.001, 100.0);
+/// A top acceleration along a line, likewise above 0.
+pub(crate) const ACCELERATION: Quantity = quantity(Dimension::Acceleration, 0.001, 100.0);
+/// A top turning speed, above 0.
+pub(crate) const TURN_SPEED: Quantity = quantity(Dimension::TurnSpeed, 0.001, 100.0);
+/// A top turning acceleration, above 0.
+pub(crate) const TURN_ACCELERATION: Quantity = quantity(Dimension::TurnAcceleration, 0.001, 1000.0);
 
 const fn quantity(dimension: Dimension, from: f64, to: f64) -> Quantity {
     Quantity { dimension, range: from..=to }
@@ -59,7 +59,7 @@ const fn quantity(dimension: Dimension, from: f64, to: f64) -> Quantity {
 
 impl Dimension {
     /// Units by name, each with its size in the SI unit, which comes first.
-    pub(super) fn units(self) -> &'static [(&'static str, f64)] {
+    pub(crate) fn units(self) -> &'static [(&'static str, f64)] {
         const DEGREE: f64 = PI / 180.0;
         match self {
             Self::Length => &[("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("km", 1000.0)],
@@ -74,7 +74,7 @@ impl Dimension {
     }
 
     /// What it is called, with an example.
-    pub(super) fn example(self) -> &'static str {
+    pub(crate) fn example(self) -> &'static str {
         match self {
             Self::Length => "a length such as `0.25 m`",
             Self::Angle => "an angle such as `90 deg`",
@@ -88,7 +88,7 @@ impl Dimension {
     }
 
     /// The number in SI units; `number` is what YAML makes of the text, which already turned angles into radians.
-    pub(super) fn si(self, text: &str, number: Option<f64>) -> Result<f64, String> {
+    pub(crate) fn si(self, text: &str, number: Option<f64>) -> Result<f64, String> {
         if let Some(number) = number {
             let plain = text.parse() == Ok(number) || number == number.trunc();
             return if plain || self == Self::Angle {

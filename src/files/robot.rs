@@ -1,45 +1,150 @@
-//! A robot file as read, to a robot that can be attached: every controller known, used once, and of the fitting kind.
+//! A robot file as it is written, and as a robot that can be attached: every controller known, used once, and of the
+//! fitting kind.
 
 use std::collections::BTreeMap;
 
-use super::fault::Faults;
-use super::names::Register;
-use super::raw::{Resource, Robot};
-use super::reader::{Item, Name};
-use super::schema::Format;
-use ambidex_model::{ControllerId, ControllerKind, ControllerSpec, Names, ResourceSpec, RobotSpec, TypeId};
+use nalgebra::Point3;
+
+use crate::describe::{At, Custom, Described, Each, Map, Point, Word, described};
+use crate::fault::Faults;
+use crate::names::Register;
+use crate::quantity::{ACCELERATION, EXTENT, GRIP, LIFT, NEAR, SPEED, TURN_ACCELERATION, TURN_SPEED};
+use crate::reader::{Item, Name, Written};
+use crate::shape::Form;
+use ambidex_model::{
+    ArmSpec, BaseSpec, ControllerId, ControllerKind, ControllerSpec, HeadSpec, Names, ResourceSpec, RobotSpec, TypeId,
+};
 
 /// The types that the behaviors of the paper know.
 const GRIPPER: &str = "gripper";
 const HEAD: &str = "head";
 const BASE: &str = "base";
 
+/// The key of the controllers.
+pub(crate) const CONTROLLERS: &str = "controllers";
+/// The key of the resources.
+pub(crate) const RESOURCES: &str = "resources";
 /// Most resources of a robot.
 const MAX_RESOURCES: usize = 1000;
 /// Longest name of a controller, bytes: it names shared memory and a log file.
 const MAX_CONTROLLER_NAME_BYTES: usize = 32;
 
+const POINT: Point = Point(&NEAR);
+
+described! {
+    /// A robot file.
+    pub(crate) struct Robot: "a robot",
+    "A robot as a set of resources, and the controllers that move them. Frame: x forward, y left, z up." {
+        robot: Option<Name> = wanted("robot", "Its name.", Word("the name of the robot")),
+        radius_m: Option<f64> =
+            wanted("radius", "Of the smallest upright cylinder around base and tucked arms.", &EXTENT),
+        resources: Vec<(Name, Option<Resource>)> = wanted_all(
+            RESOURCES,
+            "What behaviors claim, in resource order.",
+            Each("a map of resources", Map::<Resource>::new())
+        ),
+        controllers: Vec<(Name, Option<Controller>)> = maybe_all(
+            CONTROLLERS,
+            "The processes that move resources.",
+            Each("a map of controllers", Map::<Controller>::new())
+        ),
+    }
+}
+
+described! {
+    /// An entry of `resources`.
+    pub(crate) struct Resource: "a resource", "Something of the robot that a behavior uses." {
+        ty: Name = required("type", "`gripper`, `head`, `base`, or any other word.", Word("a type")),
+        controller: Option<Name> =
+            optional("controller", "Who moves it; without one it only counts.", Word("a controller")),
+    }
+}
+
+described! {
+    /// An entry of `controllers`.
+    pub(crate) enum Controller: "a controller", "A process that moves one resource." {
+        Arm(ArmSpec) = ("arm", "An arm with a gripper.", REACHING_ARM),
+        Base(Base) = ("base", "A base that drives in the plane.", Map::<Base>::new()),
+        Head(Head) = ("head", "A head, or a camera, that pans and tilts.", Map::<Head>::new()),
+    }
+}
+
+described! {
+    /// `arm` of a controller; times in s, all else in m and s.
+    struct Arm: "an arm", "An arm with a gripper; points in the base frame." {
+        shoulder: Point3<f64> = required("shoulder", "Where the arm begins.", POINT),
+        tuck: Written<Point3<f64>> = required("tuck", "Where the gripper rests.", At(POINT)),
+        reach_m: f64 = required("reach", "How far the gripper comes from the shoulder.", &EXTENT),
+        speed: f64 = required("speed", "Top speed of the gripper.", &SPEED),
+        acceleration: f64 = required("acceleration", "Top acceleration of the gripper.", &ACCELERATION),
+        grip_s: f64 = required("grip", "How long the gripper takes to close or open.", &GRIP),
+        lift_m: f64 = required("lift", "How far it lifts after closing or opening.", &LIFT),
+    }
+}
+
+described! {
+    /// `base` of a controller, in m, rad and s.
+    pub(crate) struct Base: "a base", "A base that drives in any direction." {
+        speed: f64 = required("speed", "Top speed.", &SPEED),
+        acceleration: f64 = required("acceleration", "Top acceleration.", &ACCELERATION),
+        turn_speed: f64 = required("turn_speed", "Top turning speed.", &TURN_SPEED),
+        turn_acceleration: f64 = required("turn_acceleration", "Top turning acceleration.", &TURN_ACCELERATION),
+    }
+}
+
+described! {
+    /// `head` of a controller, in m, rad and s.
+    pub(crate) struct Head: "a head", "A head that pans and tilts." {
+        neck: Point3<f64> = required("neck", "The crossing of its axes, in the base frame.", POINT),
+        speed: f64 = required("speed", "Top speed of each axis.", &TURN_SPEED),
+        acceleration: f64 = required("acceleration", "Top acceleration of each axis.", &TURN_ACCELERATION),
+    }
+}
+
+/// An arm that reaches where it rests.
+const REACHING_ARM: Custom<ArmSpec> = Custom(
+    || Form::Map(Arm::shape),
+    |item, reading| {
+        let Arm { shoulder, tuck, reach_m, speed, acceleration, grip_s, lift_m } = Arm::read(item, reading)?;
+        if (tuck.value - shoulder).norm() > reach_m {
+            reading.faults.push(&tuck, "farther from the shoulder than the arm reaches");
+        }
+        Some(ArmSpec { shoulder, tuck: tuck.value, reach_m, speed, acceleration, grip_s, lift_m })
+    },
+);
+
+impl Controller {
+    fn kind(&self) -> ControllerKind {
+        match *self {
+            Self::Arm(arm) => ControllerKind::Arm(arm),
+            Self::Base(Base { speed, acceleration, turn_speed, turn_acceleration }) => {
+                ControllerKind::Base(BaseSpec { speed, acceleration, turn_speed, turn_acceleration })
+            }
+            Self::Head(Head { neck, speed, acceleration }) => {
+                ControllerKind::Head(HeadSpec { neck, speed, acceleration })
+            }
+        }
+    }
+}
+
 /// A robot and what its parts are called.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobotFile {
-    /// The robot.
+    /// Resources and controllers by id.
     pub robot: RobotSpec,
     /// Names of resources, types and controllers; the other lists are empty.
     pub names: Names,
 }
 
 /// Reads and checks a robot file; `None` when it has faults.
-pub(super) fn read(file: Item<'_>, faults: &mut Faults) -> Option<RobotFile> {
-    if !Format::Robot.is_that_of(file, faults) {
-        return None;
-    }
+pub(crate) fn read(file: Item<'_>, faults: &mut Faults) -> Option<RobotFile> {
     let before = faults.errors();
-    let raw = Robot::read(file, faults)?;
+    let raw = Robot::take(file, faults)?;
     build(raw, faults).filter(|_| faults.errors() == before)
 }
 
 fn build(raw: Robot, faults: &mut Faults) -> Option<RobotFile> {
-    let controllers = Register::of("controller", raw.controllers.iter().map(|(name, _)| name.value.as_str()));
+    let controllers = Register::of_entries("controller", &raw.controllers);
     let mut types = Register::new("type of resource");
     let mut users = BTreeMap::new();
     let mut resources = Vec::new();
@@ -57,7 +162,7 @@ fn build(raw: Robot, faults: &mut Faults) -> Option<RobotFile> {
 
     let mut specs = Vec::new();
     for (name, kind) in &raw.controllers {
-        specs.extend(kind.map(|kind| ControllerSpec { name: name.value.clone(), kind }));
+        specs.extend(kind.as_ref().map(|kind| ControllerSpec { name: name.value.clone(), kind: kind.kind() }));
     }
     let (name, radius_m) = (raw.robot?.value, raw.radius_m?);
     Some(RobotFile {
@@ -81,26 +186,24 @@ fn controller_of(
     let wanted = resource.controller.as_ref()?;
     let found = ControllerId::from(controllers.find(wanted, faults)?);
     if let Some(other) = users.insert(found, name.value.clone()) {
-        let message = format!("controller `{}` moves `{other}` already", wanted.value);
-        faults.push(wanted.spot, "controller", message, None);
+        faults.push(wanted, format!("controller `{}` moves `{other}` already", wanted.value));
     }
     Some(found)
 }
 
 /// The types that the kinds of behavior know are moved by what can do their commands.
-fn check_kind(resource: &Resource, kind: &Option<ControllerKind>, faults: &mut Faults) {
+fn check_kind(resource: &Resource, kind: &Option<Controller>, faults: &mut Faults) {
     let (Some(kind), Some(name)) = (kind, &resource.controller) else {
         return;
     };
     let (word, ty) = match kind {
-        ControllerKind::Arm(_) => ("an arm", GRIPPER),
-        ControllerKind::Base(_) => ("a base", BASE),
-        ControllerKind::Head(_) => ("a head", HEAD),
+        Controller::Arm(_) => ("an arm", GRIPPER),
+        Controller::Base(_) => ("a base", BASE),
+        Controller::Head(_) => ("a head", HEAD),
     };
     let found = resource.ty.value.as_str();
     if [GRIPPER, BASE, HEAD].contains(&found) && found != ty {
-        let message = format!("controller `{}` moves {word}, not a {found}", name.value);
-        faults.push(name.spot, "controller", message, None);
+        faults.push(name, format!("controller `{}` moves {word}, not a {found}", name.value));
     }
 }
 
@@ -108,8 +211,7 @@ fn check_limits(raw: &Robot, users: &BTreeMap<ControllerId, String>, faults: &mu
     if raw.resources.len() > MAX_RESOURCES
         && let Some((name, _)) = raw.resources.get(MAX_RESOURCES)
     {
-        let message = format!("more than {MAX_RESOURCES} resources");
-        faults.push(name.spot, "resources", message, None);
+        faults.push((name.span, RESOURCES), format!("more than {MAX_RESOURCES} resources"));
     }
     for (index, (name, _)) in raw.controllers.iter().enumerate() {
         let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "_-".contains(letter);
@@ -117,12 +219,11 @@ fn check_limits(raw: &Robot, users: &BTreeMap<ControllerId, String>, faults: &mu
             let message = format!(
                 "the name of a controller has at most {MAX_CONTROLLER_NAME_BYTES} letters, digits, `_` and `-`"
             );
-            faults.push(name.spot, &name.value, message, None);
+            faults.push((name.span, &name.value), message);
         }
         if !users.contains_key(&ControllerId::from(index)) {
-            let message = "no resource has this controller".to_owned();
             let help = "name it as the `controller` of what it moves, or leave it out".to_owned();
-            faults.push(name.spot, &name.value, message, Some(help));
+            faults.push_with((name.span, &name.value), "no resource has this controller", help);
         }
     }
 }
@@ -135,7 +236,7 @@ fn check_mixed(raw: &Robot, faults: &mut Faults) {
         let has_one = resource.controller.is_some();
         if *driven.entry(&resource.ty.value).or_insert(has_one) != has_one {
             let message = format!("of type `{}`, some have a controller and some have none", resource.ty.value);
-            faults.push(name.spot, &name.value, message, None);
+            faults.push((name.span, &name.value), message);
         }
     }
 }

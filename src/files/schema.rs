@@ -4,54 +4,9 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
-use super::fault::Faults;
-use super::files::{LIBRARY, MISSION};
-use super::quantity::Quantity;
-use super::raw::ROBOT;
-use super::reader::Item;
-use super::shape::{Form, Shape};
-
-/// A format of files.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
-    /// A task for a robot in a world.
-    Mission,
-    /// A robot and its controllers.
-    Robot,
-    /// Behaviors and subtrees for missions.
-    Behaviors,
-}
-
-impl Format {
-    /// What a file is, from its first keys; none where that is not clear.
-    pub(super) fn of(file: Item<'_>) -> Option<Self> {
-        let has = |key| file.value_of(key).is_some();
-        match (has("mission") || has("task"), has("resources") || has("controllers"), has("library")) {
-            (true, ..) => Some(Self::Mission),
-            (false, true, _) => Some(Self::Robot),
-            (false, false, true) => Some(Self::Behaviors),
-            (false, false, false) => None,
-        }
-    }
-
-    /// Whether a file is of this format, as far as its keys tell; one of another is a fault.
-    pub(super) fn is_that_of(self, file: Item<'_>, faults: &mut Faults) -> bool {
-        let Some(other) = Self::of(file).filter(|found| *found != self) else {
-            return true;
-        };
-        let message = format!("this is {}, not {}", other.shape().what, self.shape().what);
-        faults.push(file.spot, "", message, None);
-        false
-    }
-
-    fn shape(self) -> &'static Shape {
-        match self {
-            Self::Mission => &MISSION,
-            Self::Robot => &ROBOT,
-            Self::Behaviors => &LIBRARY,
-        }
-    }
-}
+use crate::format::Format;
+use crate::quantity::Quantity;
+use crate::shape::{Form, Shape};
 
 /// The JSON Schema (draft 2020-12) of a format.
 ///
@@ -83,14 +38,14 @@ fn define(shape: &'static Shape, definitions: &mut BTreeMap<String, Value>) {
     }
     definitions.insert(key(shape), Value::Null);
     let mut properties = serde_json::Map::new();
-    for field in shape.fields {
+    for field in shape.fields.iter().chain(shape.others.iter().flat_map(|others| &others.known)) {
         let mut property = form(&field.form, definitions);
         property["description"] = field.doc.into();
         properties.insert(field.key.into(), property);
     }
     let required = shape.fields.iter().filter(|field| field.is_required).map(|field| field.key);
     let others = match &shape.others {
-        Some(others) => form(others, definitions),
+        Some(others) => form(&others.form, definitions),
         None => false.into(),
     };
     let mut schema = json!({
@@ -120,10 +75,9 @@ fn form(form: &Form, definitions: &mut BTreeMap<String, Value>) -> Value {
         Form::List(inner) => json!({"type": "array", "items": of(inner, definitions), "minItems": 1}),
         Form::Each(inner) => json!({"type": "object", "additionalProperties": of(inner, definitions)}),
         Form::Map(shape) => {
-            define(shape, definitions);
-            json!({"$ref": reference(shape)})
+            define(shape(), definitions);
+            json!({"$ref": reference(shape())})
         }
-        Form::Nested(shape) => of(&Form::Map(shape()), definitions),
         Form::Either(forms) => {
             let forms: Vec<Value> = forms.iter().map(|inner| of(inner, definitions)).collect();
             json!({"anyOf": forms})

@@ -1,34 +1,43 @@
-//! What may stand in the files: one description that the reader checks by and the JSON Schema is made from.
+//! What may stand in the files, as data: what the reader refuses by, and what schema and reference are made from.
 
-use super::quantity::Quantity;
+use crate::quantity::Quantity;
 
 /// A map whose keys are known.
 #[derive(Debug)]
-pub(super) struct Shape {
+pub(crate) struct Shape {
     /// What faults call it: "a place".
-    pub(super) what: &'static str,
+    pub(crate) what: &'static str,
     /// What it is for.
-    pub(super) doc: &'static str,
-    /// Its keys.
-    pub(super) fields: &'static [Field],
+    pub(crate) doc: &'static str,
+    /// Its keys in the order in which they are explained.
+    pub(crate) fields: Vec<Field>,
     /// Keys of which exactly one must be there; empty where there is no such choice.
-    pub(super) one_of: &'static [&'static str],
+    pub(crate) one_of: Vec<&'static str>,
     /// What stands under a key that is not in `fields`; none where such a key is a fault.
-    pub(super) others: Option<Form>,
+    pub(crate) others: Option<Others>,
+}
+
+/// What the writer of a file may add to a map under keys of their own.
+#[derive(Debug)]
+pub(crate) struct Others {
+    /// What stands under any of them.
+    pub(crate) form: Form,
+    /// Those that every file can use.
+    pub(crate) known: Vec<Field>,
 }
 
 /// A key of a map.
-#[derive(Debug)]
-pub(super) struct Field {
-    pub(super) key: &'static str,
-    pub(super) doc: &'static str,
-    pub(super) is_required: bool,
-    pub(super) form: Form,
+#[derive(Debug, Clone)]
+pub(crate) struct Field {
+    pub(crate) key: &'static str,
+    pub(crate) doc: &'static str,
+    pub(crate) is_required: bool,
+    pub(crate) form: Form,
 }
 
 /// What a value looks like.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Form {
+#[derive(Debug, Clone)]
+pub(crate) enum Form {
     /// A word, a number or quoted text.
     Word,
     /// One of these words.
@@ -42,47 +51,36 @@ pub(super) enum Form {
     /// As many numbers of one dimension: at least, at most.
     Vector(usize, usize, &'static Quantity),
     /// A list that is not empty.
-    List(&'static Form),
+    List(Box<Self>),
     /// A map from names that the writer chooses.
-    Each(&'static Form),
-    /// A map whose keys are known.
-    Map(&'static Shape),
-    /// A map whose keys are known and that can hold others like it.
-    Nested(fn() -> &'static Shape),
-    /// One of several.
-    Either(&'static [Form]),
+    Each(Box<Self>),
+    /// A map whose keys are known; a function, since maps can hold others like themselves.
+    Map(fn() -> &'static Shape),
+    /// Any of these ways to write it.
+    Either(Vec<Self>),
     /// A word, number, list of numbers, or a map of such by parameter.
     Arguments,
 }
 
-/// A key that must be there.
-pub(super) const fn required(key: &'static str, doc: &'static str, form: Form) -> Field {
-    Field { key, doc, is_required: true, form }
-}
-
-/// A key that may be left out.
-pub(super) const fn optional(key: &'static str, doc: &'static str, form: Form) -> Field {
-    Field { key, doc, is_required: false, form }
-}
-
 impl Shape {
-    /// A shape of keys alone.
-    pub(super) const fn new(what: &'static str, doc: &'static str, fields: &'static [Field]) -> Self {
-        Self { what, doc, fields, one_of: &[], others: None }
+    /// A shape without keys.
+    pub(crate) fn new(what: &'static str, doc: &'static str) -> Self {
+        Self { what, doc, fields: Vec::new(), one_of: Vec::new(), others: None }
     }
 
-    /// The same with exactly one of some keys.
-    pub(super) const fn with_one_of(self, one_of: &'static [&'static str]) -> Self {
-        Self { one_of, ..self }
+    /// Adds keys of which exactly one must be there.
+    pub(crate) fn add_choice(&mut self, choice: Vec<Field>) {
+        self.one_of.extend(choice.iter().map(|field| field.key));
+        self.fields.extend(choice);
     }
 
-    /// The field of a key.
-    pub(super) fn field(&self, key: &str) -> Option<&'static Field> {
-        self.fields.iter().find(|field| field.key == key)
+    /// Whether a key may stand here.
+    pub(crate) fn allows(&self, key: &str) -> bool {
+        self.others.is_some() || self.keys().any(|known| known == key)
     }
 
-    /// All keys in the order of description.
-    pub(super) fn keys(&self) -> impl Iterator<Item = &'static str> {
+    /// All keys but those that the writer chooses, in the order of description.
+    pub(crate) fn keys(&self) -> impl Iterator<Item = &'static str> {
         self.fields.iter().map(|field| field.key)
     }
 }

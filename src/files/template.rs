@@ -2,15 +2,15 @@
 
 /// A piece of such a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Piece<'a> {
-    /// As written.
+pub(crate) enum Piece<'a> {
+    /// Text that means itself.
     Plain(&'a str),
     /// The name of a parameter.
     Parameter(&'a str),
 }
 
 /// The pieces of a text in order.
-pub(super) fn pieces(mut text: &str) -> Vec<Piece<'_>> {
+pub(crate) fn pieces(mut text: &str) -> Vec<Piece<'_>> {
     let mut pieces = Vec::new();
     while let Some(at) = text.find('$') {
         let (plain, rest) = (&text[..at], &text[at + 1..]);
@@ -32,7 +32,7 @@ pub(super) fn pieces(mut text: &str) -> Vec<Piece<'_>> {
 }
 
 /// The parameter that a text stands for as a whole.
-pub(super) fn parameter(text: &str) -> Option<&str> {
+pub(crate) fn parameter(text: &str) -> Option<&str> {
     match pieces(text).as_slice() {
         [Piece::Parameter(name)] => Some(name),
         _ => None,

@@ -1,49 +1,140 @@
-//! The world as read, to places and objects with ids.
+//! `world` of a mission: as it is written, and as places and objects with ids.
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
-use super::fault::Faults;
-use super::names::Register;
-use super::raw::World;
-use ambidex_model::{Location, PlaceId, PlaceSpec, Pose, WorldSpec, WorldState};
+use crate::describe::{Custom, Described, Each, Flag, List, Map, Point, TwoOrThree, Vector, Word, described};
+use crate::fault::Faults;
+use crate::names::Register;
+use crate::quantity::{COORDINATE, EXTENT, HEADING, NEAR, TOLERANCE};
+use crate::reader::Name;
+use crate::shape::Form;
+use ambidex_model::{Location, Obstacle, PlaceId, PlaceSpec, Pose, WorldSpec, WorldState};
 
-/// How far apart the first and the last of the objects without an offset lie on a surface, metres.
+/// A height that nothing of a robot reaches over: that of obstacles given as areas, meters.
+const TALL_M: f64 = 2.0;
+/// Middle of a surface when none is given, in the frame of the stand, meters.
+const SURFACE: Point3<f64> = Point3::new(0.5, 0.0, 0.75);
+
+/// How far apart the first and the last of the objects without an offset lie on a surface, meters.
 const SPREAD_M: f64 = 0.4;
+
+const ON_THE_MAP: Vector<2> = Vector(&COORDINATE);
+const CORNER: TwoOrThree = TwoOrThree(&COORDINATE);
+
+described! {
+    /// `world`.
+    pub(crate) struct World: "the world",
+    "Where everything is at the start. The map frame: x and y in the plane, z up." {
+        tolerance_m: Option<f64> =
+            maybe_or("tolerance", "How near to a stand counts as being there; 0.25 m.", &TOLERANCE, 0.25),
+        robot: Option<Start> = wanted("robot", "Where the robot starts.", Map::<Start>::new()),
+        places: Vec<(Name, Option<Place>)> = wanted_all(
+            "places",
+            "Where the robot stands and things lie.",
+            Each("a map of places", Map::<Place>::new())
+        ),
+        objects: Vec<(Name, Option<Object>)> =
+            maybe_all("objects", "What can be taken.", Each("a map of objects", Map::<Object>::new())),
+        obstacles: Vec<Obstacle> =
+            maybe_all("obstacles", "What the base must not drive into.", List("a list of boxes", UPRIGHT_BOX)),
+        facts: Vec<(Name, Option<bool>)> = maybe_all(
+            "facts",
+            "What behaviors set and clear, and whether it holds at the start.",
+            Each("a map of facts", Flag)
+        ),
+    }
+}
+
+described! {
+    /// Where the robot starts.
+    pub(crate) struct Start: "the robot's start", "Where the robot starts." {
+        at: [f64; 2] = required("at", "Its position on the map.", ON_THE_MAP),
+        heading: f64 = or("heading", "Its direction, counterclockwise from x; 0.", &HEADING, 0.0),
+    }
+}
+
+described! {
+    /// An entry of `places`.
+    pub(crate) struct Place: "a place", "A place: where the robot stands, and where things lie." {
+        stand: [f64; 2] = required("stand", "Where the base stands, on the map.", ON_THE_MAP),
+        heading: f64 = or("heading", "Where it faces, counterclockwise from x; 0.", &HEADING, 0.0),
+        surface: Point3<f64> = or(
+            "surface",
+            "The middle of the surface in the frame of the stand; 0.5 m ahead, 0.75 m high.",
+            Point(&NEAR),
+            SURFACE
+        ),
+    }
+}
+
+described! {
+    /// An entry of `objects`.
+    pub(crate) struct Object: "an object", "A thing that can be taken." {
+        at: Name = required("at", "The place where it lies at the start.", Word("a place")),
+        offset: Option<([f64; 2], Option<f64>)> = optional(
+            "offset",
+            "Where it lies on any surface, from its middle, in the frame of the stand; without one the objects lie side by side.",
+            TwoOrThree(&NEAR)
+        ),
+    }
+}
+
+described! {
+    /// An entry of `obstacles`.
+    struct Corners: "an obstacle", "An upright box on the map." {
+        min: ([f64; 2], Option<f64>) = required("min", "Its lower corner.", CORNER),
+        max: ([f64; 2], Option<f64>) =
+            required("max", "Its upper corner; without a height as tall as a robot.", CORNER),
+    }
+}
+
+/// An entry of `obstacles` as a box that has an inside.
+const UPRIGHT_BOX: Custom<Obstacle> = Custom(
+    || Form::Map(Corners::shape),
+    |item, reading| {
+        let fields = item.fields(Corners::shape(), reading.faults)?;
+        let corners = Corners::from_map(&fields, reading)?;
+        let corner = |([x, y], z): ([f64; 2], Option<f64>), tall_m| Point3::new(x, y, z.unwrap_or(tall_m));
+        let (min, max) = (corner(corners.min, 0.0), corner(corners.max, TALL_M));
+        if (max - min).min() < *EXTENT.range.start() {
+            reading.faults.push((fields.span(), item.key), "`max` is not beyond `min` by 1 cm in every direction");
+            return None;
+        }
+        Some(Obstacle { min, max })
+    },
+);
 
 /// The names of the world; known even where what they name is wrong.
 #[derive(Debug, Clone)]
-pub(super) struct WorldNames {
-    pub(super) places: Register,
-    pub(super) objects: Register,
-    pub(super) facts: Register,
+pub(crate) struct WorldNames {
+    pub(crate) places: Register,
+    pub(crate) objects: Register,
+    pub(crate) facts: Register,
 }
 
-/// A checked world.
+/// A world without faults: every name in it an id.
 #[derive(Debug, Clone)]
-pub(super) struct Built {
-    pub(super) spec: WorldSpec,
-    pub(super) start: WorldState,
+pub(crate) struct Built {
+    pub(crate) spec: WorldSpec,
+    pub(crate) start: WorldState,
     /// Where each object is at the start.
-    pub(super) starts: Vec<PlaceId>,
-    pub(super) tolerance_m: f64,
+    pub(crate) starts: Vec<PlaceId>,
+    pub(crate) tolerance_m: f64,
 }
 
 impl WorldNames {
     /// The names in the order of the file.
-    pub(super) fn of(raw: &World) -> Self {
-        let names = |list: Vec<&'_ super::reader::Name>, what| {
-            Register::of(what, list.into_iter().map(|name| name.value.as_str()))
-        };
+    pub(crate) fn of(raw: &World) -> Self {
         Self {
-            places: names(raw.places.iter().map(|(name, _)| name).collect(), "place"),
-            objects: names(raw.objects.iter().map(|(name, _)| name).collect(), "object"),
-            facts: names(raw.facts.iter().map(|(name, _)| name).collect(), "fact"),
+            places: Register::of_entries("place", &raw.places),
+            objects: Register::of_entries("object", &raw.objects),
+            facts: Register::of_entries("fact", &raw.facts),
         }
     }
 }
 
 /// Checks the world; `None` when it has faults.
-pub(super) fn build(raw: World, names: &WorldNames, faults: &mut Faults) -> Option<Built> {
+pub(crate) fn build(raw: World, names: &WorldNames, faults: &mut Faults) -> Option<Built> {
     let count = raw.objects.len();
     let mut starts = Vec::new();
     let mut object_offsets = Vec::new();
@@ -51,12 +142,17 @@ pub(super) fn build(raw: World, names: &WorldNames, faults: &mut Faults) -> Opti
         let Some(object) = object else { continue };
         let at = names.places.find(&object.at, faults);
         starts.extend(at.map(PlaceId::from));
-        object_offsets.push(object.offset.unwrap_or_else(|| spread(index, count)));
+        let offset = object.offset.map(|([x, y], z)| Vector3::new(x, y, z.unwrap_or(0.0)));
+        object_offsets.push(offset.unwrap_or_else(|| spread(index, count)));
     }
-    let place = |place: super::raw::Place| PlaceSpec { stand: place.stand, surface: place.surface };
+    let place = |place: Place| {
+        let [x, y] = place.stand;
+        PlaceSpec { stand: Pose::new(x, y, place.heading), surface: place.surface }
+    };
     let places: Option<Vec<_>> = raw.places.into_iter().map(|(_, found)| found.map(place)).collect();
     let facts: Option<Vec<_>> = raw.facts.into_iter().map(|(_, holds)| holds).collect();
-    let base: Pose = raw.robot?;
+    let Start { at: [x, y], heading } = raw.robot?;
+    let base = Pose::new(x, y, heading);
     let built = Built {
         start: WorldState { base, objects: starts.iter().copied().map(Location::At).collect(), facts: facts? },
         spec: WorldSpec { places: places?, object_offsets, obstacles: raw.obstacles },

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use ambidex::files::import;
+use ambidex::files::{Disk, import};
 use ambidex::tree::Settings;
 use proptest::prelude::*;
 
@@ -267,7 +267,7 @@ fn order(nodes: &[Node]) -> Vec<Vec<String>> {
 fn imported_steps(folder: &Path, text: &str) -> Vec<Vec<String>> {
     let (task, mission) = (folder.join("task.yaml"), folder.join("mission.yaml"));
     fs::write(&task, text).expect("a file");
-    let imported = import(&task, None, Some(&mission)).expect("an import");
+    let imported = import(&Disk, &task, None, Some(&mission)).expect("an import");
     let beside = imported.beside.expect("a robot file");
     fs::write(&beside.path, beside.text).expect("a file");
     fs::write(&mission, imported.text).expect("a file");

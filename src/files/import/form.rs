@@ -2,51 +2,66 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::super::document::{Located, Spot, Value};
-use super::super::fault::Faults;
-use super::super::quantity::POTENTIAL;
-use super::super::reader::{Fields, Item, Name};
-use super::super::shape::{Form, Shape, optional, required};
 use super::notes::{self, Note};
+use crate::describe::{Described, Each, Later, List, PathTo, Reads, described};
+use crate::document::{Located, SourceSpan, Value};
+use crate::fault::Faults;
+use crate::quantity::POTENTIAL;
+use crate::reader::{Item, Name};
+use crate::scope::Reading;
+use crate::shape::Form;
+use crate::task::{AND, OR, THEN};
 
 /// The parameter that gives a behavior its potential.
 pub(super) const POTENTIAL_KEY: &str = "activation_potential";
 /// The `parent` of the topmost node.
-const NO_PARENT: &str = "NONE";
+pub(super) const NO_PARENT: &str = "NONE";
 /// What every tree has above its topmost node.
 const ROOT: &str = "root";
 
-const WORDS: Form = Form::List(&Form::Word);
+const NODE_LIST: &str = "NodeList";
+pub(super) const NODES: &str = "Nodes";
+const BEHAVIOR_TYPE: &str = "behavior_type";
+const PARAMS: &str = "params";
 
-/// A task file.
-static TASK: Shape = Shape {
-    others: Some(Form::Arguments),
-    ..Shape::new(
-        "a dHTT task",
-        "A tree of nodes.",
-        &[
-            required("NodeList", "The names of all nodes; the children of a node stand in its order.", WORDS),
-            required("Nodes", "What each node is, by name.", Form::Each(&Form::Map(&NODE))),
-        ],
-    )
-};
+const WORD: Later = Later(|| Form::Word);
+const WORDS: Later = Later(|| Form::List(Box::new(Form::Word)));
+const ANYTHING: Later = Later(|| Form::Arguments);
 
-/// An entry of `Nodes`.
-static NODE: Shape = Shape {
-    others: Some(Form::Arguments),
-    ..Shape::new(
-        "a dHTT node",
-        "A node of the tree.",
-        &[
-            required("type", "1 (AND), 2 (THEN), 3 (OR) or 4 (a behavior).", Form::Count(4)),
-            required("parent", "The name of the node above it, or NONE for the topmost.", Form::Word),
-            optional("behavior_type", "Its plugin.", Form::Word),
-            optional("type_plugin", "Its plugin, as older files call it.", Form::Word),
-            optional("robot", "The robot that it is for.", Form::Word),
-            optional("params", "Texts such as 'object: cup'.", WORDS),
-        ],
-    )
-};
+described! {
+    /// A task file as written.
+    struct TaskFile<'a>: "a dHTT task", "A tree of nodes.", others ANYTHING, known [] {
+        listed: Option<Vec<Item<'a>>> = wanted(
+            NODE_LIST,
+            "The names of all nodes; the children of a node stand in its order.",
+            List("a list of the names of nodes", WORD)
+        ),
+        nodes: Option<Vec<(Name, Option<Item<'a>>)>> = wanted(
+            NODES,
+            "What each node is, by name.",
+            Each("a map of nodes", Later(|| Form::Map(Node::shape)))
+        ),
+    }
+}
+
+described! {
+    /// An entry of `Nodes` as written.
+    struct Node<'a>: "a dHTT node", "A node of the tree.", others ANYTHING, known [] {
+        kind: Option<Item<'a>> =
+            wanted("type", "1 (AND), 2 (THEN), 3 (OR) or 4 (a behavior).", Later(|| Form::Count(4))),
+        parent: Option<Item<'a>> =
+            wanted("parent", "The name of the node above it, or NONE for the topmost.", WORD),
+        plugin: Option<Item<'a>> = maybe(BEHAVIOR_TYPE, "Its plugin.", WORD),
+        old_plugin: Option<Item<'a>> = maybe("type_plugin", "Its plugin, as older files call it.", WORD),
+        robot: Option<Item<'a>> = maybe("robot", "The robot that it is for.", WORD),
+        params: Option<Item<'a>> = maybe(PARAMS, "Texts such as 'object: cup'.", WORDS),
+    }
+}
+
+/// Whether a file is a task file, as far as its keys tell.
+pub(super) fn is_task(file: Item<'_>) -> bool {
+    [NODE_LIST, NODES].into_iter().any(|key| file.value_of(key).is_some())
+}
 
 /// What a node is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,9 +76,9 @@ impl Kind {
     /// How missions write it; none for a behavior, which is written by its kind.
     pub(super) fn word(self) -> Option<&'static str> {
         match self {
-            Self::And => Some("and"),
-            Self::Then => Some("then"),
-            Self::Or => Some("or"),
+            Self::And => Some(AND),
+            Self::Then => Some(THEN),
+            Self::Or => Some(OR),
             Self::Behavior => None,
         }
     }
@@ -73,7 +88,7 @@ impl Kind {
 #[derive(Debug)]
 pub(super) enum Parent {
     /// Nothing: it is the topmost.
-    None(Spot),
+    None(SourceSpan),
     Node(Name),
 }
 
@@ -85,7 +100,7 @@ pub(super) struct Entry {
     pub(super) parent: Option<Parent>,
     /// A behavior always has one.
     pub(super) plugin: Option<Name>,
-    pub(super) robot: Option<(String, Spot)>,
+    pub(super) robot: Option<(String, SourceSpan)>,
     pub(super) potential: Option<f64>,
     /// All parameters but the potential, each key once.
     pub(super) params: Vec<Param>,
@@ -98,10 +113,10 @@ pub(super) struct Entry {
 pub(super) struct Param {
     pub(super) key: String,
     pub(super) value: String,
-    pub(super) spot: Spot,
+    pub(super) span: SourceSpan,
 }
 
-/// A whole file.
+/// A task file in which every part that is right is known.
 #[derive(Debug)]
 pub(super) struct Task {
     /// In the order of `NodeList`.
@@ -113,9 +128,8 @@ pub(super) struct Task {
 impl Task {
     /// Reads a task file; `None` when it is no map.
     pub(super) fn read(file: Item<'_>, faults: &mut Faults) -> Option<Self> {
-        let fields = file.fields(&TASK, faults)?;
-        let listed = fields.get("NodeList").and_then(|item| item.list("a list of the names of nodes", faults));
-        let nodes = fields.get("Nodes").and_then(|item| item.named("a map of nodes", faults));
+        let fields = file.fields(TaskFile::shape(), faults)?;
+        let TaskFile { listed, nodes } = TaskFile::from_map(&fields, &mut Reading::new(faults))?;
         if let (Some(listed), Some(nodes)) = (&listed, &nodes) {
             check_list(listed, nodes, faults);
         }
@@ -123,9 +137,9 @@ impl Task {
         let places: BTreeMap<&str, usize> =
             listed.iter().enumerate().rev().filter_map(|(at, item)| Some((item.text()?, at))).collect();
         let nodes = nodes.unwrap_or_default().into_iter();
-        let mut entries: Vec<_> = nodes.map(|(name, item)| Entry::read(name, item, faults)).collect();
+        let mut entries: Vec<_> = nodes.filter_map(|(name, item)| Some(Entry::read(name, item?, faults))).collect();
         entries.sort_by_key(|entry| places.get(entry.name.value.as_str()).copied());
-        Some(Self { entries, notes: notes::unknown("", &fields, &TASK, faults) })
+        Some(Self { entries, notes: notes::unknown("", &fields, faults) })
     }
 }
 
@@ -141,36 +155,29 @@ impl Entry {
             params: Vec::new(),
             notes: Vec::new(),
         };
-        let Some(fields) = item.fields(&NODE, faults) else {
-            return nothing;
-        };
-        let kind = fields.get("type").and_then(|item| kind(item, faults));
-        let plugin = fields.among(&["behavior_type", "type_plugin"]).into_iter().next();
+        let Some(fields) = item.fields(Node::shape(), faults) else { return nothing };
+        let Some(node) = Node::from_map(&fields, &mut Reading::new(faults)) else { return nothing };
+        let kind = node.kind.and_then(|item| kind(item, faults));
+        let plugin = [node.plugin, node.old_plugin].into_iter().flatten().min_by_key(|item| item.span.offset);
         if kind == Some(Kind::Behavior) && plugin.is_none() {
-            let message = "a behavior lacks the key `behavior_type`".to_owned();
-            faults.push(
-                fields.spot(),
-                &nothing.name.value,
-                message,
-                Some("its plugin, such as dhtt_plugins::TestBehavior".to_owned()),
-            );
+            let message = format!("a behavior lacks the key `{BEHAVIOR_TYPE}`");
+            let help = "its plugin, such as dhtt_plugins::TestBehavior".to_owned();
+            faults.push_with((fields.span(), &nothing.name.value), message, help);
         }
         let mut entry = Self {
             kind,
-            parent: fields.get("parent").and_then(|item| parent(item, faults)),
-            plugin: plugin.and_then(|item| item.path("the name of a plugin", faults)),
-            robot: fields.get("robot").and_then(|item| robot(item, faults)),
-            notes: notes::unknown(&nothing.name.value, &fields, &NODE, faults),
+            parent: node.parent.and_then(|item| parent(item, faults)),
+            plugin: plugin.and_then(|item| PathTo("the name of a plugin").take(item, faults)),
+            robot: node.robot.and_then(|item| robot(item, faults)),
+            notes: notes::unknown(&nothing.name.value, &fields, faults),
             ..nothing
         };
-        entry.read_params(&fields, faults);
+        entry.read_params(node.params, faults);
         entry
     }
 
-    fn read_params(&mut self, fields: &Fields<'_>, faults: &mut Faults) {
-        let Some(params) = fields.get("params").filter(|item| !item.is_nothing()) else {
-            return;
-        };
+    fn read_params(&mut self, params: Option<Item<'_>>, faults: &mut Faults) {
+        let Some(params) = params.filter(|item| !item.is_nothing()) else { return };
         if !params.is_list() {
             return params.wrong("a list of texts such as 'object: cup'", faults);
         }
@@ -179,48 +186,44 @@ impl Entry {
             let Some((key, value)) = param(item, faults) else { continue };
             let is_first = seen.insert(key);
             if key == POTENTIAL_KEY && !is_first {
-                let message = format!("`{POTENTIAL_KEY}` comes twice");
-                faults.push(item.spot, "params", message, None);
+                faults.push((item.span, PARAMS), format!("`{POTENTIAL_KEY}` comes twice"));
             } else if key == POTENTIAL_KEY {
                 let number = Value::Scalar { text: value.to_owned(), number: None };
-                let number = Located { value: number, spot: item.spot };
+                let number = Located { value: number, span: item.span };
                 self.potential = Item::of(POTENTIAL_KEY, &number).quantity(&POTENTIAL, faults);
             } else if is_first {
-                self.params.push(Param { key: key.to_owned(), value: value.to_owned(), spot: item.spot });
+                self.params.push(Param { key: key.to_owned(), value: value.to_owned(), span: item.span });
             } else {
                 let message = format!("`{key}` comes twice: `{key}: {value}` is left out");
-                self.notes.push(Note::new(&self.name.value, item.spot, message, None));
+                self.notes.push(Note::new(&self.name.value, item.span, message, None));
             }
         }
     }
 }
 
 /// Each node is listed once, and each that is listed is there.
-fn check_list(listed: &[Item<'_>], nodes: &[(Name, Item<'_>)], faults: &mut Faults) {
+fn check_list(listed: &[Item<'_>], nodes: &[(Name, Option<Item<'_>>)], faults: &mut Faults) {
     let there: BTreeSet<&str> = nodes.iter().map(|(name, _)| name.value.as_str()).collect();
     let mut seen = BTreeSet::new();
     for item in listed {
         let Some(name) = item.name("the name of a node", faults) else { continue };
         if !there.contains(name.value.as_str()) {
-            let message = format!("`{}` has no entry in `Nodes`", name.value);
+            let message = format!("`{}` has no entry in `{NODES}`", name.value);
             let help = notes::suggested(&name.value, "node", there.iter().copied(), faults);
-            faults.push(name.spot, "NodeList", message, help);
+            faults.push_or_with((name.span, NODE_LIST), message, help);
         }
         if !seen.insert(name.value.clone()) {
-            let message = format!("`{}` comes twice", name.value);
-            faults.push(name.spot, "NodeList", message, None);
+            faults.push((name.span, NODE_LIST), format!("`{}` comes twice", name.value));
         }
     }
     for (name, _) in nodes {
         if !seen.contains(&name.value) {
-            let message = "not in `NodeList`".to_owned();
             let help = "add it there, where it belongs among the children of its parent".to_owned();
-            faults.push(name.spot, &name.value, message, Some(help));
+            faults.push_with((name.span, &name.value), format!("not in `{NODE_LIST}`"), help);
         }
         if name.value == ROOT || notes::is_template(&name.value) {
-            let message = format!("a node cannot be called `{}`", name.value);
             let help = "`root` stands above every tree, and `$` for an argument: rename it".to_owned();
-            faults.push(name.spot, &name.value, message, Some(help));
+            faults.push_with((name.span, &name.value), format!("a node cannot be called `{}`", name.value), help);
         }
     }
 }
@@ -241,20 +244,20 @@ fn kind(item: Item<'_>, faults: &mut Faults) -> Option<Kind> {
             return None;
         }
     };
-    faults.push(item.spot, item.key, message.to_owned(), Some(help.to_owned()));
+    faults.push_with(&item, message.to_owned(), help.to_owned());
     None
 }
 
 fn parent(item: Item<'_>, faults: &mut Faults) -> Option<Parent> {
     let name = item.name("the name of a node, or NONE for the topmost", faults)?;
-    Some(if name.value == NO_PARENT { Parent::None(name.spot) } else { Parent::Node(name) })
+    Some(if name.value == NO_PARENT { Parent::None(name.span) } else { Parent::Node(name) })
 }
 
-fn robot(item: Item<'_>, faults: &mut Faults) -> Option<(String, Spot)> {
+fn robot(item: Item<'_>, faults: &mut Faults) -> Option<(String, SourceSpan)> {
     if item.text().is_none() {
         item.wrong("the number or the name of a robot", faults);
     }
-    Some((item.text()?.to_owned(), item.spot))
+    Some((item.text()?.to_owned(), item.span))
 }
 
 /// A text 'key: value' as its two halves.
@@ -268,7 +271,7 @@ fn param<'a>(item: Item<'a>, faults: &mut Faults) -> Option<(&'a str, &'a str)> 
             Some(text) => format!("`{}` is not of the form 'key: value'", notes::line(text)),
             None => "a parameter is a text of the form 'key: value'".to_owned(),
         };
-        faults.push(item.spot, item.key, message, Some(HELP.to_owned()));
+        faults.push_with(&item, message, HELP.to_owned());
     }
     found
 }

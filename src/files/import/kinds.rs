@@ -2,13 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::super::reader::MAX_NAME_BYTES;
-use super::super::task::RESERVED;
 use super::form::{Entry, Kind, POTENTIAL_KEY, Param};
 use super::notes::{Note, is_template, line};
+use crate::reader::MAX_NAME_BYTES;
+use crate::task::node_shape;
 
-/// Kinds that every mission has.
-const BUILT_IN: [&str; 3] = ["move", "pick", "place"];
 /// Longest name of a kind, so that its label has room for parameters.
 const MAX_KIND_BYTES: usize = 48;
 /// What a plugin is called whose own name cannot be that of a kind.
@@ -80,7 +78,7 @@ impl Kinds {
         let mut left_out = Vec::new();
         let texts = self.of_entry(entry).map_or(&[][..], |kind| &kind.texts);
         for param in &entry.params {
-            let Param { key, value, spot } = param;
+            let Param { key, value, span } = param;
             let why = misfit(param).or_else(|| {
                 let is_there = texts.iter().any(|text| text.name == *key);
                 (!is_there).then(|| "there are too many parameters".to_owned())
@@ -89,7 +87,7 @@ impl Kinds {
                 None => arguments.push((key.clone(), value.clone())),
                 Some(why) => {
                     let message = format!("`{}: {}` is left out: {why}", line(key), line(value));
-                    left_out.push(Note::new(&entry.name.value, *spot, message, None));
+                    left_out.push(Note::new(&entry.name.value, *span, message, None));
                 }
             }
         }
@@ -153,7 +151,8 @@ fn misfit(Param { key, value, .. }: &Param) -> Option<String> {
 
 /// Whether a name means something else already.
 fn is_taken(name: &str) -> bool {
-    RESERVED.contains(&name) || BUILT_IN.contains(&name)
+    let built_in = node_shape().others.iter().flat_map(|others| &others.known).map(|field| field.key);
+    node_shape().keys().chain(built_in).any(|taken| taken == name)
 }
 
 fn is_name(text: &str) -> bool {

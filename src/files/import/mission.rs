@@ -18,7 +18,7 @@ pub(super) struct Title<'a> {
     pub(super) robot: &'a str,
 }
 
-/// The mission file.
+/// The YAML of a mission, with a comment wherever something is not carried over.
 pub(super) fn text(title: &Title<'_>, draft: &Draft) -> String {
     let mut lines = Lines::default();
     lines.comment(0, &format!("Imported from {}, a task file of the dHTT software.", title.file));

@@ -16,12 +16,15 @@ mod write;
 
 use std::path::{Path, PathBuf};
 
-use super::document::{MAX_BYTES, Spot};
-use super::fault::{ConfigError, Fault, Faults};
-use super::files::{Files, MISSION};
-use super::reader::{Item, MAX_NAME_BYTES};
-use super::schema::Format;
-use super::{RobotFile, with_robot};
+use crate::describe::Described;
+use crate::document::{MAX_BYTES, SourceSpan};
+use crate::fault::{Fault, Faults, FilesError};
+use crate::files::Files;
+use crate::format::{Format, Mission};
+use crate::reader::{Item, MAX_NAME_BYTES};
+use crate::robot::RobotFile;
+use crate::sources::Sources;
+use crate::with_robot;
 use ambidex_model::MissionSpec;
 use form::Task;
 use mission::Title;
@@ -53,9 +56,9 @@ pub struct Imported {
 /// A file that belongs beside another.
 #[derive(Debug, Clone)]
 pub struct Beside {
-    /// Where it belongs.
+    /// Where it belongs, beside the mission.
     pub path: PathBuf,
-    /// What stands in it.
+    /// The YAML that is to be written there.
     pub text: String,
 }
 
@@ -64,13 +67,13 @@ pub struct Beside {
 pub enum ImportError {
     /// The files have mistakes.
     #[error(transparent)]
-    Faulty(ConfigError),
+    Faulty(FilesError),
     /// The mission would be larger than a file may be.
     #[error("the mission would have {0} bytes, and more than {MAX_BYTES} are not read")]
     TooLarge(usize),
     /// The files are sound, and what was made of them is not.
     #[error("what was made of the file does not load")]
-    Defect(#[source] ConfigError),
+    Defect(#[source] FilesError),
 }
 
 /// What a file is.
@@ -103,24 +106,28 @@ enum Robot {
 ///
 /// # Errors
 /// Every mistake in the files.
-pub fn import(path: &Path, robot: Option<&Path>, target: Option<&Path>) -> Result<Imported, ImportError> {
+pub fn import(
+    sources: &dyn Sources,
+    path: &Path,
+    robot: Option<&Path>,
+    target: Option<&Path>,
+) -> Result<Imported, ImportError> {
     let mut faults = Faults::default();
-    let files = Files::alone(path, None, &mut faults);
+    let files = Files::alone(sources, path, None, &mut faults);
     let name = file_name(path);
     match files.main().and_then(|main| Some((what(main, &mut faults)?, main))) {
         Some((What::Robot, main)) => {
             if robot.is_some() {
-                let message = "this is a robot file, and `--robot` is for task files".to_owned();
-                faults.push(main.spot, "", message, None);
+                faults.push((main.span, ""), "this is a robot file, and `--robot` is for task files");
             }
             let draft = RobotDraft::read(main, &name, &stem(path), &mut faults);
-            robot_file(draft, faults)
+            robot_file(sources, draft, faults)
         }
         Some((What::Task, main)) => {
             let draft = task(main, &mut faults);
-            let robot = robot_of(robot, &mut faults);
+            let robot = robot_of(sources, robot, &mut faults);
             let made = draft.zip(robot).map(|(draft, robot)| Made { draft, robot });
-            mission_file(made, path, target, faults)
+            mission_file(sources, made, path, target, faults)
         }
         Some((What::Ours(format), main)) => {
             let what = match format {
@@ -128,7 +135,7 @@ pub fn import(path: &Path, robot: Option<&Path>, target: Option<&Path>) -> Resul
                 Format::Robot => "this is a robot file of Ambidex already",
                 Format::Behaviors => "this is a library of Ambidex already",
             };
-            faults.push(main.spot, "", what.to_owned(), None);
+            faults.push((main.span, ""), what.to_owned());
             failed(faults)
         }
         None => failed(faults),
@@ -140,18 +147,16 @@ fn failed(faults: Faults) -> Result<Imported, ImportError> {
 }
 
 fn what(file: Item<'_>, faults: &mut Faults) -> Option<What> {
-    let has = |key| file.value_of(key).is_some();
-    if has("NodeList") || has("Nodes") {
+    if form::is_task(file) {
         return Some(What::Task);
     }
-    if has("robot_resources") {
+    if robot::is_robot(file) {
         return Some(What::Robot);
     }
     let ours = Format::of(file).map(What::Ours);
     if ours.is_none() {
-        let message = "this is no file of the dHTT software".to_owned();
         let help = "a task file has `NodeList` and `Nodes`, a robot file has `robot_resources`".to_owned();
-        faults.push(file.spot, "", message, Some(help));
+        faults.push_with((file.span, ""), "this is no file of the dHTT software", help);
     }
     ours
 }
@@ -163,17 +168,17 @@ fn task(file: Item<'_>, faults: &mut Faults) -> Option<Draft> {
     (faults.errors() == before).then(|| translate::translate(&task, &tree))
 }
 
-fn robot_of(path: Option<&Path>, faults: &mut Faults) -> Option<Robot> {
+fn robot_of(sources: &dyn Sources, path: Option<&Path>, faults: &mut Faults) -> Option<Robot> {
     let Some(path) = path else {
         return Some(Robot::New(RobotDraft::usual()));
     };
-    let files = Files::alone(path, None, faults);
+    let files = Files::alone(sources, path, None, faults);
     let main = files.main()?;
     match what(main, faults)? {
         What::Robot => RobotDraft::read(main, &file_name(path), &stem(path), faults).map(Robot::New),
-        What::Ours(Format::Robot) => super::robot::read(main, faults).map(|robot| Robot::There(robot, path.to_owned())),
+        What::Ours(Format::Robot) => crate::robot_of(main, faults).map(|robot| Robot::There(robot, path.to_owned())),
         What::Task | What::Ours(Format::Mission | Format::Behaviors) => {
-            faults.push(main.spot, "", "this is no robot file".to_owned(), None);
+            faults.push((main.span, ""), "this is no robot file");
             None
         }
     }
@@ -182,25 +187,26 @@ fn robot_of(path: Option<&Path>, faults: &mut Faults) -> Option<Robot> {
 /// The warnings of an import that has no mistakes, and how many do not fit among them.
 fn warnings(notes: &[Note], mut faults: Faults) -> Result<(Vec<Fault>, usize), ImportError> {
     for note in notes {
-        faults.warn(note.spot, &note.of, note.message.clone(), note.help.clone());
+        faults.warn((note.span, &note.of), note.message.clone(), note.help.clone());
     }
     let ((), warnings) = faults.into_result(Some(())).map_err(ImportError::Faulty)?;
     let unshown = notes.len().saturating_sub(warnings.len());
     Ok((warnings, unshown))
 }
 
-fn robot_file(draft: Option<RobotDraft>, faults: Faults) -> Result<Imported, ImportError> {
+fn robot_file(sources: &dyn Sources, draft: Option<RobotDraft>, faults: Faults) -> Result<Imported, ImportError> {
     let Some(draft) = draft.filter(|_| faults.errors() == 0) else {
         return failed(faults);
     };
     let (warnings, unshown) = warnings(&draft.notes, faults)?;
     let text = draft.text();
-    load_robot(&text).map_err(ImportError::Defect)?;
+    load_robot(sources, &text).map_err(ImportError::Defect)?;
     let summary = format!("a robot of {}", counted(draft.count(), "resource"));
     Ok(Imported { text, beside: None, is_mission: false, summary, warnings, unshown })
 }
 
 fn mission_file(
+    sources: &dyn Sources,
     made: Option<Made>,
     path: &Path,
     target: Option<&Path>,
@@ -211,11 +217,11 @@ fn mission_file(
     };
     let mut notes = draft.notes.clone();
     let (robot, named, beside) = match robot {
-        Robot::There(robot, at) => (robot, relative(&at, target), None),
+        Robot::There(robot, at) => (robot, relative(sources, &at, target), None),
         Robot::New(new) => {
             notes.extend(new.notes.iter().cloned());
             let text = new.text();
-            let robot = load_robot(&text).map_err(ImportError::Defect)?;
+            let robot = load_robot(sources, &text).map_err(ImportError::Defect)?;
             let name = format!("{}.robot.yaml", target.map_or_else(|| stem(path), stem));
             let at = target.map_or_else(|| PathBuf::from(&name), |target| target.with_file_name(&name));
             (robot, name, Some(Beside { path: at, text }))
@@ -227,7 +233,7 @@ fn mission_file(
     if text.len() as u64 > MAX_BYTES {
         return Err(ImportError::TooLarge(text.len()));
     }
-    let mission = load(&text, robot, &draft).map_err(ImportError::Defect)?;
+    let mission = load(sources, &text, robot, &draft).map_err(ImportError::Defect)?;
     let behaviors = counted(mission.tree.leaves().count(), "behavior");
     let kinds = counted(draft.kinds.len(), "kind");
     let nodes = counted(mission.tree.nodes.len() - 1, "node");
@@ -235,25 +241,25 @@ fn mission_file(
     Ok(Imported { text, beside, is_mission: true, summary, warnings, unshown })
 }
 
-fn load_robot(text: &str) -> Result<RobotFile, ConfigError> {
+fn load_robot(sources: &dyn Sources, text: &str) -> Result<RobotFile, FilesError> {
     let mut faults = Faults::default();
-    let files = Files::of_text(MADE, text.to_owned(), &mut faults);
-    let robot = files.main().and_then(|main| super::robot::read(main, &mut faults));
+    let files = Files::of_text(sources, MADE, text.to_owned(), &mut faults);
+    let robot = files.main().and_then(|main| crate::robot_of(main, &mut faults));
     faults.into_result(robot).map(|(robot, _)| robot)
 }
 
 /// Loads a mission that was made, which must be that of the draft.
-fn load(text: &str, robot: RobotFile, draft: &Draft) -> Result<MissionSpec, ConfigError> {
+fn load(sources: &dyn Sources, text: &str, robot: RobotFile, draft: &Draft) -> Result<MissionSpec, FilesError> {
     let mut faults = Faults::default();
-    let files = Files::of_text(MADE, text.to_owned(), &mut faults);
+    let files = Files::of_text(sources, MADE, text.to_owned(), &mut faults);
     let main = files.main();
-    let fields = main.and_then(|main| main.fields(&MISSION, &mut faults));
-    let mission = fields.and_then(|fields| with_robot(&files, &fields, Some(robot), &mut faults));
-    let spot = main.map_or_else(Spot::default, |main| main.spot);
+    let file = main.and_then(|main| Mission::take(main, &mut faults));
+    let mission = file.and_then(|file| with_robot(&files, file, Some(robot), &mut faults));
+    let span = main.map_or_else(SourceSpan::default, |main| main.span);
     if let Some(mission) = &mission
         && mission.names.nodes[1..] != draft.top.names()
     {
-        faults.push(spot, "", "its nodes are called otherwise".to_owned(), None);
+        faults.push((span, ""), "its nodes are called otherwise");
     }
     faults.into_result(mission).map(|(mission, _)| mission)
 }
@@ -277,9 +283,9 @@ fn stem(path: &Path) -> String {
 }
 
 /// The path of a file from the folder of another, or from the current one.
-fn relative(file: &Path, from: Option<&Path>) -> String {
+fn relative(sources: &dyn Sources, file: &Path, from: Option<&Path>) -> String {
     let folder = from.and_then(Path::parent).filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let (Ok(file_at), Ok(folder)) = (file.canonicalize(), folder.canonicalize()) else {
+    let (Some(file_at), Some(folder)) = (sources.identity(file), sources.identity(folder)) else {
         return file.display().to_string();
     };
     let shared = file_at.iter().zip(folder.iter()).take_while(|(one, other)| one == other).count();

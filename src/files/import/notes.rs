@@ -1,10 +1,9 @@
 //! What an import does not carry over: said at its place in the file, and once more as a comment in what is written.
 
-use super::super::document::{Node, Spot, Value};
-use super::super::fault::Faults;
-use super::super::reader::Fields;
-use super::super::shape::Shape;
-use super::super::template::{Piece, pieces};
+use crate::document::{Node, SourceSpan, Value};
+use crate::fault::Faults;
+use crate::reader::Fields;
+use crate::template::{Piece, pieces};
 use ambidex_model::suggestion;
 
 /// Longest piece of a foreign file in one line, letters.
@@ -23,14 +22,14 @@ const FOREIGN: &[(&str, &str)] = &[
 pub(super) struct Note {
     /// The node or resource; empty for the file as a whole.
     pub(super) of: String,
-    pub(super) spot: Spot,
+    pub(super) span: SourceSpan,
     pub(super) message: String,
     pub(super) help: Option<String>,
 }
 
 impl Note {
-    pub(super) fn new(of: &str, spot: Spot, message: String, help: Option<String>) -> Self {
-        Self { of: of.to_owned(), spot, message, help }
+    pub(super) fn new(of: &str, span: SourceSpan, message: String, help: Option<String>) -> Self {
+        Self { of: of.to_owned(), span, message, help }
     }
 
     /// As a comment at what it is about.
@@ -40,23 +39,24 @@ impl Note {
 }
 
 /// Every key of a map that its form does not know; where a key is lacking, such a one is a mistake.
-pub(super) fn unknown(of: &str, fields: &Fields<'_>, shape: &'static Shape, faults: &mut Faults) -> Vec<Note> {
+pub(super) fn unknown(of: &str, fields: &Fields<'_>, faults: &mut Faults) -> Vec<Note> {
+    let shape = fields.shape;
     let keys: Vec<_> = shape.keys().collect();
     if shape.fields.iter().any(|field| field.is_required && fields.get(field.key).is_none()) {
-        for (key, _) in fields.others(&keys) {
+        for (key, _) in fields.others() {
             fields.unknown(key, keys.iter().copied(), faults);
         }
         return Vec::new();
     }
-    let note = |key: &str, spot, value: &Node| {
+    let note = |key: &str, span, value: &Node| {
         let written = format!("`{}: {}` is left out", line(key), line(&flow(value)));
         let (message, help) = match FOREIGN.iter().find(|(foreign, _)| *foreign == key) {
             Some((_, reason)) => (format!("{written}: {reason}"), None),
             None => (written, Some(suggestion(key, "key", keys.iter().copied()))),
         };
-        Note::new(of, spot, message, help)
+        Note::new(of, span, message, help)
     };
-    fields.others(&keys).map(|(key, item)| note(&key.value, key.spot, &item.node())).collect()
+    fields.others().map(|(key, item)| note(&key.value, key.span, &item.node())).collect()
 }
 
 /// What was meant, while somebody reads it.

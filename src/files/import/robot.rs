@@ -2,13 +2,15 @@
 
 use std::collections::BTreeSet;
 
-use super::super::fault::Faults;
-use super::super::reader::{Fields, Item, Name};
-use super::super::shape::{Form, Shape, optional, required};
 use super::notes::{self, Note, line};
 use super::write::{Lines, scalar};
+use crate::describe::{At, Count, Described, Later, Word, described};
+use crate::fault::Faults;
+use crate::reader::{Fields, Item, Name, Written};
+use crate::scope::Reading;
+use crate::shape::Form;
 
-/// Half the width of a robot that nobody has measured, metres.
+/// Half the width of a robot that nobody has measured, meters.
 const RADIUS: &str = "0.5 m";
 /// Keys of resources begin so; a number follows.
 const RESOURCE_KEY: &str = "resource_";
@@ -17,39 +19,42 @@ const MAX_RESOURCES: u32 = 1000;
 const STILL: &str = "How its parts move is not known: they count as resources, and nothing moves them. For a robot \
                      that moves, name the `controller` of each, and describe it under `controllers`.";
 
-/// A robot file.
-static ROBOT: Shape = Shape {
-    others: Some(Form::Arguments),
-    ..Shape::new(
-        "a dHTT robot",
-        "A robot as a set of resources.",
-        &[
-            optional("robot_name", "Its name.", Form::Word),
-            required("robot_resources", "Its resources: resource_0, resource_1 …", Form::Map(&RESOURCES)),
-        ],
-    )
-};
+const ROBOT_RESOURCES: &str = "robot_resources";
+const ANYTHING: Later = Later(|| Form::Arguments);
 
-static RESOURCES: Shape = Shape {
-    others: Some(Form::Map(&RESOURCE)),
-    ..Shape::new(
-        "the resources",
-        "Resources by number.",
-        &[optional("number_of_resources", "How many there are.", Form::Count(MAX_RESOURCES))],
-    )
-};
+described! {
+    /// A robot file as written.
+    struct RobotFile<'a>: "a dHTT robot", "A robot as a set of resources.", others ANYTHING, known [] {
+        name: Option<Name> = maybe("robot_name", "Its name.", Word("the name of the robot")),
+        resources: Option<Item<'a>> = wanted(
+            ROBOT_RESOURCES,
+            "Its resources: resource_0, resource_1 …",
+            Later(|| Form::Map(Resources::shape))
+        ),
+    }
+}
 
-static RESOURCE: Shape = Shape {
-    others: Some(Form::Arguments),
-    ..Shape::new(
-        "a dHTT resource",
-        "A resource.",
-        &[
-            required("type", "1 (a gripper), 2 (a head) or 3 (a base).", Form::Count(3)),
-            required("name", "What it is called.", Form::Word),
-        ],
-    )
-};
+described! {
+    /// `robot_resources`.
+    struct Resources: "the resources", "Resources by number.",
+    others Later(|| Form::Map(Resource::shape)), known [] {
+        count: Option<Written<u32>> =
+            maybe("number_of_resources", "How many there are.", At(Count(MAX_RESOURCES))),
+    }
+}
+
+described! {
+    /// An entry of `robot_resources`.
+    struct Resource<'a>: "a dHTT resource", "A resource.", others ANYTHING, known [] {
+        ty: Option<Item<'a>> = wanted("type", "1 (a gripper), 2 (a head) or 3 (a base).", Later(|| Form::Count(3))),
+        name: Option<Name> = wanted("name", "What it is called.", Word("the name of a resource")),
+    }
+}
+
+/// Whether a file is a robot file, as far as its keys tell.
+pub(super) fn is_robot(file: Item<'_>) -> bool {
+    file.value_of(ROBOT_RESOURCES).is_some()
+}
 
 /// A robot before it is written.
 #[derive(Debug)]
@@ -78,24 +83,24 @@ impl RobotDraft {
     /// Reads a robot file; `name` is for one that has none.
     pub(super) fn read(file: Item<'_>, file_name: &str, name: &str, faults: &mut Faults) -> Option<Self> {
         let before = faults.errors();
-        let fields = file.fields(&ROBOT, faults)?;
-        let robot = fields.get("robot_name").and_then(|item| item.name("the name of the robot", faults));
-        let of = fields.get("robot_resources")?.fields(&RESOURCES, faults)?;
-        let mut notes = notes::unknown("", &fields, &ROBOT, faults);
+        let fields = file.fields(RobotFile::shape(), faults)?;
+        let robot = RobotFile::from_map(&fields, &mut Reading::new(faults))?;
+        let of = robot.resources?.fields(Resources::shape(), faults)?;
+        let told = Resources::from_map(&of, &mut Reading::new(faults))?.count;
+        let mut notes = notes::unknown("", &fields, faults);
         let mut entries = entries(&of, &mut notes);
         entries.sort_by_key(|(number, ..)| *number);
-        check_count(&of, entries.len(), faults);
+        check_count(&of, told, entries.len(), faults);
         let mut seen = BTreeSet::new();
         let mut resources = Vec::new();
         for (_, key, item) in entries {
             let Some((name, ty)) = resource(&key, item, &mut notes, faults) else { continue };
             if !seen.insert(name.value.clone()) {
-                let message = format!("another resource is called `{}`", name.value);
-                faults.push(name.spot, &key, message, None);
+                faults.push((name.span, &key), format!("another resource is called `{}`", name.value));
             }
             resources.push((name.value, ty));
         }
-        let name = robot.map_or_else(|| name.to_owned(), |name| name.value);
+        let name = robot.name.map_or_else(|| name.to_owned(), |name| name.value);
         let origin = format!("Imported from {}, a robot file of the dHTT software.", line(file_name));
         (faults.errors() == before).then_some(Self { name, resources, origin, notes })
     }
@@ -105,7 +110,7 @@ impl RobotDraft {
         self.resources.len()
     }
 
-    /// The robot file.
+    /// The file of Ambidex that is made of it.
     pub(super) fn text(&self) -> String {
         let mut lines = Lines::default();
         lines.comment(0, &self.origin);
@@ -128,37 +133,34 @@ impl RobotDraft {
 fn entries<'a>(of: &Fields<'a>, notes: &mut Vec<Note>) -> Vec<(u32, String, Item<'a>)> {
     let number = |key: &str| key.strip_prefix(RESOURCE_KEY).and_then(|number| number.parse().ok());
     let mut entries = Vec::new();
-    for (key, item) in of.others(&["number_of_resources"]) {
+    for (key, item) in of.others() {
         match number(&key.value) {
             Some(number) => entries.push((number, key.value.clone(), item)),
             None => {
                 let message =
                     format!("`{}` is left out: resources are called resource_0, resource_1 …", line(&key.value));
-                notes.push(Note::new("", key.spot, message, None));
+                notes.push(Note::new("", key.span, message, None));
             }
         }
     }
     entries
 }
 
-fn check_count(of: &Fields<'_>, found: usize, faults: &mut Faults) {
-    if let Some(item) = of.get("number_of_resources")
-        && let Some(told) = item.count(MAX_RESOURCES, faults)
-        && told as usize != found
-    {
+fn check_count(of: &Fields<'_>, told: Option<Written<u32>>, found: usize, faults: &mut Faults) {
+    const HELP: &str = "they are called resource_0, resource_1 …";
+    if let Some(Written { value: told, key, span }) = told.filter(|told| told.value as usize != found) {
         let message = format!("{told} resources are announced, and there are {found}");
-        faults.push(item.spot, item.key, message, Some("they are called resource_0, resource_1 …".to_owned()));
+        faults.push_with((span, &key), message, HELP.to_owned());
     }
     if found == 0 {
-        let message = "a robot without resources".to_owned();
-        faults.push(of.spot(), "robot_resources", message, Some("they are called resource_0, resource_1 …".to_owned()));
+        faults.push_with((of.span(), ROBOT_RESOURCES), "a robot without resources".to_owned(), HELP.to_owned());
     }
 }
 
 fn resource(key: &str, item: Item<'_>, notes: &mut Vec<Note>, faults: &mut Faults) -> Option<(Name, &'static str)> {
-    let fields = item.fields(&RESOURCE, faults)?;
-    let name = fields.get("name").and_then(|item| item.name("the name of a resource", faults));
-    let ty = fields.get("type").and_then(|item| match item.text() {
+    let fields = item.fields(Resource::shape(), faults)?;
+    let Resource { ty, name } = Resource::from_map(&fields, &mut Reading::new(faults))?;
+    let ty = ty.and_then(|item| match item.text() {
         Some("1") => Some("gripper"),
         Some("2") => Some("head"),
         Some("3") => Some("base"),
@@ -167,6 +169,6 @@ fn resource(key: &str, item: Item<'_>, notes: &mut Vec<Note>, faults: &mut Fault
             None
         }
     });
-    notes.extend(notes::unknown(key, &fields, &RESOURCE, faults));
+    notes.extend(notes::unknown(key, &fields, faults));
     Some((name?, ty?))
 }

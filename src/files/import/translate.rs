@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::super::document::Spot;
 use super::form::{Entry, Kind, POTENTIAL_KEY, Param, Task};
 use super::kinds::{KindDraft, Kinds};
 use super::notes::{Note, line};
 use super::tree::Tree;
+use crate::document::SourceSpan;
 
 /// Most names listed of one parameter.
 const MAX_LISTED: usize = 12;
@@ -72,7 +72,7 @@ struct Translation<'a> {
     tree: &'a Tree,
     kinds: &'a Kinds,
     /// The first that a node is for.
-    robot: Option<&'a (String, Spot)>,
+    robot: Option<&'a (String, SourceSpan)>,
     notes: Vec<Note>,
 }
 
@@ -112,16 +112,16 @@ fn of_composite(entry: &Entry, word: &str) -> Vec<Note> {
     });
     let odd = plugin.map(|plugin| {
         let message = format!("its plugin `{}` is left out: it becomes a plain `{word}`", line(&plugin.value));
-        Note::new(name, plugin.spot, message, None)
+        Note::new(name, plugin.span, message, None)
     });
     let potential = entry.potential.map(|potential| Param {
         key: POTENTIAL_KEY.to_owned(),
         value: potential.to_string(),
-        spot: entry.name.spot,
+        span: entry.name.span,
     });
-    let params = potential.iter().chain(&entry.params).map(|Param { key, value, spot }| {
+    let params = potential.iter().chain(&entry.params).map(|Param { key, value, span }| {
         let message = format!("`{}: {}` is left out: `{word}` has no parameters", line(key), line(value));
-        Note::new(name, *spot, message, None)
+        Note::new(name, *span, message, None)
     });
     odd.into_iter().chain(params).collect()
 }
@@ -137,15 +137,15 @@ fn of_behavior(entry: &Entry, arguments: &[(String, String)]) -> Option<Note> {
         several => Some(format!("{} are kept as texts that nothing acts by", several.join(", "))),
     };
     let plugin = entry.plugin.as_ref();
-    let spot = plugin.map_or(entry.name.spot, |plugin| plugin.spot);
+    let span = plugin.map_or(entry.name.span, |plugin| plugin.span);
     if entry.potential.is_none() {
         let plugin = plugin.map_or("", |plugin| &plugin.value);
         let computed = format!("`{}` computes its potential, which is not in the file: it is 1 now", line(plugin));
         let message = [Some(computed), kept].into_iter().flatten().collect::<Vec<_>>().join("; ");
-        return Some(Note::new(name, spot, message, Some(format!("a plugin is code, and not imported; {TO_MOVE}"))));
+        return Some(Note::new(name, span, message, Some(format!("a plugin is code, and not imported; {TO_MOVE}"))));
     }
-    let spot = entry.params.first().map_or(spot, |param| param.spot);
-    kept.map(|kept| Note::new(name, spot, kept, Some(TO_MOVE.to_owned())))
+    let span = entry.params.first().map_or(span, |param| param.span);
+    kept.map(|kept| Note::new(name, span, kept, Some(TO_MOVE.to_owned())))
 }
 
 /// A potential that leads nowhere.
@@ -153,21 +153,21 @@ fn of_zero(entry: &Entry) -> Option<Note> {
     entry.potential.filter(|potential| *potential == 0.0)?;
     let message = "with a potential of 0 it never runs".to_owned();
     let help = "an OR can do without it; everything else around it is never done".to_owned();
-    Some(Note::new(&entry.name.value, entry.name.spot, message, Some(help)))
+    Some(Note::new(&entry.name.value, entry.name.span, message, Some(help)))
 }
 
 /// Said once, at the first node.
-fn of_robot((robot, spot): &(String, Spot)) -> Note {
+fn of_robot((robot, span): &(String, SourceSpan)) -> Note {
     let message = format!("`robot: {}` is left out wherever it stands", line(robot));
-    Note::new("", *spot, message, Some(ONE_ROBOT.to_owned()))
+    Note::new("", *span, message, Some(ONE_ROBOT.to_owned()))
 }
 
 /// Said at each node that is for another robot than the first.
-fn other_robot(entry: &Entry, first: Option<&(String, Spot)>) -> Option<Note> {
+fn other_robot(entry: &Entry, first: Option<&(String, SourceSpan)>) -> Option<Note> {
     let (first, _) = first?;
-    let (robot, spot) = entry.robot.as_ref().filter(|(robot, _)| robot != first)?;
+    let (robot, span) = entry.robot.as_ref().filter(|(robot, _)| robot != first)?;
     let message = format!("`robot: {}` is left out, though other nodes are for robot {}", line(robot), line(first));
-    Some(Note::new(&entry.name.value, *spot, message, Some(ONE_ROBOT.to_owned())))
+    Some(Note::new(&entry.name.value, *span, message, Some(ONE_ROBOT.to_owned())))
 }
 
 /// The values of each parameter that is kept as a text.

@@ -1,10 +1,10 @@
-//! The nodes of a dHTT task as one tree: who hangs from whom, and every reason why that is none.
+//! The nodes of a dHTT task as one tree: who hangs from target, and every reason why that is none.
 
 use std::collections::BTreeMap;
 
-use super::super::fault::Faults;
-use super::form::{Entry, Kind, Parent};
+use super::form::{Entry, Kind, NO_PARENT, NODES, Parent};
 use super::notes;
+use crate::fault::Faults;
 
 /// Deepest tree that a mission can hold.
 const MAX_LEVELS: usize = 64;
@@ -55,9 +55,9 @@ fn parents(entries: &[Entry], faults: &mut Faults) -> Vec<Above> {
             Some(at) => Above::Node(*at),
             None => {
                 let message = format!("there is no node `{}`", name.value);
-                let allowed = ["NONE"].into_iter().chain(names.iter().copied());
+                let allowed = [NO_PARENT].into_iter().chain(names.iter().copied());
                 let help = notes::suggested(&name.value, "parent", allowed, faults);
-                faults.push(name.spot, &entry.name.value, message, help);
+                faults.push_or_with((name.span, &entry.name.value), message, help);
                 Above::Unknown
             }
         },
@@ -75,12 +75,11 @@ fn check_kinds(entries: &[Entry], above: &[Above], children: &[Vec<usize>], faul
             (Kind::Behavior, Some(&child)) => {
                 let message = format!("a behavior cannot have children, and `{}` is one", entries[child].name.value);
                 let help = "give it type 1 (AND), 2 (THEN) or 3 (OR), or the child another parent".to_owned();
-                faults.push(entry.name.spot, &entry.name.value, message, Some(help));
+                faults.push_with((entry.name.span, &entry.name.value), message, help);
             }
             (Kind::And | Kind::Or | Kind::Then, None) if is_complete => {
-                let message = "it has no children".to_owned();
                 let help = "only a behavior (type 4) has none: name it as the `parent` of others".to_owned();
-                faults.push(entry.name.spot, &entry.name.value, message, Some(help));
+                faults.push_with((entry.name.span, &entry.name.value), "it has no children", help);
             }
             (Kind::Behavior, None) | (Kind::And | Kind::Or | Kind::Then, _) => {}
         }
@@ -96,7 +95,7 @@ fn reached(entries: &[Entry], above: &[Above], children: &[Vec<usize>], faults: 
         is_reached[at] = true;
         if level == MAX_LEVELS + 1 {
             let message = format!("more than {MAX_LEVELS} nodes one below another");
-            faults.push(entries[at].name.spot, &entries[at].name.value, message, None);
+            faults.push((entries[at].name.span, &entries[at].name.value), message);
         }
         open.extend(children[at].iter().map(|child| (*child, level + 1)));
     }
@@ -132,13 +131,12 @@ fn circle(entries: &[Entry], above: &[Above], from: usize, faults: &mut Faults) 
     if at != from {
         names.push("…");
     }
-    let spot = match &entries[from].parent {
-        Some(Parent::Node(name)) => name.spot,
-        Some(Parent::None(_)) | None => entries[from].name.spot,
+    let span = match &entries[from].parent {
+        Some(Parent::Node(name)) => name.span,
+        Some(Parent::None(_)) | None => entries[from].name.span,
     };
     let message = format!("it is above itself: {}", names.join(" → "));
-    let help = "each arrow leads to a parent; the topmost node has the parent NONE".to_owned();
-    faults.push(spot, names[0], message, Some(help));
+    faults.push_with((span, names[0]), message, "each arrow leads to a parent; the topmost node has the parent NONE");
 }
 
 /// The one entry without a parent.
@@ -147,16 +145,15 @@ fn top(entries: &[Entry], above: &[Above], faults: &mut Faults) -> Option<usize>
     let Some(first) = tops.next() else {
         if let Some(entry) = entries.first().filter(|_| !above.contains(&Above::Unknown)) {
             let message = "no node is the topmost".to_owned();
-            let help = "give the topmost node the parent NONE".to_owned();
-            faults.push(entry.name.spot, "Nodes", message, Some(help));
+            faults.push_with((entry.name.span, NODES), message, "give the topmost node the parent NONE");
         }
         return None;
     };
     for other in tops {
-        let Some(Parent::None(spot)) = entries[other].parent else { continue };
+        let Some(Parent::None(span)) = entries[other].parent else { continue };
         let message = format!("a second topmost node beside `{}`", entries[first].name.value);
         let help = "one node stands above all: put both below one of type 1 (AND) or 2 (THEN)".to_owned();
-        faults.push(spot, &entries[other].name.value, message, Some(help));
+        faults.push_with((span, &entries[other].name.value), message, help);
     }
     Some(first)
 }

@@ -11,14 +11,14 @@ const WIDTH: usize = 110;
 pub(super) struct Lines(String);
 
 impl Lines {
-    /// A line, so deep.
+    /// A line, indented by two spaces for each level of depth.
     pub(super) fn line(&mut self, depth: usize, text: &str) {
         self.0.extend(std::iter::repeat_n("  ", depth));
         self.0.push_str(text);
         self.0.push('\n');
     }
 
-    /// An empty line.
+    /// An empty line between two parts.
     pub(super) fn gap(&mut self) {
         self.0.push('\n');
     }
@@ -37,7 +37,7 @@ impl Lines {
         self.line(depth, &row);
     }
 
-    /// The whole text.
+    /// All lines, each with its end.
     pub(super) fn into_text(self) -> String {
         self.0
     }

@@ -2,42 +2,44 @@
 
 use nalgebra::Vector2;
 
-use super::super::document::Spot;
-use super::super::fault::Faults;
-use super::super::names::Register;
-use super::super::parameter::{Argument, BEFORE, Known, Meaning, Parameter, START, Type};
-use super::super::reader::{Item, Name};
-use super::super::robot::RobotFile;
-use super::super::world::Built;
-use super::{Base, ConditionTerm, Declared, Effect, PotentialTerm, Slot, Stand, Stop, Text};
+use super::terms::{Base, ConditionTerm, Constant, Effect, ObjectAt, PotentialTerm, Stand, Table};
+use super::{Declared, NameOrParam, Stop, Text};
+use crate::document::SourceSpan;
+use crate::fault::Faults;
+use crate::names::Register;
+use crate::parameter::{Argument, BEFORE, Known, Meaning, Parameter, START};
+use crate::reader::{Item, Name};
+use crate::robot::RobotFile;
+use crate::types::Type;
+use crate::world::Built;
 use ambidex_model::{
     BehaviorSpec, ChannelId, Condition, EffectTerm, FactId, ObjectId, PlaceId, Pose, Potential, RobotSpec, TypeId,
     suggestion,
 };
 
 /// Binds behaviors to a robot in a world.
-pub(in super::super) struct Binder<'a> {
+pub(crate) struct Binder<'a> {
     pub(super) robot: &'a RobotFile,
     world: &'a Built,
     pub(super) known: Known<'a>,
     /// The stand of each place.
-    pub(in super::super) stands: Vec<Pose>,
+    pub(crate) stands: Vec<Pose>,
     channels: Register,
 }
 
 /// Where in the task a behavior stands.
-pub(in super::super) struct Site<'a> {
-    pub(in super::super) spot: Spot,
-    pub(in super::super) arguments: &'a [Option<Argument>],
+pub(crate) struct Site<'a> {
+    pub(crate) span: SourceSpan,
+    pub(crate) arguments: &'a [Option<Argument>],
     /// Where the nearest `move` before it in its THEN goes.
-    pub(in super::super) before: Option<Stop>,
+    pub(crate) before: Option<Stop>,
     /// Whether something after it in its THEN claims a type.
-    pub(in super::super) is_claimed_after: &'a dyn Fn(TypeId) -> bool,
+    pub(crate) is_claimed_after: &'a dyn Fn(TypeId) -> bool,
 }
 
 impl<'a> Binder<'a> {
     /// A binder whose channels are at first those of being at a place, in the order of the places.
-    pub(in super::super) fn new(robot: &'a RobotFile, world: &'a Built, known: Known<'a>) -> Self {
+    pub(crate) fn new(robot: &'a RobotFile, world: &'a Built, known: Known<'a>) -> Self {
         let places = known.world.map(|names| names.places.names()).unwrap_or_default();
         let channels: Vec<String> = places.iter().map(|place| format!("at {place}")).collect();
         Self {
@@ -50,17 +52,12 @@ impl<'a> Binder<'a> {
     }
 
     /// What channels are called, by id.
-    pub(in super::super) fn into_channels(self) -> Vec<String> {
+    pub(crate) fn into_channels(self) -> Vec<String> {
         self.channels.into_names()
     }
 
     /// The behavior of a node; `None` when it has faults.
-    pub(in super::super) fn bind(
-        &mut self,
-        kind: &Declared,
-        site: &Site<'_>,
-        faults: &mut Faults,
-    ) -> Option<BehaviorSpec> {
+    pub(crate) fn bind(&mut self, kind: &Declared, site: &Site<'_>, faults: &mut Faults) -> Option<BehaviorSpec> {
         let before = faults.errors();
         let arguments = self.with_defaults(kind, site, faults)?;
         let mut bound = Bound { binder: self, kind, site, arguments, claims: Vec::new(), faults };
@@ -121,9 +118,8 @@ impl<'a> Binder<'a> {
 
     fn not_told(&self, kind: &Declared, parameter: &Parameter, site: &Site<'_>, faults: &mut Faults) {
         let name = &parameter.name.value;
-        let message = format!("not told {}: `{name}`", parameter.ty.what());
         let help = format!("write `{name}`, or let it follow a `move` in a `then`");
-        faults.push(site.spot, &kind.name.value, message, Some(help));
+        faults.push_with((site.span, &kind.name.value), format!("not told {}: `{name}`", parameter.ty.what()), help);
     }
 }
 
@@ -143,26 +139,26 @@ impl Bound<'_, '_> {
         &self.binder.robot.robot
     }
 
-    pub(super) fn meaning(&mut self, slot: &Slot, ty: Type) -> Option<Meaning> {
-        match slot.parameter {
+    pub(super) fn meaning(&mut self, name: &NameOrParam, ty: Type) -> Option<Meaning> {
+        match name.parameter {
             Some(index) => self.arguments[index].as_ref().map(|argument| argument.value),
-            None => self.binder.known.named(&slot.written, ty, self.faults),
+            None => self.binder.known.named(&name.written, ty, self.faults),
         }
     }
 
-    pub(super) fn object(&mut self, slot: &Slot) -> Option<ObjectId> {
-        self.meaning(slot, Type::Object)?.object()
+    pub(super) fn object(&mut self, name: &NameOrParam) -> Option<ObjectId> {
+        self.meaning(name, Type::Object)?.object()
     }
 
-    pub(super) fn place(&mut self, slot: &Slot) -> Option<PlaceId> {
-        self.meaning(slot, Type::Place)?.place()
+    pub(super) fn place(&mut self, name: &NameOrParam) -> Option<PlaceId> {
+        self.meaning(name, Type::Place)?.place()
     }
 
     /// A place with the stand that is meant: where the move before went, if it went there and nothing else is told.
     pub(super) fn stop(&mut self, stand: &Stand) -> Option<Stop> {
         let place = self.place(&stand.place)?;
         let own = self.binder.stands[place.index()];
-        Some(match (stand.offset.of(&self.arguments), self.site.before) {
+        Some(match (stand.offset(&self.arguments), self.site.before) {
             (Some(offset), _) => Stop { place, stand: Pose { at: own.at + Vector2::from(offset), ..own } },
             (None, Some(before)) if before.place == place => before,
             (None, _) => Stop { place, stand: own },
@@ -173,8 +169,8 @@ impl Bound<'_, '_> {
         let value = text.filled(&self.arguments);
         // A fact made of arguments is lacking where the arguments stand.
         let is_made = value != text.written.value;
-        let spot = if is_made { self.site.spot } else { text.written.spot };
-        let name = Name { value, key: text.written.key.clone(), spot };
+        let span = if is_made { self.site.span } else { text.written.span };
+        let name = Name { value, key: text.written.key.clone(), span };
         self.binder.known.world?.facts.find(&name, self.faults).map(FactId::from)
     }
 
@@ -189,7 +185,7 @@ impl Bound<'_, '_> {
         if found.is_none() {
             let message = format!("the robot has no resource of type `{}`, so nothing is scaled", written.value);
             let help = suggestion(&written.value, "type", types.names().iter().map(String::as_str));
-            self.faults.warn(written.spot, &written.key, message, Some(help));
+            self.faults.warn(written, message, Some(help));
         }
         found.map(TypeId::from)
     }
@@ -197,10 +193,10 @@ impl Bound<'_, '_> {
     pub(super) fn potential(&mut self, term: &PotentialTerm) -> Option<Potential> {
         let scale_by = match &term.scale_by {
             None => None,
-            Some(Slot { parameter: Some(index), .. }) => {
+            Some(NameOrParam { parameter: Some(index), .. }) => {
                 self.arguments[*index].as_ref().and_then(|argument| argument.value.ty())
             }
-            Some(slot) => self.scale(&slot.written),
+            Some(name) => self.scale(&name.written),
         };
         let value = match &term.base {
             Base::Nearness(stand) => {
@@ -208,12 +204,13 @@ impl Bound<'_, '_> {
                 let scale_by = scale_by.filter(|of| (self.site.is_claimed_after)(*of));
                 return Some(Potential::Nearness { to, floor_m: self.binder.world.tolerance_m, scale_by });
             }
-            Base::Constant(value) => *value,
-            Base::Parameter(index) => self.arguments[*index].as_ref()?.value.number()?,
-            Base::High => self.high(),
-            Base::Table { by, values, otherwise } => {
-                let argument = self.arguments[*by].as_ref();
-                argument.and_then(|argument| values.get(&argument.text)).copied().unwrap_or(*otherwise)
+            Base::Constant(Constant::Value(value)) => *value,
+            Base::Constant(Constant::Told(index)) => self.arguments[*index].as_ref()?.value.number()?,
+            Base::Constant(Constant::High) => self.high(),
+            Base::Table(Table { by, values, otherwise }) => {
+                let text = self.arguments[*by].as_ref().map(|argument| &argument.text);
+                let value = values.iter().find(|(name, _)| Some(&name.value) == text);
+                value.and_then(|(_, value)| *value).unwrap_or(*otherwise)
             }
         };
         Some(match scale_by {
@@ -255,8 +252,11 @@ impl Bound<'_, '_> {
             }
             ConditionTerm::Held(object) => Condition::Held(self.object(object)?),
             ConditionTerm::Free(object) => Condition::Free(self.object(object)?),
-            ConditionTerm::Lies(object, place) => Condition::Lies(self.object(object)?, self.place(place)?),
-            ConditionTerm::Fact(fact, holds) => Condition::Fact(self.fact(fact)?, *holds),
+            ConditionTerm::Lies(ObjectAt { object, place }) => {
+                Condition::Lies(self.object(object)?, self.place(place)?)
+            }
+            ConditionTerm::Fact(fact) => Condition::Fact(self.fact(fact)?, true),
+            ConditionTerm::NotFact(fact) => Condition::Fact(self.fact(fact)?, false),
         })
     }
 
@@ -280,9 +280,10 @@ impl Bound<'_, '_> {
 
     pub(super) fn effect(&mut self, term: &Effect) -> Option<EffectTerm> {
         Some(match term {
-            Effect::Taken(object, claim) => EffectTerm::Taken(self.object(object)?, self.claims[*claim]?),
-            Effect::Lies(object, place) => EffectTerm::Lies(self.object(object)?, self.place(place)?),
-            Effect::Fact(fact, holds) => EffectTerm::Fact(self.fact(fact)?, *holds),
+            Effect::Taken(taken) => EffectTerm::Taken(self.object(&taken.object)?, self.claims[taken.claim]?),
+            Effect::Lies(ObjectAt { object, place }) => EffectTerm::Lies(self.object(object)?, self.place(place)?),
+            Effect::Set(fact) => EffectTerm::Fact(self.fact(fact)?, true),
+            Effect::Clear(fact) => EffectTerm::Fact(self.fact(fact)?, false),
         })
     }
 }

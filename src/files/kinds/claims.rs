@@ -1,8 +1,9 @@
 //! The claims of a behavior on the resources of a robot, and whether the robot can ever serve them together.
 
-use super::super::parameter::Type;
 use super::bind::Bound;
-use super::{ClaimTerm, Claims, Filter, KeepTerm, Slot, Whom};
+use super::terms::{ClaimTarget, ClaimTerm, Filter, KeepTerm};
+use super::{Claims, NameOrParam};
+use crate::types::Type;
 use ambidex_model::{Access, Claim, ResourceId, Retention, Selector, TypeId, match_claims, suggestion};
 
 impl Bound<'_, '_> {
@@ -20,7 +21,7 @@ impl Bound<'_, '_> {
             Claims::Some(terms) => terms,
         };
         let mut claims = Vec::new();
-        for term in terms {
+        for (_, term) in terms {
             let claim = self.claim(term);
             self.claims.push(claim.is_some().then_some(claims.len()));
             claims.extend(claim);
@@ -44,24 +45,24 @@ impl Bound<'_, '_> {
     }
 
     pub(super) fn selector(&mut self, term: &ClaimTerm) -> Option<Selector> {
-        let (of, named) = match &term.whom {
-            Whom::Type(slot) => {
-                let of = self.ty(slot, term.is_optional)?;
+        let (of, named) = match &term.target {
+            ClaimTarget::Type(name) => {
+                let of = self.ty(name, term.is_optional)?;
                 let mut all = self.robot().of_type(of);
                 (of, all.next().filter(|_| all.next().is_none()))
             }
-            Whom::Resource(slot) => {
-                let resource = self.resource(slot, term.is_optional)?;
+            ClaimTarget::Resource(name) => {
+                let resource = self.resource(name, term.is_optional)?;
                 (self.robot().resources[resource.index()].ty, Some(resource))
             }
         };
-        let is_named = matches!(term.whom, Whom::Resource(_));
-        let reaches = match &term.filter {
-            Filter::Holds(slot) => return self.object(slot).map(Selector::Holding),
+        let is_named = matches!(term.target, ClaimTarget::Resource(_));
+        let reaches = match term.filter() {
+            Filter::Holds(name) => return self.object(name).map(Selector::Holding),
             // The only one of a type is as good as its name, and tells who holds it.
             Filter::Any => return Some(named.map_or(Selector::Any(of), Selector::Named)),
             Filter::Empty => None,
-            Filter::Reaches(slot) => Some(self.object(slot)?),
+            Filter::Reaches(name) => Some(self.object(name)?),
         };
         Some(match named.filter(|_| is_named) {
             Some(resource) => Selector::Empty { resource, reaches },
@@ -69,40 +70,40 @@ impl Bound<'_, '_> {
         })
     }
 
-    pub(super) fn ty(&mut self, slot: &Slot, is_optional: bool) -> Option<TypeId> {
+    pub(super) fn ty(&mut self, name: &NameOrParam, is_optional: bool) -> Option<TypeId> {
         let names = &self.binder.known.robot?.types;
-        let found = self.found_type(slot);
+        let found = self.found_type(name);
         if found.is_none() && !is_optional {
-            let message = format!("the robot has no resource of type `{}`", slot.written.value);
-            let help = suggestion(&slot.written.value, "type", names.names().iter().map(String::as_str));
-            self.faults.push(self.site.spot, &self.kind.name.value, message, Some(help));
+            let message = format!("the robot has no resource of type `{}`", name.written.value);
+            let help = suggestion(&name.written.value, "type", names.names().iter().map(String::as_str));
+            self.faults.push_with((self.site.span, &self.kind.name.value), message, help);
         }
         found
     }
 
-    /// The type that a slot names, if the robot has it.
-    fn found_type(&self, slot: &Slot) -> Option<TypeId> {
-        match slot.parameter {
-            None => self.binder.known.robot?.types.id(&slot.written.value).map(TypeId::from),
+    /// The type that a name names, if the robot has it.
+    fn found_type(&self, name: &NameOrParam) -> Option<TypeId> {
+        match name.parameter {
+            None => self.binder.known.robot?.types.id(&name.written.value).map(TypeId::from),
             Some(index) => self.arguments[index].as_ref()?.value.ty(),
         }
     }
 
-    /// The resource that a slot names, if the robot has it.
-    fn found_resource(&self, slot: &Slot) -> Option<ResourceId> {
-        match slot.parameter {
-            None => self.binder.known.robot?.resources.id(&slot.written.value).map(ResourceId::from),
+    /// The resource that a name names, if the robot has it.
+    fn found_resource(&self, name: &NameOrParam) -> Option<ResourceId> {
+        match name.parameter {
+            None => self.binder.known.robot?.resources.id(&name.written.value).map(ResourceId::from),
             Some(index) => self.arguments[index].as_ref()?.value.resource(),
         }
     }
 
-    pub(super) fn resource(&mut self, slot: &Slot, is_optional: bool) -> Option<ResourceId> {
+    pub(super) fn resource(&mut self, name: &NameOrParam, is_optional: bool) -> Option<ResourceId> {
         let names = &self.binder.known.robot?.resources;
-        let is_lacking = slot.parameter.is_none() && names.id(&slot.written.value).is_none();
+        let is_lacking = name.parameter.is_none() && names.id(&name.written.value).is_none();
         if is_lacking && is_optional {
             return None;
         }
-        self.meaning(slot, Type::Resource)?.resource()
+        self.meaning(name, Type::Resource)?.resource()
     }
 
     /// The type of the claim that is for what holds an object.
@@ -110,11 +111,11 @@ impl Bound<'_, '_> {
         let Claims::Some(terms) = &self.kind.claims else {
             return None;
         };
-        let holder = terms.iter().find(|term| matches!(term.filter, Filter::Holds(_)))?;
-        match &holder.whom {
-            Whom::Type(slot) => self.found_type(slot),
-            Whom::Resource(slot) => {
-                let resource = self.found_resource(slot)?;
+        let holder = terms.iter().map(|(_, term)| term).find(|term| term.holds.is_some())?;
+        match &holder.target {
+            ClaimTarget::Type(name) => self.found_type(name),
+            ClaimTarget::Resource(name) => {
+                let resource = self.found_resource(name)?;
                 Some(self.robot().resources[resource.index()].ty)
             }
         }
@@ -130,7 +131,7 @@ impl Bound<'_, '_> {
             return "all";
         };
         let declared = self.claims.iter().position(|at| *at == Some(claim));
-        declared.map_or("?", |declared| terms[declared].name.value.as_str())
+        declared.map_or("?", |declared| terms[declared].0.value.as_str())
     }
 
     /// Claims that this robot can never serve together.
@@ -150,6 +151,6 @@ impl Bound<'_, '_> {
             Some(ty) => format!("it claims {} of type `{}`; the robot has {}", counts[ty], types[ty], has(ty)),
             None => format!("its claim `{}` can only get what another one claims too", self.claim_name(lacking)),
         };
-        self.faults.push(self.kind.name.spot, &self.kind.name.value, message, None);
+        self.faults.push((self.kind.name.span, &self.kind.name.value), message);
     }
 }

@@ -1,8 +1,8 @@
 //! What the controllers of a robot do for a behavior.
 
 use super::bind::Bound;
-use super::{Command, TaskTerm};
-use ambidex_model::{BehaviorSpec, Claim, CommandTerm, ControllerKind, EffectTerm, Mode, Task};
+use super::terms::{Action, Command, ObjectAt, TAKEN, TaskTerm};
+use ambidex_model::{BehaviorSpec, Claim, CommandTerm, ControllerKind, EffectTerm, Task};
 
 impl Bound<'_, '_> {
     /// What controllers do; where nobody moves the base it stands where it was to drive.
@@ -10,11 +10,11 @@ impl Bound<'_, '_> {
         let kind = self.kind;
         for term in &kind.commands {
             let Some(claim) = self.claims.get(term.claim).copied().flatten() else { continue };
-            let Some(task) = self.task(&term.task) else { continue };
+            let Some(task) = self.task(&term.order.task().value) else { continue };
             match (self.controller(&behavior.claims[claim]), task) {
                 (Some((name, controller)), task) => {
                     self.check_task(term, task, &name, controller);
-                    behavior.commands.push(CommandTerm { claim, mode: term.mode, task });
+                    behavior.commands.push(CommandTerm { claim, mode: term.order.mode(), task });
                 }
                 (None, Task::DriveTo(stand)) => behavior.effects.push(EffectTerm::Stands(stand)),
                 (None, Task::Stand | Task::Grasp(_) | Task::Put(..) | Task::LookAt(_)) => {}
@@ -32,17 +32,17 @@ impl Bound<'_, '_> {
                 Some((_, ControllerKind::Arm(_))) | None => continue,
             };
             let message = format!("controller `{name}` moves {word}, which cannot hold what is taken");
-            self.faults.push(self.kind.name.spot, "taken", message, None);
+            self.faults.push((self.kind.name.span, TAKEN), message);
         }
     }
 
     pub(super) fn task(&mut self, term: &TaskTerm) -> Option<Task> {
         Some(match term {
-            TaskTerm::Stand => Task::Stand,
-            TaskTerm::Drive(stand) => Task::DriveTo(self.stop(stand)?.stand),
-            TaskTerm::Grasp(object) => Task::Grasp(self.object(object)?),
-            TaskTerm::Put(object, place) => Task::Put(self.object(object)?, self.place(place)?),
-            TaskTerm::Look(place) => Task::LookAt(self.place(place)?),
+            None => Task::Stand,
+            Some(Action::DriveTo(stand)) => Task::DriveTo(self.stop(stand)?.stand),
+            Some(Action::Grasp(object)) => Task::Grasp(self.object(object)?),
+            Some(Action::Put(ObjectAt { object, place })) => Task::Put(self.object(object)?, self.place(place)?),
+            Some(Action::LookAt(place)) => Task::LookAt(self.place(place)?),
         })
     }
 
@@ -70,7 +70,7 @@ impl Bound<'_, '_> {
             }
         };
         let message = format!("controller `{name}` moves {can}");
-        let key = if term.mode == Mode::Achieve { "achieve" } else { "maintain" };
-        self.faults.push(term.spot, key, message, None);
+        let written = term.order.task();
+        self.faults.push(written, message);
     }
 }

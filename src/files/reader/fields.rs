@@ -2,71 +2,50 @@
 
 use std::collections::BTreeSet;
 
-use super::super::document::{Located, Node, Spot};
-use super::super::fault::Faults;
-use super::super::shape::{Form, Shape};
-use super::{Item, shortened};
+use super::Item;
+use crate::document::{Located, Node, SourceSpan};
+use crate::fault::Faults;
+use crate::shape::Shape;
+use crate::text::shortened;
 use ambidex_model::suggestion;
 
 /// A map of which every key is known.
 #[derive(Debug, Clone)]
-pub(in super::super) struct Fields<'a> {
-    pub(super) shape: &'static Shape,
+pub(crate) struct Fields<'a> {
+    pub(crate) shape: &'static Shape,
     pub(super) at: Item<'a>,
     pub(super) entries: &'a [(Located<String>, Node)],
 }
 
 impl<'a> Fields<'a> {
     /// Where the map stands.
-    pub(in super::super) fn spot(&self) -> Spot {
-        self.entries.first().map_or(self.at.spot, |(key, _)| key.spot)
+    pub(crate) fn span(&self) -> SourceSpan {
+        self.entries.first().map_or(self.at.span, |(key, _)| key.span)
     }
 
     /// Every entry whose key is one of these, in the order of the file; the first of those that come twice.
-    pub(in super::super) fn among(&self, keys: &[&str]) -> Vec<Item<'a>> {
+    pub(crate) fn among(&self, keys: &[&str]) -> Vec<Item<'a>> {
         let mut seen = BTreeSet::new();
         self.entries_but(|key| keys.contains(&key)).map(|(_, item)| item).filter(|item| seen.insert(item.key)).collect()
     }
 
     /// The value of a key, if it is there.
-    pub(in super::super) fn get(&self, key: &str) -> Option<Item<'a>> {
+    pub(crate) fn get(&self, key: &str) -> Option<Item<'a>> {
         self.among(&[key]).into_iter().next()
     }
 
-    /// The number of a key in SI units, of the quantity that the shape tells.
-    pub(in super::super) fn number(&self, key: &str, faults: &mut Faults) -> Option<f64> {
-        match self.shape.field(key)?.form {
-            Form::Quantity(quantity) => self.get(key)?.quantity(quantity, faults),
-            Form::Word | Form::Words(_) | Form::Flag | Form::Count(_) | Form::Vector(..) | Form::List(_) => None,
-            Form::Each(_) | Form::Map(_) | Form::Nested(_) | Form::Either(_) | Form::Arguments => None,
-        }
-    }
-
-    /// The numbers of a key in SI units, as many and of the quantity that the shape tells.
-    pub(in super::super) fn vector(&self, key: &str, faults: &mut Faults) -> Option<Vec<f64>> {
-        match self.shape.field(key)?.form {
-            Form::Vector(least, most, quantity) => self.get(key)?.vector(least..=most, quantity, faults),
-            Form::Word | Form::Words(_) | Form::Flag | Form::Count(_) | Form::Quantity(_) | Form::List(_) => None,
-            Form::Each(_) | Form::Map(_) | Form::Nested(_) | Form::Either(_) | Form::Arguments => None,
-        }
-    }
-
-    /// The same, or what it is where the key is left out.
-    pub(in super::super) fn number_or(&self, key: &str, default: f64, faults: &mut Faults) -> Option<f64> {
-        if self.get(key).is_some() { self.number(key, faults) } else { Some(default) }
-    }
-
     /// The one value of a choice of keys; none where the choice is wrong.
-    pub(in super::super) fn one(&self) -> Option<Item<'a>> {
-        match self.among(self.shape.one_of).as_slice() {
+    pub(crate) fn one(&self) -> Option<Item<'a>> {
+        match self.among(&self.shape.one_of).as_slice() {
             [one] => Some(*one),
             _ => None,
         }
     }
 
-    /// Every entry whose key is none of these.
-    pub(in super::super) fn others(&self, known: &[&str]) -> impl Iterator<Item = (&'a Located<String>, Item<'a>)> {
-        self.entries_but(|key| !known.contains(&key))
+    /// Every entry whose key is none of those that the shape names.
+    pub(crate) fn others(&self) -> impl Iterator<Item = (&'a Located<String>, Item<'a>)> {
+        let shape = self.shape;
+        self.entries_but(move |key| !shape.keys().any(|known| known == key))
     }
 
     fn entries_but(&self, is_wanted: impl Fn(&str) -> bool) -> impl Iterator<Item = (&'a Located<String>, Item<'a>)> {
@@ -75,29 +54,23 @@ impl<'a> Fields<'a> {
     }
 
     /// Says that a key means nothing here.
-    pub(in super::super) fn unknown<'b>(
+    pub(crate) fn unknown<'b>(
         &self,
         key: &Located<String>,
         allowed: impl IntoIterator<Item = &'b str>,
         faults: &mut Faults,
     ) {
         let message = format!("{} has no key `{}`", self.shape.what, shortened(&key.value));
-        faults.push(key.spot, &key.value, message, Some(suggestion(&key.value, "key", allowed)));
+        faults.push_with((key.span, &key.value), message, suggestion(&key.value, "key", allowed));
     }
 
     /// Says that none or several stand where one belongs.
-    pub(in super::super) fn not_one_of<'b>(
-        &self,
-        found: usize,
-        allowed: impl IntoIterator<Item = &'b str>,
-        faults: &mut Faults,
-    ) {
+    pub(crate) fn not_one_of<'b>(&self, found: usize, allowed: impl IntoIterator<Item = &'b str>, faults: &mut Faults) {
         let message = match found {
             0 => format!("{} that does not say what it is", self.shape.what),
             several => format!("{} that is {several} things instead of one", self.shape.what),
         };
         let allowed: Vec<&str> = allowed.into_iter().collect();
-        let help = format!("write exactly one of: {}", allowed.join(", "));
-        faults.push(self.spot(), self.at.key, message, Some(help));
+        faults.push_with((self.span(), self.at.key), message, format!("write exactly one of: {}", allowed.join(", ")));
     }
 }

@@ -5,88 +5,103 @@ mod fields;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 
-pub(super) use fields::Fields;
+pub(crate) use fields::Fields;
 
-use super::document::{Located, Node, Spot, Value};
-use super::fault::Faults;
-use super::quantity::Quantity;
-use super::shape::Shape;
+use crate::document::{Located, Node, SourceSpan, Value};
+use crate::fault::{At, Faults};
+use crate::quantity::Quantity;
+use crate::shape::Shape;
+use crate::text::{is_unprintable, shortened};
 use ambidex_model::suggestion;
 
-/// Longest name, bytes.
-pub(super) const MAX_NAME_BYTES: usize = 64;
+/// Longest name, bytes of UTF-8.
+pub(crate) const MAX_NAME_BYTES: usize = 64;
 
 /// A value with the key that it stands under.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Item<'a> {
+pub(crate) struct Item<'a> {
     /// The key; the file's or the list's for what has none of its own.
-    pub(super) key: &'a str,
+    pub(crate) key: &'a str,
     /// Where to point: the value, or the key when the value is a list, a map or nothing.
-    pub(super) spot: Spot,
+    pub(crate) span: SourceSpan,
     value: &'a Value,
 }
 
-/// A name as written, and the key that it stands under; a key that is a name stands under itself.
+/// A value with the key that it stands under, and where.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Name {
-    pub(super) value: String,
-    pub(super) key: String,
-    pub(super) spot: Spot,
+pub(crate) struct Written<T> {
+    pub(crate) value: T,
+    pub(crate) key: String,
+    pub(crate) span: SourceSpan,
+}
+
+/// A name as written; one that is a key stands under itself.
+pub(crate) type Name = Written<String>;
+
+impl<'k, 'a: 'k> From<&Item<'a>> for At<'k> {
+    fn from(item: &Item<'a>) -> Self {
+        (item.span, item.key).into()
+    }
+}
+
+impl<'k, T> From<&'k Written<T>> for At<'k> {
+    fn from(written: &'k Written<T>) -> Self {
+        (written.span, &written.key).into()
+    }
 }
 
 impl<'a> Item<'a> {
-    /// The whole file.
-    pub(super) fn root(node: &'a Node) -> Self {
-        Self { key: "", spot: node.spot, value: &node.value }
+    /// What stands in a file as a whole, under no key.
+    pub(crate) fn root(node: &'a Node) -> Self {
+        Self { key: "", span: node.span, value: &node.value }
     }
 
     fn under(key: &'a Located<String>, node: &'a Node) -> Self {
-        let spot = match node.value {
-            Value::Scalar { .. } => node.spot,
-            Value::Null | Value::List(_) | Value::Map(_) => key.spot,
+        let span = match node.value {
+            Value::Scalar { .. } => node.span,
+            Value::Null | Value::List(_) | Value::Map(_) => key.span,
         };
-        Self { key: &key.value, spot, value: &node.value }
+        Self { key: &key.value, span, value: &node.value }
     }
 
     /// Says that something else belongs here.
-    pub(super) fn wrong(&self, wanted: &str, faults: &mut Faults) {
+    pub(crate) fn wrong(&self, wanted: &str, faults: &mut Faults) {
         let found = match self.value {
             Value::Null => "nothing".to_owned(),
             Value::Scalar { text, .. } => format!("`{}`", shortened(text)),
             Value::List(_) => "a list".to_owned(),
             Value::Map(_) => "a map".to_owned(),
         };
-        let message = format!("found {found} instead of {wanted}");
-        faults.push(self.spot, self.key, message, None);
+        faults.push(self, format!("found {found} instead of {wanted}"));
     }
 
     /// The value of a key that the writer chose.
-    pub(super) fn of(key: &'a str, node: &'a Node) -> Self {
-        Self { key, spot: node.spot, value: &node.value }
+    pub(crate) fn of(key: &'a str, node: &'a Node) -> Self {
+        Self { key, span: node.span, value: &node.value }
     }
 
-    /// No value.
-    pub(super) fn nothing(key: &'a str, spot: Spot) -> Self {
-        Self { key, spot, value: &Value::Null }
+    /// An item that has no value, for what may be left out.
+    pub(crate) fn nothing(key: &'a str, span: SourceSpan) -> Self {
+        Self { key, span, value: &Value::Null }
     }
 
     /// Whether it is a single word, number or text.
-    pub(super) fn is_scalar(&self) -> bool {
+    pub(crate) fn is_scalar(&self) -> bool {
         matches!(self.value, Value::Scalar { .. })
     }
 
     /// Whether it is a map.
-    pub(super) fn is_map(&self) -> bool {
+    pub(crate) fn is_map(&self) -> bool {
         matches!(self.value, Value::Map(_))
     }
 
     /// Whether it is a list.
-    pub(super) fn is_list(&self) -> bool {
+    pub(crate) fn is_list(&self) -> bool {
         matches!(self.value, Value::List(_))
     }
 
     /// The keys of a map; none of anything else.
-    pub(super) fn keys(&self) -> impl Iterator<Item = &'a str> {
+    pub(crate) fn keys(&self) -> impl Iterator<Item = &'a str> {
         let entries: &[_] = match self.value {
             Value::Map(entries) => entries,
             Value::Null | Value::Scalar { .. } | Value::List(_) => &[],
@@ -95,7 +110,7 @@ impl<'a> Item<'a> {
     }
 
     /// The items of a list; none of anything else.
-    pub(super) fn each(&self) -> Vec<Self> {
+    pub(crate) fn each(&self) -> Vec<Self> {
         match self.value {
             Value::List(list) => self.items(list).collect(),
             Value::Null | Value::Scalar { .. } | Value::Map(_) => Vec::new(),
@@ -103,7 +118,7 @@ impl<'a> Item<'a> {
     }
 
     /// The value of a key of a map whose shape is not known yet.
-    pub(super) fn value_of(&self, wanted: &str) -> Option<Self> {
+    pub(crate) fn value_of(&self, wanted: &str) -> Option<Self> {
         let Value::Map(entries) = self.value else {
             return None;
         };
@@ -111,20 +126,20 @@ impl<'a> Item<'a> {
     }
 
     /// Whether there is no value.
-    pub(super) fn is_nothing(&self) -> bool {
+    pub(crate) fn is_nothing(&self) -> bool {
         matches!(self.value, Value::Null)
     }
 
-    /// The value itself.
-    pub(super) fn node(&self) -> Node {
-        Located { value: self.value.clone(), spot: self.spot }
+    /// A copy of the value, to be kept beyond the file.
+    pub(crate) fn node(&self) -> Node {
+        Located { value: self.value.clone(), span: self.span }
     }
 
     /// A path: any text of one line.
-    pub(super) fn path(&self, what: &str, faults: &mut Faults) -> Option<Name> {
+    pub(crate) fn path(&self, what: &str, faults: &mut Faults) -> Option<Name> {
         match self.text() {
             Some(text) if !text.is_empty() && !text.contains('\0') => {
-                Some(Name { value: text.to_owned(), key: self.key.to_owned(), spot: self.spot })
+                Some(Name { value: text.to_owned(), key: self.key.to_owned(), span: self.span })
             }
             Some(_) | None => {
                 self.wrong(what, faults);
@@ -134,7 +149,7 @@ impl<'a> Item<'a> {
     }
 
     /// A name: a word, a number or quoted text.
-    pub(super) fn name(&self, what: &str, faults: &mut Faults) -> Option<Name> {
+    pub(crate) fn name(&self, what: &str, faults: &mut Faults) -> Option<Name> {
         let text = match self.value {
             // Not what anybody calls a thing: a number that went wrong.
             Value::Scalar { number: Some(number), .. } if !number.is_finite() => None,
@@ -145,12 +160,12 @@ impl<'a> Item<'a> {
             self.wrong(what, faults);
             return None;
         };
-        let name = Name { value: text.clone(), key: self.key.to_owned(), spot: self.spot };
+        let name = Name { value: text.clone(), key: self.key.to_owned(), span: self.span };
         is_name(&name, faults).then_some(name)
     }
 
     /// One of some words.
-    pub(super) fn word(&self, allowed: &[&str], what: &str, faults: &mut Faults) -> Option<&'a str> {
+    pub(crate) fn word(&self, allowed: &[&str], what: &str, faults: &mut Faults) -> Option<&'a str> {
         let Value::Scalar { text, .. } = self.value else {
             self.wrong(what, faults);
             return None;
@@ -159,12 +174,12 @@ impl<'a> Item<'a> {
             return Some(text);
         }
         let message = format!("found `{}` instead of {what}", shortened(text));
-        faults.push(self.spot, self.key, message, Some(suggestion(text, what, allowed.iter().copied())));
+        faults.push_with(self, message, suggestion(text, what, allowed.iter().copied()));
         None
     }
 
     /// Its text as written, where it is a word, number or text.
-    pub(super) fn text(&self) -> Option<&'a str> {
+    pub(crate) fn text(&self) -> Option<&'a str> {
         match self.value {
             Value::Scalar { text, .. } => Some(text),
             Value::Null | Value::List(_) | Value::Map(_) => None,
@@ -172,7 +187,7 @@ impl<'a> Item<'a> {
     }
 
     /// A number in SI units.
-    pub(super) fn quantity(&self, quantity: &Quantity, faults: &mut Faults) -> Option<f64> {
+    pub(crate) fn quantity(&self, quantity: &Quantity, faults: &mut Faults) -> Option<f64> {
         let dimension = quantity.dimension;
         let Value::Scalar { text, number } = self.value else {
             self.wrong(dimension.example(), faults);
@@ -186,21 +201,21 @@ impl<'a> Item<'a> {
                 let message = format!("`{}` is out of bounds", shortened(text));
                 let round = |bound: &f64| (bound * 1e5).round() / 1e5;
                 let help = format!("allowed: {} to {} {unit}", round(from), round(to)).trim_end().to_owned();
-                faults.push(self.spot, self.key, message, Some(help));
+                faults.push_with(self, message, help);
                 None
             }
             Err(_) => {
                 let units: Vec<_> = dimension.units().iter().map(|unit| unit.0).collect();
                 let message = format!("found `{}` instead of {}", shortened(text), dimension.example());
                 let help = (units != [""]).then(|| format!("units: {}", units.join(", ")));
-                faults.push(self.spot, self.key, message, help);
+                faults.push_or_with(self, message, help);
                 None
             }
         }
     }
 
     /// A list of numbers in SI units, of an allowed length.
-    pub(super) fn vector(
+    pub(crate) fn vector(
         &self,
         lengths: RangeInclusive<usize>,
         quantity: &Quantity,
@@ -217,8 +232,7 @@ impl<'a> Item<'a> {
         };
         if !lengths.contains(&list.len()) {
             let found = if list.len() == 1 { "1 number".to_owned() } else { format!("{} numbers", list.len()) };
-            let message = format!("found {found} instead of {wanted}");
-            faults.push(self.spot, self.key, message, None);
+            faults.push(self, format!("found {found} instead of {wanted}"));
             return None;
         }
         let numbers: Vec<Option<f64>> = self.items(list).map(|item| item.quantity(quantity, faults)).collect();
@@ -228,18 +242,17 @@ impl<'a> Item<'a> {
     fn items(self, list: &'a [Node]) -> impl Iterator<Item = Item<'a>> {
         list.iter().map(move |node| Item {
             key: self.key,
-            spot: if node.spot.line > 0 { node.spot } else { self.spot },
+            span: if node.span.line > 0 { node.span } else { self.span },
             value: &node.value,
         })
     }
 
     /// The items of a list that is not empty.
-    pub(super) fn list(&self, what: &str, faults: &mut Faults) -> Option<Vec<Item<'a>>> {
+    pub(crate) fn list(&self, what: &str, faults: &mut Faults) -> Option<Vec<Item<'a>>> {
         match self.value {
             Value::List(list) if !list.is_empty() => Some(self.items(list).collect()),
             Value::List(_) => {
-                let message = format!("an empty list instead of {what}");
-                faults.push(self.spot, self.key, message, None);
+                faults.push(self, format!("an empty list instead of {what}"));
                 None
             }
             Value::Null | Value::Scalar { .. } | Value::Map(_) => {
@@ -249,8 +262,8 @@ impl<'a> Item<'a> {
         }
     }
 
-    /// Yes or no.
-    pub(super) fn flag(&self, faults: &mut Faults) -> Option<bool> {
+    /// `true`, `false`, `yes` or `no`.
+    pub(crate) fn flag(&self, faults: &mut Faults) -> Option<bool> {
         match self.value {
             Value::Scalar { text, .. } if text == "true" || text == "yes" => Some(true),
             Value::Scalar { text, .. } if text == "false" || text == "no" => Some(false),
@@ -262,7 +275,7 @@ impl<'a> Item<'a> {
     }
 
     /// A whole number up to `max`.
-    pub(super) fn count(&self, max: u32, faults: &mut Faults) -> Option<u32> {
+    pub(crate) fn count(&self, max: u32, faults: &mut Faults) -> Option<u32> {
         let count = match self.value {
             Value::Scalar { text, .. } => text.parse().ok().filter(|count| *count <= max),
             Value::Null | Value::List(_) | Value::Map(_) => None,
@@ -274,7 +287,7 @@ impl<'a> Item<'a> {
     }
 
     /// A map from names that the writer chooses.
-    pub(super) fn named(&self, what: &str, faults: &mut Faults) -> Option<Vec<(Name, Item<'a>)>> {
+    pub(crate) fn named(&self, what: &str, faults: &mut Faults) -> Option<Vec<(Name, Item<'a>)>> {
         let Value::Map(entries) = self.value else {
             self.wrong(what, faults);
             return None;
@@ -283,7 +296,7 @@ impl<'a> Item<'a> {
         let mut seen = BTreeSet::new();
         let mut named = Vec::new();
         for (key, node) in entries {
-            let name = Name { value: key.value.clone(), key: key.value.clone(), spot: key.spot };
+            let name = Name { value: key.value.clone(), key: key.value.clone(), span: key.span };
             if is_name(&name, faults) && seen.insert(&key.value) {
                 named.push((name, Self::under(key, node)));
             }
@@ -292,15 +305,14 @@ impl<'a> Item<'a> {
     }
 
     /// A map of that shape: unknown keys, missing ones and two where one belongs are faults.
-    pub(super) fn fields(&self, shape: &'static Shape, faults: &mut Faults) -> Option<Fields<'a>> {
+    pub(crate) fn fields(&self, shape: &'static Shape, faults: &mut Faults) -> Option<Fields<'a>> {
         let Value::Map(entries) = self.value else {
             self.wrong(shape.what, faults);
             return None;
         };
         refuse_repeated(entries, faults);
         let fields = Fields { shape, at: *self, entries };
-        let is_unknown = |key: &str| shape.others.is_none() && shape.field(key).is_none();
-        let unknown = entries.iter().filter(|(key, _)| is_unknown(&key.value));
+        let unknown = entries.iter().filter(|(key, _)| !shape.allows(&key.value));
         let mut is_complete = true;
         for (key, _) in unknown {
             is_complete = false;
@@ -309,11 +321,11 @@ impl<'a> Item<'a> {
         for field in shape.fields.iter().filter(|field| field.is_required) {
             if fields.get(field.key).is_none() {
                 let message = format!("{} lacks the key `{}`", shape.what, field.key);
-                faults.push(fields.spot(), self.key, message, Some(field.doc.to_owned()));
+                faults.push_with((fields.span(), self.key), message, field.doc.to_owned());
             }
         }
         // A choice that is only misspelt has its fault.
-        let chosen = fields.among(shape.one_of).len();
+        let chosen = fields.among(&shape.one_of).len();
         if !shape.one_of.is_empty() && chosen != 1 && (chosen > 1 || is_complete) {
             fields.not_one_of(chosen, shape.one_of.iter().copied(), faults);
         }
@@ -325,9 +337,8 @@ impl<'a> Item<'a> {
 fn refuse_repeated(entries: &[(Located<String>, Node)], faults: &mut Faults) {
     let mut seen = BTreeMap::new();
     for (key, _) in entries {
-        if let Some(line) = seen.insert(&key.value, key.spot.line) {
-            let message = format!("duplicate key: it stands on line {line} already");
-            faults.push(key.spot, &key.value, message, None);
+        if let Some(line) = seen.insert(&key.value, key.span.line) {
+            faults.push((key.span, &key.value), format!("duplicate key: it stands on line {line} already"));
         }
     }
 }
@@ -343,21 +354,6 @@ fn is_name(name: &Name, faults: &mut Faults) -> bool {
     } else {
         return true;
     };
-    faults.push(name.spot, &name.key, message, None);
+    faults.push(name, message);
     false
-}
-
-/// Whether a letter would not be seen, or would turn what is seen around.
-fn is_unprintable(letter: char) -> bool {
-    letter.is_control() || matches!(letter, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
-}
-
-/// The beginning of what was found, for a message.
-pub(super) fn shortened(text: &str) -> String {
-    const MAX_SHOWN: usize = 40;
-    let text: String = text.chars().take(MAX_SHOWN + 1).map(|at| if is_unprintable(at) { '�' } else { at }).collect();
-    match text.char_indices().nth(MAX_SHOWN) {
-        Some((end, _)) => format!("{}…", &text[..end]),
-        None => text,
-    }
 }

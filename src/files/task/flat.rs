@@ -2,20 +2,21 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::super::document::Spot;
-use super::super::fault::Faults;
-use super::super::kinds::{Declared, Kinds};
-use super::super::parameter::{Argument, Known, Parameter, Type, assign};
-use super::super::quantity::TIMEOUT;
-use super::super::reader::{Fields, Item, Name};
-use super::subtrees::{Filled, Scope, Subtree, Subtrees};
-use super::{Call, Draft, DraftKind, MAX_NODES, MAX_RETRIES, NODE, RESERVED, Surroundings};
+use super::node::{AND, MAY_RUN, NAMED, Node, OR, RETRIES, THEN, USE};
+use super::subtrees::{Filled, Named, Scope, Subtrees};
+use super::{Call, Draft, DraftKind, MAX_NODES, Surroundings};
+use crate::describe::{Described, Reads};
+use crate::document::SourceSpan;
+use crate::fault::Faults;
+use crate::kinds::{Declared, Kinds};
+use crate::parameter::{Argument, Known, Parameter, assign, warn_of_unused};
+use crate::reader::{Fields, Item, Name};
+use crate::scope::Reading;
+use crate::types::Type;
 use ambidex_model::{NodeId, Pose, suggestion};
 
 /// Deepest tree: what files can nest.
 const MAX_LEVELS: usize = 64;
-const COMPOSITES: [&str; 3] = ["and", "or", "then"];
-const OF_BEHAVIORS: [&str; 2] = ["retries", "timeout"];
 
 /// The nodes read so far, in preorder.
 pub(super) struct Flat<'a> {
@@ -28,7 +29,7 @@ pub(super) struct Flat<'a> {
     /// Parameters of the subtree at hand that something uses.
     pub(super) used: BTreeSet<usize>,
     /// Subtrees that the one at hand uses; while it is only checked they are not read.
-    pub(super) uses: Option<Vec<(String, Spot)>>,
+    pub(super) uses: Option<Vec<(String, SourceSpan)>>,
 }
 
 /// Where a node goes.
@@ -75,33 +76,43 @@ impl<'a> Flat<'a> {
             return;
         }
         if under.level > MAX_LEVELS {
-            let message = format!("more than {MAX_LEVELS} nodes one in another");
-            faults.push(item.spot, item.key, message, None);
+            faults.push(&item, format!("more than {MAX_LEVELS} nodes one in another"));
             return;
         }
-        let Some(fields) = item.fields(&NODE, faults) else { return };
-        let is = self.is(&fields, faults);
-        let name = fields.get("name").and_then(|item| self.name(item, under.scope, faults));
+        let Some(fields) = item.fields(Node::shape(), faults) else { return };
+        let Some(written) = Node::from_map(&fields, &mut Reading::new(faults)) else { return };
+        let is = self.is(&written, &fields, faults);
+        let name = written.name.and_then(|item| self.name(item, under.scope, faults));
         if !matches!(is, None | Some(Is::Behavior(..))) {
-            for item in fields.among(&OF_BEHAVIORS) {
-                let message = format!("`{}` belongs to behaviors such as move, pick and place", item.key);
-                faults.push(item.spot, item.key, message, None);
+            for item in [written.retries, written.timeout].into_iter().flatten() {
+                faults.push(&item, format!("`{}` belongs to behaviors such as move, pick and place", item.key));
             }
         }
         if let Some(Is::Use(item)) = is {
-            self.insert(item, fields.spot(), name.as_ref().or(under.wish), under, faults);
+            self.insert(item, fields.span(), name.as_ref().or(under.wish), under, faults);
             return;
         }
+        self.add_draft(is, &written, name, fields.span(), under, faults);
+    }
+
+    /// Adds a node that is no `use`, and what is below it.
+    fn add_draft(
+        &mut self,
+        is: Option<Is<'a, '_>>,
+        written: &Node<'_>,
+        name: Option<Name>,
+        span: SourceSpan,
+        under: Under<'_>,
+        faults: &mut Faults,
+    ) {
         let node = NodeId::from(self.drafts.len());
-        let retries = fields.get("retries").map(|item| item.count(MAX_RETRIES, faults));
-        let timeout = fields.get("timeout").map(|item| item.quantity(&TIMEOUT, faults));
         self.drafts.push(Draft {
-            spot: fields.spot(),
+            span,
             name: name.or_else(|| under.wish.cloned()),
             is_used: under.scope.is_subtree,
             kind: None,
-            retries: retries.flatten(),
-            timeout_s: timeout.flatten(),
+            retries: written.retries.and_then(|item| RETRIES.take(item, faults)),
+            timeout_s: written.timeout.and_then(|item| MAY_RUN.take(item, faults)),
         });
         self.parents.push(under.parent);
         match is {
@@ -113,7 +124,7 @@ impl<'a> Flat<'a> {
                 }
             }
             Some(Is::Behavior(kind, item)) => {
-                let call = self.call(kind, item, fields.spot(), under.scope, faults);
+                let call = self.call(kind, item, span, under.scope, faults);
                 self.drafts[node.index()].kind = call.map(|call| DraftKind::Behavior(Box::new(call)));
             }
             Some(Is::Use(_)) | None => {}
@@ -121,30 +132,23 @@ impl<'a> Flat<'a> {
     }
 
     /// What a node is: exactly one of AND, OR, THEN, a use, or a kind of behavior.
-    fn is<'i>(&self, fields: &Fields<'i>, faults: &mut Faults) -> Option<Is<'a, 'i>> {
+    fn is<'i>(&self, node: &Node<'i>, fields: &Fields<'i>, faults: &mut Faults) -> Option<Is<'a, 'i>> {
         let kinds = self.kinds;
-        let mut found = Vec::new();
-        for item in fields.among(&["and", "or", "then", "use"]) {
-            found.push(match item.key {
-                "and" => Is::Composite(DraftKind::And, item),
-                "or" => Is::Composite(DraftKind::Or, item),
-                "then" => Is::Composite(DraftKind::Then, item),
-                _ => Is::Use(item),
-            });
-        }
-        if fields.others(&RESERVED).any(|(key, _)| kinds.is_broken(&key.value)) {
+        let composites = [(node.and, DraftKind::And), (node.or, DraftKind::Or), (node.then, DraftKind::Then)];
+        let composites = composites.into_iter().filter_map(|(item, kind)| Some(Is::Composite(kind, item?)));
+        let mut found: Vec<_> = composites.chain(node.subtree.map(Is::Use)).collect();
+        if fields.others().any(|(key, _)| kinds.is_broken(&key.value)) {
             return None;
         }
-        let (known, unknown): (Vec<_>, Vec<_>) =
-            fields.others(&RESERVED).partition(|(key, _)| kinds.get(&key.value).is_some());
+        let (known, unknown): (Vec<_>, Vec<_>) = fields.others().partition(|(key, _)| kinds.get(&key.value).is_some());
         found.extend(known.into_iter().filter_map(|(key, item)| Some(Is::Behavior(kinds.get(&key.value)?, item))));
-        let words = || COMPOSITES.into_iter().chain(["use"]).chain(kinds.names());
+        let words = || [AND, OR, THEN, USE].into_iter().chain(kinds.names());
         for (key, _) in &unknown {
             if found.is_empty() {
                 let message = format!("there is no kind of node `{}`", key.value);
-                faults.push(key.spot, &key.value, message, Some(suggestion(&key.value, "kind of node", words())));
+                faults.push_with((key.span, &key.value), message, suggestion(&key.value, "kind of node", words()));
             } else {
-                fields.unknown(key, RESERVED, faults);
+                fields.unknown(key, Node::shape().keys(), faults);
             }
         }
         if found.len() > 1 || (found.is_empty() && unknown.is_empty()) {
@@ -155,7 +159,7 @@ impl<'a> Flat<'a> {
     }
 
     fn name(&mut self, item: Item<'_>, scope: &Scope<'_>, faults: &mut Faults) -> Option<Name> {
-        let name = item.name("a name", faults)?;
+        let name = NAMED.take(item, faults)?;
         match scope.fill(item, Type::Text, &mut self.used, faults)? {
             Filled::Value(node) => Some(Name { value: Item::of(item.key, &node).text()?.to_owned(), ..name }),
             Filled::Open => Some(name),
@@ -190,11 +194,11 @@ impl<'a> Flat<'a> {
         &mut self,
         kind: &'a Declared,
         item: Item<'_>,
-        spot: Spot,
+        span: SourceSpan,
         scope: &Scope<'_>,
         faults: &mut Faults,
     ) -> Option<Call<'a>> {
-        let values = assign(&kind.name, &kind.parameters, item, spot, faults)?;
+        let values = assign(&kind.name, &kind.parameters, item, span, faults)?;
         let arguments = self.arguments(&kind.parameters, &values, scope, faults)?;
         let arguments: Vec<_> = arguments.into_iter().map(|given| given.map(|(argument, _)| argument)).collect();
         let types = self.known.robot.map(|names| &names.types);
@@ -203,14 +207,14 @@ impl<'a> Flat<'a> {
     }
 
     /// Reads a subtree where it is used.
-    fn insert(&mut self, item: Item<'_>, spot: Spot, wish: Option<&Name>, under: Under<'_>, faults: &mut Faults) {
-        let Some((subtree, values)) = self.used_subtree(item, spot, faults) else { return };
+    fn insert(&mut self, item: Item<'_>, span: SourceSpan, wish: Option<&Name>, under: Under<'_>, faults: &mut Faults) {
+        let Some(((declared, subtree), values)) = self.used_subtree(item, span, faults) else { return };
         let given = self.arguments(&subtree.parameters, &values, under.scope, faults);
         if let Some(uses) = &mut self.uses {
-            uses.push((subtree.name.value.clone(), item.spot));
+            uses.push((declared.value.clone(), item.span));
             return;
         }
-        let Some(given) = given.filter(|_| !self.subtrees.is_endless(&subtree.name.value)) else { return };
+        let Some(given) = given.filter(|_| !self.subtrees.is_endless(&declared.value)) else { return };
         let mut nodes = Vec::with_capacity(given.len());
         let mut first = None;
         for (parameter, given) in subtree.parameters.iter().zip(given) {
@@ -223,8 +227,8 @@ impl<'a> Flat<'a> {
                 Some((_, Filled::Open)) | None => default(),
             });
         }
-        let value = [Some(subtree.name.value.clone()), first].into_iter().flatten().collect::<Vec<_>>().join(" ");
-        let label = Name { value, ..subtree.name.clone() };
+        let value = [Some(declared.value.clone()), first].into_iter().flatten().collect::<Vec<_>>().join(" ");
+        let label = Name { value, ..declared.clone() };
         let scope = Scope::of(&subtree.parameters, nodes);
         let saved = std::mem::take(&mut self.used);
         let inner = Under { scope: &scope, level: under.level + 1, wish: Some(wish.unwrap_or(&label)), ..under };
@@ -236,9 +240,9 @@ impl<'a> Flat<'a> {
     fn used_subtree<'i>(
         &self,
         item: Item<'i>,
-        spot: Spot,
+        span: SourceSpan,
         faults: &mut Faults,
-    ) -> Option<(&'a Subtree<'a>, Vec<Option<Item<'i>>>)> {
+    ) -> Option<(&'a Named<'a>, Vec<Option<Item<'i>>>)> {
         let (name, arguments) = if item.is_map() {
             let mut entries = item.named("a subtree and its arguments", faults)?;
             if entries.len() != 1 {
@@ -247,40 +251,33 @@ impl<'a> Flat<'a> {
             }
             entries.pop()?
         } else {
-            (item.name("a subtree", faults)?, Item::nothing(item.key, spot))
+            (item.name("a subtree", faults)?, Item::nothing(item.key, span))
         };
         if self.subtrees.is_broken(&name.value) {
             return None;
         }
-        let Some(subtree) = self.subtrees.get(&name.value) else {
+        let Some(found) = self.subtrees.get(&name.value) else {
             let message = format!("there is no subtree `{}`", name.value);
-            let help = suggestion(&name.value, "subtree", self.subtrees.names());
-            faults.push(name.spot, "use", message, Some(help));
+            faults.push_with((name.span, USE), message, suggestion(&name.value, "subtree", self.subtrees.names()));
             return None;
         };
-        let values = assign(&subtree.name, &subtree.parameters, arguments, name.spot, faults)?;
-        Some((subtree, values))
+        let values = assign(&found.0, &found.1.parameters, arguments, name.span, faults)?;
+        Some((found, values))
     }
 }
 
-/// Checks every subtree by itself, used or not; who uses whom comes back.
-pub(super) fn check_subtrees(flat: &mut Flat<'_>, faults: &mut Faults) -> BTreeMap<String, Vec<(String, Spot)>> {
+/// Checks every subtree by itself, used or not; who uses target comes back.
+pub(super) fn check_subtrees(flat: &mut Flat<'_>, faults: &mut Faults) -> BTreeMap<String, Vec<(String, SourceSpan)>> {
     let mut uses = BTreeMap::new();
     let subtrees = flat.subtrees;
-    for subtree in subtrees.iter() {
+    for (name, subtree) in subtrees.iter() {
         flat.uses = Some(Vec::new());
         flat.used.clear();
         let before = faults.errors();
         let scope = Scope::open(&subtree.parameters);
         flat.add(subtree.task, Under::root(&scope), faults);
-        let unused = subtree.parameters.iter().enumerate().filter(|(index, _)| !flat.used.contains(index));
-        // What is wrong in it may be the use that is missed.
-        let unused: Vec<_> = unused.filter(|_| faults.errors() == before).collect();
-        for (_, parameter) in unused {
-            let message = format!("parameter `{}` is not used", parameter.name.value);
-            faults.warn(parameter.name.spot, &parameter.name.key, message, None);
-        }
-        uses.insert(subtree.name.value.clone(), flat.uses.take().unwrap_or_default());
+        warn_of_unused(&subtree.parameters, &flat.used, before, faults);
+        uses.insert(name.value.clone(), flat.uses.take().unwrap_or_default());
     }
     uses
 }

@@ -2,8 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::super::fault::Faults;
+use super::node::{AND, NAME, OR, THEN};
 use super::{Draft, DraftKind};
+use crate::fault::Faults;
 
 /// Gives every node a name of its own, in preorder.
 pub(super) fn label(drafts: &[Draft], faults: &mut Faults) -> Vec<String> {
@@ -11,8 +12,7 @@ pub(super) fn label(drafts: &[Draft], faults: &mut Faults) -> Vec<String> {
     // What stands in a subtree is used as often as the subtree is, so its names are only wishes.
     for name in drafts.iter().filter(|draft| !draft.is_used).filter_map(|draft| draft.name.as_ref()) {
         if !taken.insert(name.value.clone()) {
-            let message = format!("another node is called `{}`", name.value);
-            faults.push(name.spot, "name", message, None);
+            faults.push((name.span, NAME), format!("another node is called `{}`", name.value));
         }
     }
     let mut words = BTreeMap::new();
@@ -53,9 +53,9 @@ fn unused(plain: &str, is_numbered: bool, number: &mut u32, taken: &mut BTreeSet
 
 fn composite(draft: &Draft) -> Option<&'static str> {
     match draft.kind.as_ref()? {
-        DraftKind::And => Some("and"),
-        DraftKind::Or => Some("or"),
-        DraftKind::Then => Some("then"),
+        DraftKind::And => Some(AND),
+        DraftKind::Or => Some(OR),
+        DraftKind::Then => Some(THEN),
         DraftKind::Root | DraftKind::Behavior(_) => None,
     }
 }

@@ -2,78 +2,60 @@
 
 mod flat;
 mod labels;
+mod node;
 mod siblings;
 mod subtrees;
 
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-pub(super) use subtrees::{SUBTREE, Subtrees};
+pub(crate) use node::{AND, OR, THEN};
+pub(crate) use subtrees::{Subtree, Subtrees};
 
-use super::document::Spot;
-use super::fault::Faults;
-use super::kinds::{Binder, Declared, Kinds, MAX_RETRIES, Site, Stop};
-use super::parameter::{Argument, Known};
-use super::quantity::TIMEOUT;
-use super::reader::{Item, Name};
-use super::robot::RobotFile;
-use super::shape::{Form, Shape, optional};
-use super::world::Built;
+use crate::describe::Described;
+use crate::document::SourceSpan;
+use crate::fault::Faults;
+use crate::kinds::{Binder, Declared, Kinds, Site, Stop};
+use crate::parameter::{Argument, Known};
+use crate::reader::{Item, Name};
+use crate::robot::RobotFile;
+use crate::shape::Shape;
+use crate::world::Built;
 use ambidex_model::{NodeId, NodeKind, Topology, TreeSpec, TypeId};
 use flat::{Flat, Under, check_subtrees};
 use labels::label;
+use node::{Node, TIMEOUT_KEY};
 use siblings::{Afters, moves_before};
 use subtrees::Scope;
 
 /// Most nodes of a task.
-pub(super) const MAX_NODES: usize = 100_000;
+pub(crate) const MAX_NODES: usize = 100_000;
 
-/// Keys of a node that are no kinds of behavior.
-pub(super) const RESERVED: [&str; 7] = ["and", "or", "then", "use", "name", "retries", "timeout"];
-
-const NODES: Form = Form::List(&Form::Nested(|| &NODE));
-
-/// A node of a task.
-pub(super) static NODE: Shape = Shape {
-    others: Some(Form::Arguments),
-    ..Shape::new(
-        "a node of the task",
-        "Exactly one of `and`, `or`, `then`, `use`, or a kind of behavior with its arguments: `move: shelf`.",
-        &[
-            optional("and", "All of them, in any order.", NODES),
-            optional("or", "One of them.", NODES),
-            optional("then", "All of them, in this order.", NODES),
-            optional("use", "A subtree with its arguments: `use: {deliver: {object: cup}}`.", Form::Arguments),
-            optional("name", "What it is called; without one after what it is.", Form::Word),
-            optional("retries", "How often a behavior tries again after it failed.", Form::Count(MAX_RETRIES)),
-            optional("timeout", "How long a behavior may run.", Form::Quantity(&TIMEOUT)),
-            optional("move", "Drive to a place: `to`, `offset`, `scale_by`.", Form::Arguments),
-            optional("pick", "Take an object: `object`, `at`.", Form::Arguments),
-            optional("place", "Set an object down: `object`, `at`.", Form::Arguments),
-        ],
-    )
-};
-
-/// What a task is bound to; what could not be read is none.
-pub(super) struct Surroundings<'a> {
-    pub(super) kinds: &'a Kinds,
-    pub(super) known: Known<'a>,
-    pub(super) robot: Option<&'a RobotFile>,
-    pub(super) world: Option<&'a Built>,
+/// The description of a node.
+pub(crate) fn node_shape() -> &'static Shape {
+    Node::shape()
 }
 
-/// A task that can be run, with the spot of each node.
-pub(super) struct BuiltTask {
-    pub(super) tree: TreeSpec,
-    pub(super) names: Vec<String>,
-    pub(super) channels: Vec<String>,
-    pub(super) spots: Vec<Spot>,
+/// What a task is bound to; what could not be read is none.
+pub(crate) struct Surroundings<'a> {
+    pub(crate) kinds: &'a Kinds,
+    pub(crate) known: Known<'a>,
+    pub(crate) robot: Option<&'a RobotFile>,
+    pub(crate) world: Option<&'a Built>,
+}
+
+/// A task that can be run, with the span of each node.
+pub(crate) struct BuiltTask {
+    pub(crate) tree: TreeSpec,
+    pub(crate) names: Vec<String>,
+    pub(crate) channels: Vec<String>,
+    pub(crate) spans: Vec<SourceSpan>,
 }
 
 /// A node with its names looked up.
 #[derive(Debug)]
 struct Draft<'a> {
-    spot: Spot,
+    span: SourceSpan,
     name: Option<Name>,
     /// Whether it stands in a subtree.
     is_used: bool,
@@ -105,8 +87,8 @@ struct Call<'a> {
 }
 
 impl Draft<'_> {
-    fn root(spot: Spot) -> Self {
-        Self { spot, name: None, is_used: false, kind: Some(DraftKind::Root), retries: None, timeout_s: None }
+    fn root(span: SourceSpan) -> Self {
+        Self { span, name: None, is_used: false, kind: Some(DraftKind::Root), retries: None, timeout_s: None }
     }
 
     /// The behavior, if it is one.
@@ -121,7 +103,7 @@ impl Draft<'_> {
     fn check_timeout(&self, takes: Duration, faults: &mut Faults) {
         if let Some(timeout_s) = self.timeout_s.filter(|timeout_s| *timeout_s <= takes.as_secs_f64()) {
             let message = format!("it takes {} s, and its timeout is {timeout_s} s", takes.as_secs_f64());
-            faults.push(self.spot, "timeout", message, Some("give it a greater `timeout`".to_owned()));
+            faults.push_with((self.span, TIMEOUT_KEY), message, "give it a greater `timeout`");
         }
     }
 
@@ -135,14 +117,14 @@ impl Draft<'_> {
 }
 
 /// Checks every subtree by itself, and that none uses itself.
-pub(super) fn check_all(subtrees: &mut Subtrees<'_>, around: &Surroundings<'_>, faults: &mut Faults) {
+pub(crate) fn check_all(subtrees: &mut Subtrees<'_>, around: &Surroundings<'_>, faults: &mut Faults) {
     let mut flat = Flat::new(subtrees, around, &[]);
     let uses = check_subtrees(&mut flat, faults);
     subtrees.refuse_cycles(&uses, faults);
 }
 
 /// The tree and the names of its nodes; `None` when it has faults.
-pub(super) fn build(
+pub(crate) fn build(
     task: Item<'_>,
     subtrees: &Subtrees<'_>,
     around: &Surroundings<'_>,
@@ -150,21 +132,20 @@ pub(super) fn build(
 ) -> Option<BuiltTask> {
     let stands: Vec<_> = around.world.iter().flat_map(|world| &world.spec.places).map(|place| place.stand).collect();
     let mut flat = Flat::new(subtrees, around, &stands);
-    flat.drafts.push(Draft::root(task.spot));
+    flat.drafts.push(Draft::root(task.span));
     flat.parents.push(NodeId(0));
     flat.add(task, Under::root(&Scope::default()), faults);
     let Flat { drafts, parents, .. } = flat;
     if drafts.len() > MAX_NODES {
-        let message = format!("more than {MAX_NODES} nodes");
-        faults.push(drafts[0].spot, "task", message, None);
+        faults.push((drafts[0].span, task.key), format!("more than {MAX_NODES} nodes"));
         return None;
     }
     let topology = Topology::new(parents);
     let names = label(&drafts, faults);
     let mut binder = Binder::new(around.robot?, around.world?, around.known);
     let nodes = bind_all(&drafts, &topology, &mut binder, faults)?;
-    let spots = drafts.iter().map(|draft| draft.spot).collect();
-    Some(BuiltTask { tree: TreeSpec { nodes, topology }, names, channels: binder.into_channels(), spots })
+    let spans = drafts.iter().map(|draft| draft.span).collect();
+    Some(BuiltTask { tree: TreeSpec { nodes, topology }, names, channels: binder.into_channels(), spans })
 }
 
 fn bind_all(
@@ -187,7 +168,7 @@ fn bind_all(
             Some(DraftKind::Then) => Some(NodeKind::Then),
             Some(DraftKind::Behavior(call)) => {
                 let site = Site {
-                    spot: draft.spot,
+                    span: draft.span,
                     arguments: &call.arguments,
                     before: befores[index],
                     is_claimed_after: &|ty| afters.claims(index, ty),

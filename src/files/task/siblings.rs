@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::super::kinds::Stop;
 use super::{Draft, DraftKind};
+use crate::kinds::Stop;
 use ambidex_model::{NodeId, Topology, TypeId};
 
 /// Where the nearest earlier `move` of each node's THEN goes; a node below an AND or OR has that of the node above it.

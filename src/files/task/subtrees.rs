@@ -2,45 +2,46 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use super::super::document::{Located, Node, Spot, Value};
-use super::super::fault::Faults;
-use super::super::parameter::{PARAMETERS, Parameter, Type};
-use super::super::reader::{Item, Name};
-use super::super::shape::{Form, Shape, optional, required};
-use super::super::template::{Piece, parameter, pieces};
-use super::NODE;
+use super::node::{self, USE};
+use crate::describe::{Described, Later, described};
+use crate::document::{Located, Node, SourceSpan, Value};
+use crate::fault::Faults;
+use crate::parameter::{DEFAULT, PARAMETERS, Parameter};
+use crate::reader::{Item, Name};
+use crate::shape::Form;
+use crate::template::{Piece, parameter, pieces};
+use crate::types::Type;
 use ambidex_model::suggestion;
 
-/// An entry of `subtrees`.
-pub(in super::super) static SUBTREE: Shape = Shape::new(
-    "a subtree",
-    "A part of a task to be used with arguments. `$name` stands for an argument.",
-    &[
-        optional("parameters", "What a `use` of it tells; the first one can be written without its name.", PARAMETERS),
-        required("task", "What it does.", Form::Map(&NODE)),
-    ],
-);
+described! {
+    /// An entry of `subtrees`.
+    pub(crate) struct Subtree<'a>: "a subtree",
+    "A part of a task to be used with arguments. `$name` stands for an argument." {
+        parameters: Vec<Parameter> = or(
+            "parameters",
+            "What a `use` of it tells; the first one can be written without its name.",
+            PARAMETERS,
+            Vec::new()
+        ),
+        task: Item<'a> = required("task", "What it does.", Later(|| Form::Map(node::Node::shape))),
+    }
+}
 
 /// Every subtree of the files, by name.
 #[derive(Debug, Default)]
-pub(in super::super) struct Subtrees<'a> {
-    by_name: BTreeMap<String, Subtree<'a>>,
+pub(crate) struct Subtrees<'a> {
+    by_name: BTreeMap<String, Named<'a>>,
     /// Subtrees whose faults are told.
     broken: BTreeSet<String>,
     /// Those that use themselves, whatever lies between.
     endless: BTreeSet<String>,
 }
 
-/// A subtree.
-#[derive(Debug)]
-pub(super) struct Subtree<'a> {
-    pub(super) name: Name,
-    pub(super) parameters: Vec<Parameter>,
-    pub(super) task: Item<'a>,
-}
+/// A subtree with its name.
+pub(super) type Named<'a> = (Name, Subtree<'a>);
 
 /// Which subtrees each one uses, and where.
-pub(super) type Uses = BTreeMap<String, Vec<(String, Spot)>>;
+pub(super) type Uses = BTreeMap<String, Vec<(String, SourceSpan)>>;
 
 /// What parameters stand for while a subtree is read.
 #[derive(Debug, Clone, Default)]
@@ -55,7 +56,7 @@ pub(super) struct Scope<'a> {
 /// A value in which parameters were filled in.
 #[derive(Debug)]
 pub(super) enum Filled {
-    /// A value.
+    /// A value without parameters.
     Value(Node),
     /// What stands there is known only where the subtree is used.
     Open,
@@ -63,33 +64,27 @@ pub(super) enum Filled {
 
 impl<'a> Subtrees<'a> {
     /// Adds what stands under `subtrees`.
-    pub(in super::super) fn declare(&mut self, subtrees: Option<Item<'a>>, faults: &mut Faults) {
+    pub(crate) fn declare(&mut self, subtrees: Option<Item<'a>>, faults: &mut Faults) {
         let Some(entries) = subtrees.and_then(|item| item.named("a map of subtrees", faults)) else {
             return;
         };
         for (name, item) in entries {
             if self.by_name.contains_key(&name.value) {
-                let message = format!("there is a subtree `{}` already", name.value);
-                faults.push(name.spot, &name.key, message, None);
+                faults.push(&name, format!("there is a subtree `{}` already", name.value));
                 continue;
             }
             let before = faults.errors();
-            let read = item.fields(&SUBTREE, faults).and_then(|fields| {
-                let parameters = Parameter::read_all(fields.get("parameters"), faults);
-                refuse_open_defaults(&parameters, faults);
-                Some((parameters, fields.get("task")?))
-            });
+            let read = Subtree::take(item, faults);
+            refuse_open_defaults(read.iter().flat_map(|subtree| &subtree.parameters), faults);
             match read.filter(|_| faults.errors() == before) {
-                Some((parameters, task)) => {
-                    self.by_name.insert(name.value.clone(), Subtree { name, parameters, task });
-                }
+                Some(subtree) => drop(self.by_name.insert(name.value.clone(), (name, subtree))),
                 None => drop(self.broken.insert(name.value)),
             }
         }
     }
 
     /// The subtree of a name.
-    pub(super) fn get(&self, name: &str) -> Option<&Subtree<'a>> {
+    pub(super) fn get(&self, name: &str) -> Option<&Named<'a>> {
         self.by_name.get(name)
     }
 
@@ -99,7 +94,7 @@ impl<'a> Subtrees<'a> {
     }
 
     /// All of them in the order of their names.
-    pub(super) fn iter(&self) -> impl Iterator<Item = &Subtree<'a>> {
+    pub(super) fn iter(&self) -> impl Iterator<Item = &Named<'a>> {
         self.by_name.values()
     }
 
@@ -113,7 +108,7 @@ impl<'a> Subtrees<'a> {
         self.endless.contains(name)
     }
 
-    /// Finds subtrees that use themselves. `uses` says who uses whom where.
+    /// Finds subtrees that use themselves. `uses` says who uses target where.
     pub(super) fn refuse_cycles(&mut self, uses: &Uses, faults: &mut Faults) {
         let edges = || uses.iter().flat_map(|(user, used)| used.iter().map(|(used, _)| (user.as_str(), used.as_str())));
         let leading = never_ending(edges());
@@ -129,8 +124,7 @@ impl<'a> Subtrees<'a> {
             // Told once for all on the way, at the first name of it.
             if way.iter().all(|(on, _)| *on >= name) {
                 told.extend(way.iter().map(|(on, _)| *on));
-                let message = format!("`{name}` uses itself: {}", shown(name, &way));
-                faults.push(way[0].1, "use", message, None);
+                faults.push((way[0].1, USE), format!("`{name}` uses itself: {}", shown(name, &way)));
             }
         }
         self.endless = leading.into_iter().map(str::to_owned).collect();
@@ -138,7 +132,7 @@ impl<'a> Subtrees<'a> {
 }
 
 /// Names on a way, as many as can be read.
-fn shown(name: &str, way: &[(&str, Spot)]) -> String {
+fn shown(name: &str, way: &[(&str, SourceSpan)]) -> String {
     const MAX_SHOWN: usize = 12;
     let mut names: Vec<&str> = [name].into_iter().chain(way.iter().map(|(on, _)| *on)).collect();
     if names.len() > MAX_SHOWN {
@@ -170,7 +164,7 @@ fn never_ending<'a>(edges: impl Iterator<Item = (&'a str, &'a str)>) -> BTreeSet
 }
 
 /// Where a subtree is used nothing is known of a THEN around it: its defaults are values, and one each.
-fn refuse_open_defaults(parameters: &[Parameter], faults: &mut Faults) {
+fn refuse_open_defaults<'p>(parameters: impl Iterator<Item = &'p Parameter>, faults: &mut Faults) {
     for parameter in parameters {
         let defaults = parameter.defaults.as_deref().unwrap_or_default();
         let open = defaults.iter().enumerate().find(|(index, default)| {
@@ -179,29 +173,28 @@ fn refuse_open_defaults(parameters: &[Parameter], faults: &mut Faults) {
         });
         if let Some((_, default)) = open {
             let message = "a subtree has one plain value as a default".to_owned();
-            let help = "several, `$before` and `$start` are for behaviors".to_owned();
-            faults.push(default.spot, "default", message, Some(help));
+            faults.push_with((default.span, DEFAULT), message, "several, `$before` and `$start` are for behaviors");
         }
     }
 }
 
 /// A shortest way of uses from a subtree back to itself.
-fn way_back<'a>(name: &str, uses: &'a Uses) -> Option<Vec<(&'a str, Spot)>> {
+fn way_back<'a>(name: &str, uses: &'a Uses) -> Option<Vec<(&'a str, SourceSpan)>> {
     // By subtree: who uses it first, and where.
-    let mut before: BTreeMap<&str, (&str, Spot)> = BTreeMap::new();
+    let mut before: BTreeMap<&str, (&str, SourceSpan)> = BTreeMap::new();
     let mut open = VecDeque::from([name]);
     while let Some(user) = open.pop_front() {
-        for (used, spot) in uses.get(user).into_iter().flatten() {
+        for (used, span) in uses.get(user).into_iter().flatten() {
             if !before.contains_key(used.as_str()) {
-                before.insert(used, (user, *spot));
+                before.insert(used, (user, *span));
                 open.push_back(used);
             }
         }
     }
     let mut way = Vec::new();
     let mut at = name;
-    while let Some((&used, &(user, spot))) = before.get_key_value(at) {
-        way.push((used, spot));
+    while let Some((&used, &(user, span))) = before.get_key_value(at) {
+        way.push((used, span));
         if user == name {
             way.reverse();
             return Some(way);
@@ -237,8 +230,7 @@ impl<'a> Scope<'a> {
             let index = self.find(name, &item, used, faults)?;
             let found = self.parameters[index].ty;
             if found != ty && ty != Type::Text {
-                let message = format!("`${name}` is {}, not {}", found.what(), ty.what());
-                faults.push(item.spot, item.key, message, None);
+                faults.push(&item, format!("`${name}` is {}, not {}", found.what(), ty.what()));
                 return None;
             }
             return Some(self.values[index].clone().map_or(Filled::Open, Filled::Value));
@@ -260,7 +252,7 @@ impl<'a> Scope<'a> {
             (true, _) => Filled::Open,
             (false, true) => Filled::Value(item.node()),
             (false, false) => {
-                Filled::Value(Located { value: Value::Scalar { text: value, number: None }, spot: item.spot })
+                Filled::Value(Located { value: Value::Scalar { text: value, number: None }, span: item.span })
             }
         })
     }
@@ -271,8 +263,7 @@ impl<'a> Scope<'a> {
         if found.is_none() {
             let allowed = self.parameters.iter().map(|parameter| parameter.name.value.as_str());
             let help = suggestion(name, "parameter", allowed);
-            let message = format!("there is no parameter `{name}` here");
-            faults.push(item.spot, item.key, message, Some(help));
+            faults.push_with(item, format!("there is no parameter `{name}` here"), help);
         }
         found
     }

@@ -2,14 +2,11 @@
 
 use std::sync::Arc;
 
-use std::fs;
-use std::path::PathBuf;
+use std::path::Path;
 use std::time::Duration;
 
-use tempfile::TempDir;
-
-use super::super::{Checked, ConfigError, check, load_mission};
-use super::ROBOT;
+use super::super::{Checked, FilesError, InMemory, check, load_mission};
+use super::{PATH, ROBOT};
 use ambidex_model::{
     Access, ChannelId, Condition, EffectTerm, FactId, MissionSpec, Mode, NodeId, ObjectId, PlaceId, Potential,
     ResourceId, Retention, Selector, Task, TypeId,
@@ -61,25 +58,21 @@ behaviors:
     takes: 10 s
 ";
 
-/// A folder with a mission, a library and a robot.
-fn written(mission: &str, library: &str) -> (TempDir, PathBuf) {
-    let folder = TempDir::new().unwrap();
-    let path = folder.path().join("mission.yaml");
+/// A mission, a library and a robot.
+fn written(mission: &str, library: &str) -> InMemory {
     let robot = ROBOT.replace("  base: {type: base}\n", "  base: {type: base}\n  wheel: {type: wheel}\n");
-    for (name, text) in [("mission.yaml", mission), ("library.yaml", library), ("robot.yaml", &robot)] {
-        fs::write(folder.path().join(name), text).unwrap();
-    }
-    (folder, path)
+    let mut files = super::written(mission, &robot);
+    files.insert("library.yaml", library);
+    files
 }
 
-fn load(mission: &str, library: &str) -> Result<Arc<MissionSpec>, ConfigError> {
-    let (_folder, path) = written(mission, library);
-    load_mission(&path, None).map(|loaded| loaded.mission)
+fn load(mission: &str, library: &str) -> Result<Arc<MissionSpec>, FilesError> {
+    load_mission(&written(mission, library), PATH.as_ref(), None).map(|loaded| loaded.mission)
 }
 
 #[test]
 fn a_declared_behavior_is_bound_with_its_arguments() {
-    let spec = load(MISSION, LIBRARY).unwrap_or_else(|error| panic!("{:?}", error.into_report()));
+    let spec = load(MISSION, LIBRARY).unwrap_or_else(|error| panic!("{:?}", error.faults()));
     let names = ["root", "then", "twice shelf", "one of table", "scan table with effort 2"];
     assert_eq!(spec.names.nodes[..5], names);
     assert_eq!(spec.names.nodes[5..], ["again", "one of shelf", "scan shelf with effort 2", "rest"]);
@@ -180,7 +173,7 @@ fn mistakes_in_declarations_are_found() {
     for (file, old, new, line, words) in MISTAKES {
         let (mut mission, mut library) = (MISSION.to_owned(), LIBRARY.to_owned());
         let text = if *file == "mission.yaml" { &mut mission } else { &mut library };
-        assert!(text.contains(old), "{old}");
+        assert!(text.contains(old) && !words.is_empty(), "{old}");
         *text = text.replacen(old, new, 1);
         let error = load(&mission, &library).expect_err(new);
         let said = |fault: &super::super::Fault| {
@@ -217,13 +210,12 @@ fn what_uses_itself_on_the_way_is_told_once_and_a_bomb_of_uses_is_refused() {
 
 #[test]
 fn a_library_is_checked_by_itself() {
-    let (_folder, path) = written(MISSION, LIBRARY);
-    let library = path.with_file_name("library.yaml");
-    let Checked::Library(names, _) = check(&library).unwrap() else { panic!("it is a library") };
+    let mut files = written(MISSION, LIBRARY);
+    let path = Path::new("library.yaml");
+    let Checked::Library(names, _) = check(&files, path).unwrap() else { panic!("it is a library") };
     assert_eq!(names, ["rest"]);
-    fs::write(&library, format!("{LIBRARY}subtrees:\n  a:\n    parameters: {{x: object}}\n    task: {{move: $x}}\n"))
-        .unwrap();
-    let error = check(&library).unwrap_err();
+    files.insert(path, format!("{LIBRARY}subtrees:\n  a:\n    parameters: {{x: object}}\n    task: {{move: $x}}\n"));
+    let error = check(&files, path).unwrap_err();
     assert_eq!(error.faults()[0].message(), "`$x` is an object, not a place");
 }
 
@@ -236,7 +228,7 @@ fn a_resource_can_be_claimed_while_it_is_empty() {
         .replace(", with: wheel", "")
         .replace("    - {use: {twice: {first: table, second: shelf}}, name: again}\n", "");
     let one = one.replace("      and:\n", "      or:\n");
-    let spec = load(&one, LIBRARY).unwrap_or_else(|error| panic!("{:?}", error.into_report()));
+    let spec = load(&one, LIBRARY).unwrap_or_else(|error| panic!("{:?}", error.faults()));
     let scan = spec.tree.behavior(NodeId(3)).unwrap();
     assert_eq!(scan.claims[0].selector, Selector::Empty { resource: ResourceId(0), reaches: Some(ObjectId(1)) });
     assert_eq!(scan.claims[0].keep, Retention::Physical(Access::Exclusive));
@@ -246,7 +238,7 @@ fn a_resource_can_be_claimed_while_it_is_empty() {
 fn a_table_of_commands_fits_its_controllers() {
     let grasp = MISSION.replace("claim: other, maintain: {look_at: $area}", "claim: eye, achieve: {grasp: cup}");
     let grasp = grasp.replace("with: wheel", "with: gripper");
-    let spec = load(&grasp, LIBRARY).unwrap_or_else(|error| panic!("{:?}", error.into_report()));
+    let spec = load(&grasp, LIBRARY).unwrap_or_else(|error| panic!("{:?}", error.faults()));
     let command = spec.tree.behavior(NodeId(3)).unwrap().commands[0];
     assert_eq!((command.claim, command.mode, command.task), (0, Mode::Achieve, Task::Grasp(ObjectId(0))));
 }
@@ -311,7 +303,7 @@ fn what_holds_is_commanded_however_it_is_named() {
         let library = format!("library: small\nbehaviors:\n{put}");
         let value = if hand == "resource" { "hand" } else { "gripper" };
         let mission = MISSION.replace("- {rest: , timeout: 1 min}", &format!("- rest: {value}"));
-        let spec = load(&mission, &library).unwrap_or_else(|error| panic!("{:?}", error.into_report()));
+        let spec = load(&mission, &library).unwrap_or_else(|error| panic!("{:?}", error.faults()));
         let commands = &spec.tree.behavior(NodeId(8)).unwrap().commands;
         assert_eq!(commands.len(), 1, "{claim}");
     }

@@ -2,19 +2,19 @@
 
 mod declared;
 mod hostile;
+mod keys;
+mod lint;
 mod mistakes;
 mod mutations;
-mod outlook;
 mod potentials;
+mod reference;
 mod shipped;
+mod sources;
 
-use std::fs;
-
-use tempfile::TempDir;
-
-use super::{ConfigError, load_mission};
+use super::{FilesError, InMemory, load_mission};
 use ambidex_model::MissionSpec;
 
+const PATH: &str = "mission.yaml";
 const GOOD: &str = "\
 mission: good
 robot: robot.yaml
@@ -47,12 +47,16 @@ controllers:
     arm: {shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9], reach: 0.9, speed: 0.5, acceleration: 1, grip: 1 s, lift: 10 cm}
 ";
 
-fn load(mission: &str, robot: &str) -> Result<std::sync::Arc<MissionSpec>, ConfigError> {
-    let folder = TempDir::new().unwrap();
-    let path = folder.path().join("mission.yaml");
-    fs::write(&path, mission).unwrap();
-    fs::write(folder.path().join("robot.yaml"), robot).unwrap();
-    load_mission(&path, None).map(|loaded| loaded.mission)
+fn load(mission: &str, robot: &str) -> Result<std::sync::Arc<MissionSpec>, FilesError> {
+    load_mission(&written(mission, robot), PATH.as_ref(), None).map(|loaded| loaded.mission)
+}
+
+/// A mission at [`PATH`] and the robot beside it.
+fn written(mission: impl Into<Vec<u8>>, robot: &str) -> InMemory {
+    let mut files = InMemory::default();
+    files.insert(PATH, mission);
+    files.insert("robot.yaml", robot);
+    files
 }
 
 /// The robot with so many hands.

@@ -1,12 +1,11 @@
 //! Every key and every value of every shipped file made wrong, one at a time: each is found, on its line.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use tempfile::TempDir;
-
-use super::super::document::{Node, Spot, Value, parse};
-use super::super::{Fault, check};
+use super::super::document::{Node, SourceSpan, Value, parse};
+use super::super::{Fault, InMemory, check};
 
 /// Keys below which the writer chooses the names: another name is only missed where the old one is used.
 const NAMING: [&str; 10] = [
@@ -32,7 +31,7 @@ const OF_A_WORLD: [&str; 14] = [
 /// One place to make wrong.
 #[derive(Debug)]
 struct Target {
-    spot: Spot,
+    span: SourceSpan,
     /// The key above it, and the one above that.
     keys: [String; 2],
     is_key: bool,
@@ -41,52 +40,41 @@ struct Target {
 fn targets(node: &Node, keys: &[String; 2], found: &mut Vec<Target>) {
     match &node.value {
         Value::Null => {}
-        Value::Scalar { .. } => found.push(Target { spot: node.spot, keys: keys.clone(), is_key: false }),
+        Value::Scalar { .. } => found.push(Target { span: node.span, keys: keys.clone(), is_key: false }),
         Value::List(list) => list.iter().for_each(|item| targets(item, keys, found)),
         Value::Map(entries) => {
             for (key, value) in entries {
-                found.push(Target { spot: key.spot, keys: keys.clone(), is_key: true });
+                found.push(Target { span: key.span, keys: keys.clone(), is_key: true });
                 targets(value, &[key.value.clone(), keys[0].clone()], found);
             }
         }
     }
 }
 
-/// The shipped files in a folder of its own; those of the paper under other names, since they are always there.
-struct Shipped {
-    folder: TempDir,
-    files: Vec<PathBuf>,
-}
-
-impl Shipped {
-    fn new() -> Self {
-        let (folder, mut files) = (TempDir::new().unwrap(), Vec::new());
-        for part in ["missions", "robots", "behaviors"] {
-            fs::create_dir(folder.path().join(part)).unwrap();
-            let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config").join(part);
-            for entry in fs::read_dir(from).unwrap() {
-                let path = entry.unwrap().path();
-                let mut text = fs::read_to_string(&path).unwrap();
-                if path.ends_with("paper.yaml") {
-                    for (kind, twin) in
-                        [("  move:\n", "  drive:\n"), ("  pick:\n", "  take:\n"), ("  place:\n", "  put:\n")]
-                    {
-                        text = text.replacen(kind, twin, 1);
-                    }
+/// The shipped files by their paths; those of the paper under other names, since they are always there.
+fn shipped() -> BTreeMap<PathBuf, String> {
+    let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config");
+    let mut files = BTreeMap::new();
+    for part in ["missions", "robots", "behaviors"] {
+        for entry in fs::read_dir(config.join(part)).unwrap() {
+            let path = entry.unwrap().path();
+            let mut text = fs::read_to_string(&path).unwrap();
+            if path.ends_with("paper.yaml") {
+                for (kind, twin) in
+                    [("  move:\n", "  drive:\n"), ("  pick:\n", "  take:\n"), ("  place:\n", "  put:\n")]
+                {
+                    text = text.replacen(kind, twin, 1);
                 }
-                let copy = folder.path().join(part).join(path.file_name().unwrap());
-                fs::write(&copy, text).unwrap();
-                files.push(copy);
             }
+            files.insert(Path::new(part).join(path.file_name().unwrap()), text);
         }
-        files.sort();
-        Self { folder, files }
     }
+    files
 }
 
 /// Everything that is said of a file.
-fn said(path: &Path) -> (bool, Vec<Fault>) {
-    match check(path) {
+fn said(files: &InMemory, path: &Path) -> (bool, Vec<Fault>) {
+    match check(files, path) {
         Ok(_) => (true, Vec::new()),
         Err(error) => (false, error.faults().to_vec()),
     }
@@ -109,38 +97,38 @@ fn mutants(target: &Target, old: &str, file: &Path) -> Vec<(String, bool)> {
     let is_free = FREE.contains(&key) || in_world || above == "values";
     // Each of the others at every fourth value.
     let others = ["[[1]]", "{zz: {zz: 1}}", "[.nan, .inf]", "1e999"];
-    let other = others[(target.spot.line + target.spot.column) % others.len()];
+    let other = others[(target.span.line + target.span.column) % others.len()];
     vec![(misspelt, is_free), (other.into(), false)]
 }
 
 #[test]
 fn every_mistake_is_found_on_its_line() {
-    let shipped = Shipped::new();
+    let shipped = shipped();
+    let mut files = InMemory::default();
+    shipped.iter().for_each(|(path, text)| files.insert(path, text.as_str()));
     let mut missed = Vec::new();
     let mut count = 0;
-    for file in &shipped.files {
-        assert!(said(file).0, "{}: {:?}", file.display(), said(file).1);
-        let text = fs::read_to_string(file).unwrap();
+    for (file, text) in &shipped {
+        assert!(said(&files, file).0, "{}: {:?}", file.display(), said(&files, file).1);
         let mut found = Vec::new();
-        targets(&parse(0, &text).unwrap(), &Default::default(), &mut found);
+        targets(&parse(0, text).unwrap(), &Default::default(), &mut found);
         for target in found {
-            let (from, to) = (target.spot.offset, target.spot.offset + target.spot.length);
+            let (from, to) = (target.span.offset, target.span.offset + target.span.length);
             let old = &text[from..to];
             for (new, may_pass) in mutants(&target, old, file) {
                 count += 1;
-                fs::write(file, format!("{}{new}{}", &text[..from], &text[to..])).unwrap();
-                let (is_sound, faults) = said(file);
-                let is_seen = is_on(&faults, file, target.spot.line);
+                files.insert(file, format!("{}{new}{}", &text[..from], &text[to..]));
+                let (is_sound, faults) = said(&files, file);
+                let is_seen = is_on(&faults, file, target.span.line);
                 let is_named = faults.iter().any(|fault| fault.message().contains(old.trim_start_matches('$')));
                 let is_fine = if may_pass { is_sound || is_seen || is_named } else { is_seen };
                 if !is_fine {
-                    let name = file.strip_prefix(shipped.folder.path()).unwrap().display();
                     let said: Vec<_> = faults.iter().map(|fault| format!("{:?} {fault}", fault.position())).collect();
-                    missed.push(format!("{name}:{}: `{old}` -> `{new}`: {said:?}", target.spot.line));
+                    missed.push(format!("{}:{}: `{old}` -> `{new}`: {said:?}", file.display(), target.span.line));
                 }
             }
         }
-        fs::write(file, text).unwrap();
+        files.insert(file, text.as_str());
     }
     assert!(count > 1500, "{count}");
     assert!(missed.is_empty(), "{} of {count}:\n{}", missed.len(), missed.join("\n"));

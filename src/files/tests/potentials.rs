@@ -1,6 +1,6 @@
 //! Potentials that a node tells: `$name` where a number is wanted.
 
-use super::super::ConfigError;
+use super::super::FilesError;
 use super::{GOOD, ROBOT, load};
 use ambidex_model::{NodeId, Potential, TypeId};
 
@@ -10,7 +10,7 @@ fn with(behavior: &str, task: &str) -> String {
     format!("{head}behaviors: {{wave: {behavior}}}\n{task}\n")
 }
 
-fn potential(behavior: &str, task: &str) -> Result<Potential, ConfigError> {
+fn potential(behavior: &str, task: &str) -> Result<Potential, FilesError> {
     let mission = load(&with(behavior, task), ROBOT)?;
     let leaf = mission.tree.leaves().next().unwrap_or(NodeId(0));
     Ok(mission.tree.behavior(leaf).unwrap().potential)

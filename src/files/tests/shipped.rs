@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::super::{load_mission, load_robot};
+use super::super::{Disk, load_mission, load_robot};
 use super::{GOOD, ROBOT, load, robot};
 use ambidex_model::{
     Access, ChannelId, Claim, Condition, ControllerKind, EffectTerm, Location, MissionSpec, Mode, NodeId, NodeKind,
@@ -17,7 +17,7 @@ fn shipped(name: &str) -> PathBuf {
 }
 
 fn experiment_1() -> Arc<MissionSpec> {
-    load_mission(&shipped("missions/experiment-1.yaml"), None).unwrap().mission
+    load_mission(&Disk, &shipped("missions/experiment-1.yaml"), None).unwrap().mission
 }
 
 fn stop(place: u32, x: f64, y: f64) -> Condition {
@@ -37,7 +37,7 @@ fn commands(spec: &MissionSpec, node: u32) -> Vec<(usize, Mode, Task)> {
 fn every_shipped_mission_loads() {
     for number in 1..=4 {
         let path = shipped(&format!("missions/experiment-{number}.yaml"));
-        let spec = load_mission(&path, None).unwrap().mission;
+        let spec = load_mission(&Disk, &path, None).unwrap().mission;
         assert_eq!(spec.name, format!("experiment-{number}"));
         assert_eq!(spec.tree.leaves().count(), 16);
         let expected: Vec<String> = (1..=4)
@@ -54,7 +54,7 @@ fn every_shipped_mission_loads() {
 
 #[test]
 fn the_shipped_robot_has_four_controllers_and_reaches() {
-    let file = load_robot(&shipped("robots/pr2.yaml")).unwrap();
+    let file = load_robot(&Disk, &shipped("robots/pr2.yaml")).unwrap();
     assert_eq!(file.names.resources, ["left_gripper", "right_gripper", "head", "base"]);
     assert_eq!(file.names.controllers, ["left_arm", "right_arm", "head", "base"]);
     assert_eq!(file.names.types, ["gripper", "head", "base"]);

@@ -1,16 +1,10 @@
 //! What a mission must come to, seen before it runs.
 
-use std::fs;
-
-use tempfile::TempDir;
-
 use super::super::{Fault, load_mission};
-use super::{GOOD, robot};
+use super::{GOOD, PATH, robot, written};
 
 /// What is said of a task for a robot with so many hands.
 fn said(hands: usize, task: &str) -> Vec<String> {
-    let folder = TempDir::new().unwrap();
-    let path = folder.path().join("mission.yaml");
     let head = &GOOD[..GOOD.find("task:").unwrap()];
     let declared = "\
 behaviors:
@@ -24,9 +18,8 @@ behaviors:
   watch: {claims: {base: {type: base, shared: watch, keep: physical}}, potential: 1}
   wave: {claims: {hand: {type: gripper}}, potential: 1}
 ";
-    fs::write(&path, format!("{head}{declared}task:\n  {task}\n")).unwrap();
-    fs::write(folder.path().join("robot.yaml"), robot(hands)).unwrap();
-    let faults = match load_mission(&path, None) {
+    let files = written(format!("{head}{declared}task:\n  {task}\n"), &robot(hands));
+    let faults = match load_mission(&files, PATH.as_ref(), None) {
         Ok(loaded) => loaded.warnings,
         Err(error) => error.faults().to_vec(),
     };

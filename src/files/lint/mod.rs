@@ -1,0 +1,78 @@
+//! What a mission must come to, seen before it runs: what cannot be done, and what is legal but surely not meant.
+//!
+//! One check per file; what is wrong with a single value was told when that was read.
+
+mod facts;
+mod heirs;
+mod shortage;
+mod stands;
+
+use crate::document::SourceSpan;
+use crate::fault::Faults;
+use ambidex_model::{Access, BehaviorSpec, Claim, MissionSpec, NodeId, ResourceId, Retention, Selector, TypeId};
+
+/// Checks a mission; `spans` has the place of each node.
+pub(crate) fn check(mission: &MissionSpec, spans: &[SourceSpan], faults: &mut Faults) {
+    let seen = Seen { mission, spans };
+    heirs::check(&seen, faults);
+    facts::check(&seen, faults);
+    stands::check(&seen, faults);
+    shortage::check(&seen, faults);
+}
+
+/// A mission as the checks see it.
+struct Seen<'a> {
+    mission: &'a MissionSpec,
+    spans: &'a [SourceSpan],
+}
+
+/// What behaviors keep for good: a resource, or any of a type.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Supply {
+    One(ResourceId),
+    Any(TypeId),
+}
+
+impl Seen<'_> {
+    fn behavior(&self, leaf: NodeId) -> &BehaviorSpec {
+        self.mission.tree.behavior(leaf).expect("leaves have behaviors")
+    }
+
+    fn behaviors(&self) -> impl Iterator<Item = &BehaviorSpec> {
+        self.mission.tree.leaves().map(|leaf| self.behavior(leaf))
+    }
+
+    fn warn(&self, node: NodeId, message: String, help: &str, faults: &mut Faults) {
+        let name = self.mission.names.node(node);
+        faults.warn((self.spans[node.index()], name), message, Some(help.to_owned()));
+    }
+
+    /// What a claim takes from; none for what holds an object, since that depends on who took it.
+    fn supply(&self, claim: &Claim) -> Option<Supply> {
+        let robot = &self.mission.robot;
+        match claim.selector {
+            Selector::Named(resource) | Selector::Empty { resource, .. } => Some(Supply::One(resource)),
+            Selector::Any(of) | Selector::AnyEmpty { of, .. } => {
+                let mut all = robot.of_type(of);
+                Some(match (all.next(), all.next()) {
+                    (Some(only), None) => Supply::One(only),
+                    (_, _) => Supply::Any(of),
+                })
+            }
+            Selector::Holding(_) => None,
+        }
+    }
+
+    /// The one resource that a claim can get.
+    fn resource(&self, claim: &Claim) -> Option<ResourceId> {
+        match self.supply(claim)? {
+            Supply::One(resource) => Some(resource),
+            Supply::Any(_) => None,
+        }
+    }
+}
+
+/// Whether a claim keeps for good what nobody else can then use.
+fn keeps_alone(claim: &Claim) -> bool {
+    matches!(claim.keep, Retention::Physical(Access::Exclusive))
+}

@@ -1,0 +1,50 @@
+//! A node of a task as it is written.
+
+use crate::describe::{Count, Described, Later, Reads, Word, described};
+use crate::kinds::MAX_RETRIES;
+use crate::quantity::{Quantity, TIMEOUT};
+use crate::reader::Item;
+use crate::shape::Form;
+
+/// The key of an AND, and what it is called without a name.
+pub(crate) const AND: &str = "and";
+/// That of an OR.
+pub(crate) const OR: &str = "or";
+/// That of a THEN.
+pub(crate) const THEN: &str = "then";
+/// The key of a subtree that is used.
+pub(crate) const USE: &str = "use";
+/// The key of a node's name.
+pub(super) const NAME: &str = "name";
+/// The key of how long a behavior may run.
+pub(super) const TIMEOUT_KEY: &str = "timeout";
+
+pub(super) const NAMED: Word = Word("a name");
+pub(super) const RETRIES: Count = Count(MAX_RETRIES);
+pub(super) const MAY_RUN: &Quantity = &TIMEOUT;
+
+const NODES: Later = Later(|| Form::List(Box::new(Form::Map(Node::shape))));
+const ARGUMENTS: Later = Later(|| Form::Arguments);
+
+described! {
+    /// A node of a task; what stands in it is read once it is known what it is.
+    pub(super) struct Node<'a>: "a node of the task",
+    "Exactly one of `and`, `or`, `then`, `use`, or a kind of behavior with its arguments: `move: shelf`.",
+    others ARGUMENTS, known [
+        ("move", "Drive to a place: `to`, `offset`, `scale_by`.", ARGUMENTS),
+        ("pick", "Take an object: `object`, `at`.", ARGUMENTS),
+        ("place", "Set an object down: `object`, `at`.", ARGUMENTS),
+    ] {
+        and: Option<Item<'a>> = maybe(AND, "All of them, in any order.", NODES),
+        or: Option<Item<'a>> = maybe(OR, "One of them.", NODES),
+        then: Option<Item<'a>> = maybe(THEN, "All of them, in this order.", NODES),
+        subtree: Option<Item<'a>> =
+            maybe(USE, "A subtree with its arguments: `use: {deliver: {object: cup}}`.", ARGUMENTS),
+        name: Option<Item<'a>> =
+            maybe(NAME, "What it is called; without one after what it is.", Later(|| NAMED.form())),
+        retries: Option<Item<'a>> =
+            maybe("retries", "How often a behavior tries again after it failed.", Later(|| RETRIES.form())),
+        timeout: Option<Item<'a>> =
+            maybe(TIMEOUT_KEY, "How long a behavior may run.", Later(|| MAY_RUN.form())),
+    }
+}

@@ -1,0 +1,246 @@
+//! Every key that is described is read: misspelt, given a wrong value or left out where it must be, it is told.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use super::super::document::{Located, Node, Value, parse};
+use super::super::format::Format;
+use super::super::shape::{Form, Shape};
+use super::super::{InMemory, check};
+
+const MISSION: &str = "\
+mission: everything
+robot: robot.yaml
+include: [library.yaml]
+behaviors:
+  scan:
+    label: scan $area $effort
+    parameters: {area: {type: place, default: shelf}, what: object, by: offset, effort: number}
+    claims:
+      eye: {type: head, shared: at $area, keep: {for: at $area}}
+      one: {resource: left, empty: true}
+      two: {resource: right, reaches: $what, keep: physical}
+      none: {type: antenna, optional: true}
+    potential: {constant: $effort, scale_by: gripper}
+    goal: [{fact: clean}, {not_fact: dusty}, {at: {place: $area, offset: $by}}, {held: $what}]
+    precondition: [{path: $area}, {free: $what}, {lies: {object: $what, at: $area}}]
+    effects: [{set: clean}, {clear: dusty}, {taken: {object: $what, by: one}}]
+    commands:
+      - {claim: eye, maintain: {look_at: $area}}
+      - {claim: one, achieve: {grasp: $what}}
+    takes: 3 s
+    timeout: 5 s
+    retries: 1
+  lay:
+    parameters: {what: object, where: place}
+    claims: {hand: {type: gripper, holds: $what}, base: {type: base, keep: {for: there}, shared: there}}
+    potential: {table: {by: $what, values: {cup: 3}, otherwise: 1}}
+    effects: [{lies: {object: $what, at: $where}}]
+    commands:
+      - {claim: hand, achieve: {put: {object: $what, at: $where}}}
+      - {claim: base, achieve: {drive_to: $where}}
+  wait: {potential: {nearness: shelf}, claims: all}
+subtrees:
+  twice: {parameters: {first: place}, task: {and: [{move: $first}, {move: $first}]}}
+world:
+  tolerance: 0.3 m
+  robot: {at: [0, 0], heading: 90 deg}
+  places:
+    shelf: {stand: [1, 2], heading: 0 deg, surface: [0.5, 0, 0.7]}
+    table: {stand: [3, 2]}
+  objects: {cup: {at: shelf, offset: [0, 0.1, 0]}}
+  obstacles: [{min: [5, 5], max: [6, 6]}]
+  facts: {clean: false, dusty: true}
+task:
+  then:
+    - use: {twice: shelf}
+    - or: [{move: shelf}, {wait: , name: rest, retries: 2, timeout: 1 min}]
+    - pick: cup
+    - place: {object: cup, at: table}
+";
+const LIBRARY: &str = "\
+library: small
+include: [more.yaml]
+behaviors: {rest: {potential: 0.5}}
+subtrees: {nap: {task: {rest: }}}
+";
+const ROBOT: &str = "\
+robot: small
+radius: 0.3 m
+resources:
+  left: {type: gripper, controller: left_arm}
+  right: {type: gripper, controller: right_arm}
+  eyes: {type: head, controller: neck}
+  base: {type: base, controller: wheels}
+controllers:
+  left_arm:
+    arm: {shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9], reach: 0.9, speed: 0.5, acceleration: 1, grip: 1 s, lift: 10 cm}
+  right_arm:
+    arm: {shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9], reach: 0.9, speed: 0.5, acceleration: 1, grip: 1 s, lift: 10 cm}
+  neck: {head: {neck: [0, 0, 1.2], speed: 90 deg/s, acceleration: 90 deg/s^2}}
+  wheels: {base: {speed: 1, acceleration: 1, turn_speed: 1, turn_acceleration: 1}}
+";
+
+/// One key in one map of a file.
+#[derive(Debug)]
+struct Use {
+    what: &'static str,
+    key: &'static str,
+    is_required: bool,
+    /// Which entry of which map leads to it, from the top.
+    way: Vec<usize>,
+}
+
+fn files() -> InMemory {
+    let mut files = InMemory::default();
+    for (path, text) in [
+        ("mission.yaml", MISSION),
+        ("library.yaml", LIBRARY),
+        ("robot.yaml", ROBOT),
+        ("more.yaml", "library: more\nbehaviors: {more: {potential: 1}}\n"),
+    ] {
+        files.insert(path, text);
+    }
+    files
+}
+
+/// Every key of a file as its description calls it.
+fn uses(form: &Form, node: &Node, way: &mut Vec<usize>, found: &mut Vec<Use>) {
+    match (form, &node.value) {
+        (Form::Map(shape), Value::Map(entries)) => {
+            for (index, (key, value)) in entries.iter().enumerate() {
+                let known = shape().others.iter().flat_map(|others| &others.known);
+                let mut fields = shape().fields.iter().chain(known);
+                let Some(field) = fields.find(|field| field.key == key.value) else { continue };
+                way.push(index);
+                found.push(Use {
+                    what: shape().what,
+                    key: field.key,
+                    is_required: field.is_required,
+                    way: way.clone(),
+                });
+                uses(&field.form, value, way, found);
+                way.pop();
+            }
+        }
+        (Form::Each(inner), Value::Map(entries)) => {
+            for (index, (_, value)) in entries.iter().enumerate() {
+                way.push(index);
+                uses(inner, value, way, found);
+                way.pop();
+            }
+        }
+        (Form::List(inner), Value::List(items)) => {
+            for (index, item) in items.iter().enumerate() {
+                way.push(index);
+                uses(inner, item, way, found);
+                way.pop();
+            }
+        }
+        (Form::Either(forms), _) => forms.iter().for_each(|form| uses(form, node, way, found)),
+        _ => {}
+    }
+}
+
+/// A file in which the key at the end of a way becomes another, or is left out.
+fn with(node: &Node, way: &[usize], change: &dyn Fn(&str, &str) -> Option<String>) -> String {
+    let next = |index| way.split_first().filter(|(at, _)| **at == index).map(|(_, rest)| rest);
+    match &node.value {
+        Value::Null => "null".to_owned(),
+        Value::Scalar { text, number: Some(_) } => text.clone(),
+        Value::Scalar { text, .. } => serde_json::to_string(text).unwrap(),
+        Value::List(items) => {
+            // What is not on the way has none.
+            let items = items.iter().enumerate().map(|(index, item)| with(item, next(index).unwrap_or(&[99]), change));
+            format!("[{}]", items.collect::<Vec<_>>().join(", "))
+        }
+        Value::Map(entries) => {
+            let entry = |(index, (key, value)): (usize, &(Located<String>, Node))| {
+                let written = with(value, next(index).unwrap_or(&[99]), change);
+                let quoted = serde_json::to_string(&key.value).unwrap();
+                if next(index) == Some(&[]) {
+                    change(&key.value, &written)
+                } else {
+                    Some(format!("{quoted}: {written}"))
+                }
+            };
+            let entries: Vec<_> = entries.iter().enumerate().filter_map(entry).collect();
+            format!("{{{}}}", entries.join(", "))
+        }
+    }
+}
+
+/// Every key that a format can have.
+fn described(shape: &'static Shape, found: &mut BTreeSet<(&'static str, &'static str)>) {
+    let known = shape.others.iter().flat_map(|others| &others.known);
+    for field in shape.fields.iter().chain(known) {
+        if found.insert((shape.what, field.key)) {
+            described_by(&field.form, found);
+        }
+    }
+}
+
+fn described_by(form: &Form, found: &mut BTreeSet<(&'static str, &'static str)>) {
+    match form {
+        Form::Map(shape) => described(shape(), found),
+        Form::List(inner) | Form::Each(inner) => described_by(inner, found),
+        Form::Either(forms) => forms.iter().for_each(|form| described_by(form, found)),
+        Form::Word | Form::Words(_) | Form::Flag | Form::Count(_) | Form::Quantity(_) => {}
+        Form::Vector(..) | Form::Arguments => {}
+    }
+}
+
+/// What is said of a file: each fault with its key.
+fn said(path: &Path, text: String) -> Vec<(String, String)> {
+    let mut files = files();
+    files.insert(path, text);
+    let error = check(&files, path).err();
+    let faults = error.iter().flat_map(|error| error.faults());
+    faults.map(|fault| (fault.key().to_owned(), fault.to_string())).collect()
+}
+
+#[test]
+fn every_described_key_is_read() {
+    let (mut all, mut tried) = (BTreeSet::new(), BTreeSet::new());
+    let mut wrong = Vec::new();
+    for (path, text, format) in [
+        ("mission.yaml", MISSION, Format::Mission),
+        ("library.yaml", LIBRARY, Format::Behaviors),
+        ("robot.yaml", ROBOT, Format::Robot),
+    ] {
+        described(format.shape(), &mut all);
+        let (path, node) = (Path::new(path), parse(0, text).unwrap());
+        assert_eq!(said(path, with(&node, &[], &|_, _| None)), [], "{path:?}");
+        let mut found = Vec::new();
+        uses(
+            &Form::Map(match format {
+                Format::Mission => || Format::Mission.shape(),
+                Format::Behaviors => || Format::Behaviors.shape(),
+                Format::Robot => || Format::Robot.shape(),
+            }),
+            &node,
+            &mut Vec::new(),
+            &mut found,
+        );
+        for Use { what, key, is_required, way } in &found {
+            let misspelt = said(path, with(&node, way, &|key, value| Some(format!("{key}zz: {value}"))));
+            if !misspelt.iter().any(|(found, _)| *found == format!("{key}zz")) {
+                wrong.push(format!("{what}: {key} misspelt: {misspelt:?}"));
+            }
+            let bad = said(path, with(&node, way, &|key, _| Some(format!("{key}: [[1]]"))));
+            if !bad.iter().any(|(found, _)| found == key) {
+                wrong.push(format!("{what}: {key} with a wrong value: {bad:?}"));
+            }
+            let lacks = format!("{what} lacks the key `{key}`");
+            let left_out = said(path, with(&node, way, &|_, _| None));
+            // Without that key nobody can tell that the file is a library.
+            let lacks = if *key == "library" { "a mission lacks the key `mission`" } else { &lacks };
+            if left_out.iter().any(|(_, said)| said.contains(lacks)) != *is_required {
+                wrong.push(format!("{what}: {key} left out: {left_out:?}"));
+            }
+        }
+        tried.extend(found.iter().map(|Use { what, key, .. }| (*what, *key)));
+    }
+    assert_eq!(tried, all, "keys that no file here has");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
