@@ -3,7 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
-use crate::MAX_LINE_BYTES;
+/// Longest line that is read, bytes: a round of a hundred thousand leaves, each with its reason, is shorter.
+pub const MAX_LINE_BYTES: u64 = 64 << 20;
 
 /// What can go wrong with a journal's file.
 #[derive(Debug, thiserror::Error)]

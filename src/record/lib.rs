@@ -8,10 +8,10 @@ mod reader;
 pub mod samples;
 mod writer;
 
-pub use error::JournalError;
+pub use error::{JournalError, MAX_LINE_BYTES};
 pub use history::{
     ActiveCommand, ControllerView, Controllers, Counts, Failures, Held, History, Lane, LastError, LeafHistory,
     LeafState, MissionOutcome, MissionReport, Phase, Presence, Step,
 };
-pub use reader::{MAX_LINE_BYTES, Reader, parse, parse_header, read_line};
+pub use reader::{Reader, parse, parse_header, read_line};
 pub use writer::Journal;

@@ -9,10 +9,7 @@ use serde::de::Error;
 
 use ambidex_model::{Header, JOURNAL_VERSION, NodeEntry, NodeId, Record, make_legible};
 
-use super::JournalError;
-
-/// Longest line that is read, bytes: a round of a hundred thousand leaves, each with its reason, is shorter.
-pub const MAX_LINE_BYTES: u64 = 64 << 20;
+use super::error::{JournalError, MAX_LINE_BYTES};
 
 /// The records of a journal in order, the header first.
 #[derive(Debug)]

@@ -1,28 +1,58 @@
 //! A node whose task is gone ends the run, by name and without a hang; so does a cancel that nobody heeds.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ambidex::model::{Command, ControllerKind, ControllerState, Message, MissionEnd, Mode, NodeId, Record, Rejection};
+use ambidex::model::{Command, ControllerKind, ControllerState, MissionEnd, Mode, NodeId, Record, Rejection, Request};
 use ambidex::motion::{self, Controller, Progress};
 use ambidex::runtime::{Control, Ended};
+use ambidex::tree::{Allocator, Chosen, Greedy, Merged, Settings};
+use ambidex::world::View;
+use tokio::sync::mpsc;
 
 use crate::fixtures::{experiment_file, load};
 use crate::live;
 
-/// Aborts a node when that round has just been opened.
+/// Algorithm 1, which in one round tells the run to abort a node while the AND that asked it has yet to answer.
+#[derive(Debug)]
+struct Tripwire {
+    node: NodeId,
+    in_round: u32,
+    control: mpsc::UnboundedSender<Control>,
+}
+
+impl Allocator for Tripwire {
+    fn name(&self) -> &'static str {
+        "tripwire"
+    }
+
+    fn merge(&self, view: &View, requests: Vec<Arc<Request>>) -> Merged {
+        if view.round == self.in_round {
+            drop(self.control.send(Control::Abort(self.node)));
+        }
+        Greedy.merge(view, requests)
+    }
+
+    fn choose(&self, view: &View, requests: Vec<Arc<Request>>) -> Chosen {
+        Greedy.choose(view, requests)
+    }
+}
+
+/// Aborts a node in the middle of that round.
 fn check(node: NodeId, in_round: u32) {
     let mission = load(&experiment_file(1));
     let body = |index: usize| motion::simulated(&mission.robot.controllers[index].kind);
-    let mut has_opened = false;
-    let abort = move |record: &Record| {
-        let opens = matches!(record, Record::Sent { round, message: Message::Activation, .. } if *round == in_round);
-        (opens && !std::mem::replace(&mut has_opened, true)).then_some(Control::Abort(node))
-    };
-    let live = live::run(&mission, 100.0, body, abort);
+    let settings =
+        |control| Settings { allocator: Arc::new(Tripwire { node, in_round, control }), ..Settings::default() };
+    let live = live::run_with(&mission, 100.0, body, settings, |_| None);
     let name = mission.names.node(node);
     assert_eq!(live.ended, Ended::Mission(MissionEnd::NodeLost(node)), "{name}");
+    let is_later = |record: &&Record| matches!(record, Record::Decided { round, .. } if *round > in_round);
+    assert_eq!(live.records.iter().find(is_later), None, "{name}: no round comes after it");
     let is_of_round = |record: &&Record| matches!(record, Record::Decided { round, .. } if *round == in_round);
-    assert_eq!(live.records.iter().find(is_of_round), None, "{name}: it was in mid-round");
+    if node == NodeId(0) {
+        assert_eq!(live.records.iter().find(is_of_round), None, "{name}: it was in mid-round");
+    }
     let end = live.records.iter().find_map(|record| match record {
         Record::Ended { end, .. } => Some(*end),
         _ => None,

@@ -40,6 +40,17 @@ pub fn run(
     mission: &MissionSpec,
     speed: f64,
     body: impl Fn(usize) -> Body,
+    watch: impl FnMut(&Record) -> Option<Control> + Send + 'static,
+) -> Live {
+    run_with(mission, speed, body, |_| Settings::default(), watch)
+}
+
+/// The same with settings that may tell something to the run.
+pub fn run_with(
+    mission: &MissionSpec,
+    speed: f64,
+    body: impl Fn(usize) -> Body,
+    settings: impl FnOnce(mpsc::UnboundedSender<Control>) -> Settings,
     mut watch: impl FnMut(&Record) -> Option<Control> + Send + 'static,
 ) -> Live {
     let instance = Instance::fresh();
@@ -70,6 +81,7 @@ pub fn run(
         let published: Vec<_> = links.iter().map(|link| Arc::clone(&link.published)).collect();
         let links = links.into_iter().map(|link| Box::new(Readable::new(link)) as Box<dyn Port>).collect();
         let (control, controlled) = mpsc::unbounded_channel();
+        let settings = settings(control.clone());
         let to_records = Arc::clone(&records);
         let journal = Box::new(move |record: &Record| {
             if let Some(order) = watch(record) {
@@ -77,13 +89,7 @@ pub fn run(
             }
             to_records.lock().expect("no poison").push(record.clone());
         });
-        let options = Options {
-            settings: Settings::default(),
-            clock,
-            attach_timeout: Some(DEADLINE),
-            grace: GRACE,
-            journal: Some(journal),
-        };
+        let options = Options { settings, clock, attach_timeout: Some(DEADLINE), grace: GRACE, journal: Some(journal) };
         // A task like the others, so that it is woken in turn with them and not after many of their steps.
         let run = tokio::spawn(runtime::run(Arc::new(mission.clone()), links, options, controlled));
         let ended = tokio::time::timeout(DEADLINE, run).await.expect("the run hangs");

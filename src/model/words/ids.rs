@@ -42,3 +42,12 @@ ids! {
     /// A controller process.
     ControllerId,
 }
+
+/// Identity of a command: which attachment of the controller, and a number that never comes twice in it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct CommandId {
+    /// How often the controller had attached, counted by the daemon.
+    pub generation: u32,
+    /// Grows with every command of an attachment.
+    pub number: u32,
+}

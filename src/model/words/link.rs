@@ -3,16 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::{Change, Command, ControllerKind, Location, Mode, ObjectId, Pose, Rejection, ResourceId, Time};
-
-/// Identity of a command: which attachment of the controller, and a number that never comes twice in it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct CommandId {
-    /// How often the controller had attached, counted by the daemon.
-    pub generation: u32,
-    /// Grows with every command of an attachment.
-    pub number: u32,
-}
+use super::{Change, Command, CommandId, ControllerKind, Location, Mode, ObjectId, Pose, Rejection, ResourceId, Time};
 
 /// From the runtime to a controller.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -21,9 +21,9 @@ mod world_state;
 
 pub use claim::{Access, Claim, Retention, Selector};
 pub use goal::{Command, End, Fault, Goal, Mode, Outcome, Part};
-pub use ids::{ChannelId, ControllerId, FactId, NodeId, ObjectId, PlaceId, ResourceId, TypeId};
+pub use ids::{ChannelId, CommandId, ControllerId, FactId, NodeId, ObjectId, PlaceId, ResourceId, TypeId};
 pub use lineage::{Lineage, NodeRange};
-pub use link::{CommandId, ControllerState, FromController, PartEnd, ToController};
+pub use link::{ControllerState, FromController, PartEnd, ToController};
 pub use loss::Loss;
 pub use matching::match_claims;
 pub use names::{Names, make_legible};

@@ -121,9 +121,9 @@ experiment 1 on pr2, greedy: 22 nodes with 16 behaviors
     7.400 s    r2    all objects → object 1       activation
     7.400 s    r2         pick 1 → object 1       asks with potential 9.000 for base for \"at shelf\", left_gripper or right_gripper alone; skips move 1-1; an intention is kept for it
     7.400 s    r2       move 3-1 → object 3       cannot: the base does not stand at shelf
-    7.400 s    r2           root                  grants pick 1 left_gripper alone, base and head for \"at shelf\" (skipping move 1-1); not move 3-1: move 2-1 took base with potential 0.500 against 0.250
+    7.400 s    r2           root                  grants pick 1 left_gripper alone, base and head for \"at shelf\" (skipping move 1-1); not move 3-1: outbid by move 2-1 for base (0.500 against 0.250)
     7.400 s    r2       object 1 → pick 1         granted
-    7.400 s    r2       object 3 → move 3-1       refused: move 2-1 took base with potential 0.500 against 0.250
+    7.400 s    r2       object 3 → move 3-1       refused: outbid by move 2-1 for base (0.500 against 0.250)
     9.000 s               pick 1 → left_arm       goal 1.7: grasp object 1
     9.000 s               pick 1 → head           goal 1.7: look at (0.50, 0.25, 0.75), until told to stop
     9.000 s               pick 2 → head           shares goal 1.7
