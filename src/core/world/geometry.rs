@@ -2,7 +2,8 @@
 
 use nalgebra::Point3;
 
-use super::paths;
+use super::FreeSpace;
+use super::paths::{self, Found};
 use ambidex_model::{ControllerKind, Location, ObjectId, PlaceId, Pose, ResourceId, RobotSpec, WorldSpec, WorldState};
 
 /// The robot's body in the fixed part of the world.
@@ -10,8 +11,10 @@ use ambidex_model::{ControllerKind, Location, ObjectId, PlaceId, Pose, ResourceI
 pub struct Geometry<'a> {
     /// Its body: shoulders, reach, radius.
     pub robot: &'a RobotSpec,
-    /// Places, surfaces, obstacles.
+    /// Places and surfaces.
     pub world: &'a WorldSpec,
+    /// Where the base can drive.
+    pub free_space: &'a FreeSpace,
 }
 
 impl Geometry<'_> {
@@ -50,8 +53,8 @@ impl Geometry<'_> {
         }
     }
 
-    /// Way points from where the base is to a stand, the stand last; none where no free path leads there.
-    pub fn path(&self, from: Pose, to: Pose) -> Option<Vec<Pose>> {
-        paths::find(&self.world.obstacles, self.robot.radius_m, from, to)
+    /// A search for a free path from where the base is to a stand, bounded in work; [`super::KnownPaths`] remembers.
+    pub fn find_path(&self, from: Pose, to: Pose) -> Found {
+        paths::find(self.free_space, from, to)
     }
 }

@@ -62,6 +62,7 @@ impl Holdings {
             | Reason::NotAt { .. }
             | Reason::Driving { .. }
             | Reason::NoPath { .. }
+            | Reason::PathNotFound { .. }
             | Reason::Fact { .. }
             | Reason::AlreadyDone { .. }
             | Reason::SameObject { .. }
