@@ -321,7 +321,7 @@ fn view_of(mission: &Arc<MissionSpec>) -> View {
         running: Default::default(),
         progress: 0,
         mission: Arc::clone(mission),
-        free_space: Arc::new(FreeSpace::new(mission)),
+        free_space: Arc::new(FreeSpace::new(&mission.world.obstacles, mission.robot.radius_m)),
         rules: Arc::new(Unconstrained),
     }
 }

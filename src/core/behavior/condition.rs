@@ -17,7 +17,7 @@ pub fn check(condition: &Condition, view: &View, line: &Lineage<'_>, known: &mut
             None => met(is_at(world_state.base, *stand, *tolerance_m), || Reason::NotAt { place: *place }),
         },
         Condition::Path { place, stand } => {
-            let no_path = known.path(view.geometry(), world_state.base, *stand).err();
+            let no_path = known.path(&view.free_space, world_state.base, *stand).err();
             no_path.map_or(Ok(()), |no_path| Err(unreached(no_path, *place)))
         }
         Condition::Held(object) => {

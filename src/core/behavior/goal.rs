@@ -17,7 +17,7 @@ fn command(task: Task, view: &View, known: &mut KnownPaths) -> Command {
     let (geometry, world_state) = (view.geometry(), &view.world_state);
     match task {
         Task::DriveTo(stand) => {
-            let path = known.path(geometry, world_state.base, stand);
+            let path = known.path(&view.free_space, world_state.base, stand);
             Command::Drive { path: path.map_or_else(|_| vec![stand], <[_]>::to_vec) }
         }
         Task::Stand => Command::Stand,

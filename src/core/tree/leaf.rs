@@ -103,9 +103,9 @@ impl Leaf {
     }
 
     fn proposal(&mut self, view: &View, skips: &[NodeRange]) -> behavior::Answer {
-        let mission = Arc::clone(&self.mission);
-        let spec = mission.tree.behavior(self.id).expect("a leaf has a behavior");
-        let line = Lineage { topology: &mission.tree.topology, node: self.id, skips };
+        let tree = &self.mission.tree;
+        let spec = tree.behavior(self.id).expect("a leaf has a behavior");
+        let line = Lineage { topology: &tree.topology, node: self.id, skips };
         let lapsed = self.lapsed.as_ref().filter(|lapsed| lapsed.progress == view.progress);
         match (behavior::answer(spec, view, &line, &mut self.known_paths), lapsed) {
             (behavior::Answer::Satisfied, _) => behavior::Answer::Satisfied,

@@ -73,7 +73,7 @@ impl Root {
     pub(super) fn new(mission: &Arc<MissionSpec>, settings: &Settings) -> Self {
         Self {
             mission: Arc::clone(mission),
-            free_space: Arc::new(FreeSpace::new(mission)),
+            free_space: Arc::new(FreeSpace::new(&mission.world.obstacles, mission.robot.radius_m)),
             settings: settings.clone(),
             table: ResourceTable::new(mission.robot.resources.len()),
             last_recorded: ResourceTable::new(mission.robot.resources.len()),

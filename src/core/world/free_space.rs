@@ -6,12 +6,12 @@ use nalgebra::Point2;
 use rstar::{AABB, RTree, RTreeObject, SelectionFunction};
 
 use super::footprint::{Footprint, TURNS};
-use ambidex_model::MissionSpec;
+use ambidex_model::Obstacle;
 
 /// How far the first look along a leg goes, meters; each further one goes twice as far.
 const LOOK_M: f64 = 2.0;
 
-/// The obstacles of a mission for a base of its radius.
+/// The obstacles of a world for a base of some radius.
 #[derive(Debug)]
 pub struct FreeSpace {
     radius_m: f64,
@@ -30,12 +30,12 @@ struct Indexed {
 }
 
 impl FreeSpace {
-    /// Of the world as it was read; obstacles never change during a mission.
-    pub fn new(mission: &MissionSpec) -> Self {
-        let footprints: Vec<_> = mission.world.obstacles.iter().map(Footprint::of).collect();
+    /// Heights do not matter: whatever stands somewhere is in the way.
+    pub fn new(obstacles: &[Obstacle], radius_m: f64) -> Self {
+        let footprints: Vec<_> = obstacles.iter().map(Footprint::of).collect();
         let indexed = footprints.iter().enumerate().map(|(obstacle, &footprint)| Indexed { obstacle, footprint });
         let index = RTree::bulk_load(indexed.collect());
-        Self { radius_m: mission.robot.radius_m, footprints, index }
+        Self { radius_m, footprints, index }
     }
 
     /// What stops the base first, or nearly so, on a straight leg; none where it is free.

@@ -2,19 +2,15 @@
 
 use nalgebra::Point3;
 
-use super::FreeSpace;
-use super::paths::{self, Found};
-use ambidex_model::{ControllerKind, Location, ObjectId, PlaceId, Pose, ResourceId, RobotSpec, WorldSpec, WorldState};
+use ambidex_model::{ControllerKind, Location, ObjectId, PlaceId, ResourceId, RobotSpec, WorldSpec, WorldState};
 
 /// The robot's body in the fixed part of the world.
 #[derive(Debug, Clone, Copy)]
 pub struct Geometry<'a> {
     /// Its body: shoulders, reach, radius.
     pub robot: &'a RobotSpec,
-    /// Places and surfaces.
+    /// Places and surfaces; what of it is free to drive is [`super::FreeSpace`]'s.
     pub world: &'a WorldSpec,
-    /// Where the base can drive.
-    pub free_space: &'a FreeSpace,
 }
 
 impl Geometry<'_> {
@@ -51,10 +47,5 @@ impl Geometry<'_> {
             }
             Some(ControllerKind::Base(_) | ControllerKind::Head(_)) | None => Some(0.0),
         }
-    }
-
-    /// A search for a free path from where the base is to a stand, bounded in work; [`super::KnownPaths`] remembers.
-    pub fn find_path(&self, from: Pose, to: Pose) -> Found {
-        paths::find(self.free_space, from, to)
     }
 }

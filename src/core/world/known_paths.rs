@@ -1,6 +1,7 @@
 //! What was found of the paths from one pose, so that nothing is searched twice.
 
-use super::{Geometry, NoPath};
+use super::FreeSpace;
+use super::paths::{self, NoPath};
 use ambidex_model::Pose;
 
 /// The paths that one behavior asked for from where the base stands. Obstacles never change during a mission, so that
@@ -16,13 +17,13 @@ impl KnownPaths {
     ///
     /// # Errors
     /// That there is no free path, or that none was found within bounds.
-    pub fn path(&mut self, geometry: Geometry<'_>, from: Pose, to: Pose) -> Result<&[Pose], NoPath> {
+    pub fn path(&mut self, space: &FreeSpace, from: Pose, to: Pose) -> Result<&[Pose], NoPath> {
         if self.from != Some(from) {
             self.from = Some(from);
             self.found.clear();
         }
         let at = self.found.iter().position(|(goal, _)| *goal == to).unwrap_or_else(|| {
-            self.found.push((to, geometry.find_path(from, to).path));
+            self.found.push((to, paths::find_path(space, from, to).path));
             self.found.len() - 1
         });
         match &self.found[at].1 {

@@ -10,5 +10,8 @@ mod view;
 pub use free_space::FreeSpace;
 pub use geometry::Geometry;
 pub use known_paths::KnownPaths;
-pub use paths::{Found, NoPath};
+pub use paths::{Found, NoPath, find_path};
 pub use view::{Compatible, Unconstrained, Use, View};
+
+#[cfg(test)]
+mod tests;

@@ -35,7 +35,7 @@ pub struct View {
 impl View {
     /// The robot in the fixed part of the world.
     pub fn geometry(&self) -> Geometry<'_> {
-        Geometry { robot: &self.mission.robot, world: &self.mission.world, free_space: &self.free_space }
+        Geometry { robot: &self.mission.robot, world: &self.mission.world }
     }
 
     /// The running behavior that moves the base, if any does.

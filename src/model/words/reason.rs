@@ -72,7 +72,7 @@ pub enum Reason {
     PathNotFound {
         /// Where the base is to go.
         place: PlaceId,
-        /// Boxes, and groups of boxes, that were held against legs before it was given up.
+        /// How much work it was: boxes held against legs, mostly.
         steps: u32,
     },
     /// A fact is not as it must be.
