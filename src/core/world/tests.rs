@@ -190,6 +190,20 @@ fn work_is_bounded_among_2_000_boxes() {
     assert!(found.path == Err(NoPath::Closed) && is_bounded(&found), "{} {}", found.steps, found.expansions);
 }
 
+/// Each end is shut in with so many boxes that all ways between them cannot be tried.
+#[test]
+fn a_search_beyond_the_bound_says_so() {
+    let side_m = 60.0;
+    let one = scattered(800, side_m, 1);
+    let moved = |&[x, y, to_x, to_y]: &Corners| [x + 100.0, y, to_x + 100.0, to_y];
+    let mut boxes: Vec<_> = one.iter().copied().chain(one.iter().map(moved)).collect();
+    boxes.extend(room([-2.0, -2.0, side_m + 2.0, side_m + 2.0]));
+    boxes.extend(room([98.0, -2.0, side_m + 102.0, side_m + 2.0]));
+    let found = search(&boxes, [0.0, 0.0], [100.0, 0.0]);
+    assert_eq!(found.path, Err(NoPath::Beyond(4_000_000)), "{} {}", found.steps, found.expansions);
+    assert!(found.steps < 4_010_000, "{}", found.steps);
+}
+
 /// A room with boxes and two points, in decimeters so that touches are frequent.
 fn rooms() -> impl Strategy<Value = (Vec<Corners>, [f64; 2], [f64; 2])> {
     let at = || (2..58_u32, 2..58_u32).prop_map(|(x, y)| [f64::from(x) / 10.0, f64::from(y) / 10.0]);
