@@ -25,6 +25,7 @@ const SIDE_M: f64 = 30.0;
 /// Around both ends nothing stands, meters.
 const CLEAR_M: f64 = 1.5;
 const REPEATS: usize = 5;
+const ROUNDING_M: f64 = 0.01;
 
 fn main() {
     tell("Constant density, 4 m² per box, from corner to corner:", 0.0, |n| (n as f64 * GROUND_M2).sqrt());
@@ -109,6 +110,9 @@ fn measure(n: usize, side_m: f64, inset: f64, seed: u64) -> Row {
         let path = grid::find(&obstacles, RADIUS_M, from, to);
         (begun.elapsed().as_secs_f64() * 1e3, path.map(|path| length_m(from, &path)))
     });
+    if let Some((_, Some(grid_m))) = grid {
+        assert!(path_m.is_some_and(|path_m| path_m < grid_m + ROUNDING_M), "no path is longer than the grid's");
+    }
     Row { found, search_us, index_us, path_m, grid }
 }
 
