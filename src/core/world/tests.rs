@@ -277,7 +277,7 @@ fn is_free_by_parry([x, y, to_x, to_y]: Corners, a: [f64; 2], b: [f64; 2], radiu
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
 
     #[test]
     fn legs_are_judged_as_parry_does(
