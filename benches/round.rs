@@ -27,7 +27,7 @@ use ambidex::tree::{
     self, Activation, Allocator, Answer, Chosen, Down, Effect, Greedy, Input, Merged, Node, Outbox, Settings, Up,
     Verdict,
 };
-use ambidex::world::{Unconstrained, View};
+use ambidex::world::{FreeSpace, Unconstrained, View};
 use criterion::{BenchmarkId, Criterion, SamplingMode};
 use floor::Floor;
 use tokio::sync::mpsc;
@@ -321,6 +321,7 @@ fn view_of(mission: &Arc<MissionSpec>) -> View {
         running: Default::default(),
         progress: 0,
         mission: Arc::clone(mission),
+        free_space: Arc::new(FreeSpace::new(&mission.world.obstacles, mission.robot.radius_m)),
         rules: Arc::new(Unconstrained),
     }
 }

@@ -213,6 +213,7 @@ fn blocked() -> Vec<Blocked> {
         Reason::NotAt { place },
         Reason::Driving { by: node },
         Reason::NoPath { place },
+        Reason::PathNotFound { place, steps: 1_000 },
         Reason::Fact { fact, holds: true },
         Reason::NothingAvailable { of },
         Reason::AlreadyDone { heir: node, lacks: Box::new(Reason::NotAt { place }) },

@@ -33,8 +33,8 @@ const ROOMS: &[(&str, &[(&str, u32)])] = &[
 
 /// Crates that are spoken to in one place.
 const ALONE: &[(&str, &str)] = &[
-    ("parry3d", "src/core/world/"),
-    ("pathfinding", "src/core/world/"),
+    ("parry3d", "src/core/world/tests.rs"),
+    ("rstar", "src/core/world/free_space.rs"),
     ("serde_saphyr", "src/files/document.rs"),
     ("indicatif", "bins/ambidex/terminal.rs"),
     ("svg::node", "src/show/svg/page.rs"),
@@ -47,8 +47,7 @@ const FUNCTION_WALL: usize = 70;
 const CONTROLLER_PACKAGES: usize = 75;
 
 /// What the core and its words may depend on directly: mathematics and derives.
-const CORE_NEEDS: &[&str] =
-    &["ambidex-core", "ambidex-model", "nalgebra", "parry3d", "pathfinding", "serde", "strsim", "thiserror"];
+const CORE_NEEDS: &[&str] = &["ambidex-core", "ambidex-model", "nalgebra", "rstar", "serde", "strsim", "thiserror"];
 
 /// What does IO, or waits, or looks at a clock: nothing of the kind is below the core.
 const IO: &[&str] =

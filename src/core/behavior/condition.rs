@@ -1,24 +1,24 @@
 //! Conditions over world and line.
 
-use crate::world::View;
-use ambidex_model::{Condition, Lineage, Location, Pose, Reason};
+use crate::world::{KnownPaths, NoPath, View};
+use ambidex_model::{Condition, Lineage, Location, PlaceId, Pose, Reason};
 
 /// Whether a condition is met.
 ///
 /// # Errors
 /// What is not so; [`Condition::Never`] has no better word than that the goal is not met by itself.
-pub fn check(condition: &Condition, view: &View, line: &Lineage<'_>) -> Result<(), Reason> {
+pub fn check(condition: &Condition, view: &View, line: &Lineage<'_>, known: &mut KnownPaths) -> Result<(), Reason> {
     let world_state = &view.world_state;
     match condition {
-        Condition::All(parts) => parts.iter().try_for_each(|part| check(part, view, line)),
+        Condition::All(parts) => parts.iter().try_for_each(|part| check(part, view, line, known)),
         Condition::Never => Err(Reason::NotItsTurn { after: line.node }),
         Condition::At { place, stand, tolerance_m } => match view.driver() {
             Some(by) => Err(Reason::Driving { by }),
             None => met(is_at(world_state.base, *stand, *tolerance_m), || Reason::NotAt { place: *place }),
         },
         Condition::Path { place, stand } => {
-            let path = view.geometry().path(world_state.base, *stand);
-            met(path.is_some(), || Reason::NoPath { place: *place })
+            let no_path = known.path(&view.free_space, world_state.base, *stand).err();
+            no_path.map_or(Ok(()), |no_path| Err(unreached(no_path, *place)))
         }
         Condition::Held(object) => {
             let is_held = match world_state.objects[object.index()] {
@@ -41,6 +41,13 @@ pub fn check(condition: &Condition, view: &View, line: &Lineage<'_>) -> Result<(
         Condition::Fact(fact, holds) => {
             met(world_state.facts[fact.index()] == *holds, || Reason::Fact { fact: *fact, holds: *holds })
         }
+    }
+}
+
+fn unreached(no_path: NoPath, place: PlaceId) -> Reason {
+    match no_path {
+        NoPath::Closed => Reason::NoPath { place },
+        NoPath::Beyond(steps) => Reason::PathNotFound { place, steps },
     }
 }
 

@@ -1,24 +1,26 @@
 //! From a grant to a goal, and from an outcome to what is different in the world.
 
-use crate::world::View;
+use crate::world::{KnownPaths, View};
 use ambidex_model::{
     BehaviorSpec, Change, Command, EffectTerm, End, Fault, Goal, Grant, Location, Outcome, Part, ResourceId, Task,
 };
 
-/// The goal of a granted behavior, with positions as of the view it asked in.
-pub fn goal(spec: &BehaviorSpec, grant: &Grant, view: &View) -> Goal {
+/// The goal of a granted behavior, with positions as of the view it asked in and the path that it asked with.
+pub fn goal(spec: &BehaviorSpec, grant: &Grant, view: &View, known: &mut KnownPaths) -> Goal {
     let parts = spec.commands.iter().map(|term| {
         let binding = grant.bindings[term.claim];
-        Part { resource: binding.resource, access: binding.access, mode: term.mode, command: command(term.task, view) }
+        let command = command(term.task, view, known);
+        Part { resource: binding.resource, access: binding.access, mode: term.mode, command }
     });
     Goal { leaf: grant.leaf(), parts: parts.collect(), takes: spec.takes, timeout: spec.timeout }
 }
 
-fn command(task: Task, view: &View) -> Command {
+fn command(task: Task, view: &View, known: &mut KnownPaths) -> Command {
     let (geometry, world_state) = (view.geometry(), &view.world_state);
     match task {
         Task::DriveTo(stand) => {
-            Command::Drive { path: geometry.path(world_state.base, stand).unwrap_or_else(|| vec![stand]) }
+            let path = known.path(&view.free_space, world_state.base, stand);
+            Command::Drive { path: path.map_or_else(|_| vec![stand], <[_]>::to_vec) }
         }
         Task::Stand => Command::Stand,
         Task::Grasp(object) => {

@@ -8,7 +8,7 @@ pub(crate) use candidates::too_few;
 pub use condition::check;
 pub use goal::{believed, changes, goal};
 
-use crate::world::View;
+use crate::world::{KnownPaths, View};
 use ambidex_model::{BehaviorSpec, Lineage, Potential, Reason, Request, Task, TypeId};
 
 /// What a behavior says to an activation.
@@ -23,23 +23,23 @@ pub enum Answer {
 }
 
 /// Whether the behavior's goal is met.
-pub fn is_satisfied(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>) -> bool {
-    check(&spec.satisfied, view, line).is_ok()
+pub fn is_satisfied(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>, known: &mut KnownPaths) -> bool {
+    check(&spec.satisfied, view, line, known).is_ok()
 }
 
-/// What a behavior that is not done says (III-B, III-C).
-pub fn answer(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>) -> Answer {
-    if is_satisfied(spec, view, line) {
+/// What a behavior that is not done says (III-B, III-C); paths that it asks for are `known` after that.
+pub fn answer(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>, known: &mut KnownPaths) -> Answer {
+    if is_satisfied(spec, view, line, known) {
         return Answer::Satisfied;
     }
-    match request(spec, view, line) {
+    match request(spec, view, line, known) {
         Ok(request) => Answer::Request(request),
         Err(reason) => Answer::Blocked(reason),
     }
 }
 
-fn request(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>) -> Result<Request, Reason> {
-    check(&spec.precondition, view, line)?;
+fn request(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>, known: &mut KnownPaths) -> Result<Request, Reason> {
+    check(&spec.precondition, view, line, known)?;
     let potential = potential(&spec.potential, view, line)?;
     for &object in &spec.changes {
         let mut others = view.running.iter();

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::behavior;
-use crate::world::View;
+use crate::world::{KnownPaths, View};
 use ambidex_model::{Blocked, Grant, LeaseKind, Lineage, NodeId, Reason, Reopened, ResourceTable, TreeSpec};
 
 /// What root knows at the end of a round.
@@ -70,6 +70,7 @@ impl LapseCheck<'_> {
             | Reason::Elsewhere { .. }
             | Reason::NotAt { .. }
             | Reason::NoPath { .. }
+            | Reason::PathNotFound { .. }
             | Reason::Fact { .. }
             | Reason::AlreadyDone { .. }
             | Reason::Alternative { .. }
@@ -84,7 +85,7 @@ impl LapseCheck<'_> {
         let no_longer_met = |leaf: NodeId| {
             let spec = self.tree.behavior(leaf).expect("behaviors keep leases");
             let line = Lineage { topology: &self.tree.topology, node: leaf, skips: &[] };
-            !behavior::is_satisfied(spec, self.view, &line)
+            !behavior::is_satisfied(spec, self.view, &line, &mut KnownPaths::default())
         };
         let is_earlier = |holder: NodeId, leaf| {
             let mut activated = self.refused.range(holder..self.tree.topology.end(holder));

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use super::{Activation, Answer, Down, Effect, Outbox, Release, Up, Verdict};
 use crate::behavior;
-use crate::world::View;
+use crate::world::{KnownPaths, View};
 use ambidex_model::{
-    BehaviorSpec, Blocked, Completion, Consequences, End, Grant, Lineage, MissionSpec, NodeId, Outcome, Reason, Request,
+    BehaviorSpec, Blocked, Completion, Consequences, End, Grant, Lineage, MissionSpec, NodeId, NodeRange, Outcome,
+    Reason, Request,
 };
 
 /// The machine of a leaf.
@@ -19,6 +20,7 @@ pub struct Leaf {
     grant: Option<Grant>,
     failures: u32,
     lapsed: Option<Lapsed>,
+    known_paths: KnownPaths,
 }
 
 /// Why it does not ask although it is not done.
@@ -30,7 +32,16 @@ struct Lapsed {
 
 impl Leaf {
     pub(super) fn new(id: NodeId, mission: &Arc<MissionSpec>) -> Self {
-        Self { id, mission: Arc::clone(mission), round: 0, proposal: None, grant: None, failures: 0, lapsed: None }
+        Self {
+            id,
+            mission: Arc::clone(mission),
+            round: 0,
+            proposal: None,
+            grant: None,
+            failures: 0,
+            lapsed: None,
+            known_paths: KnownPaths::default(),
+        }
     }
 
     pub(super) fn on_down(&mut self, down: Down, out: &mut Outbox) {
@@ -70,13 +81,12 @@ impl Leaf {
     }
 
     fn on_activation(&mut self, Activation { view, skips }: Activation, out: &mut Outbox) {
-        let line = Lineage { topology: &self.mission.tree.topology, node: self.id, skips: &skips };
         let mut answer = Answer { round: view.round, ..Answer::default() };
         // What ended while this round was on its way still runs in the eyes of root.
         if view.running.contains_key(&self.id) {
             answer.is_running = true;
         } else {
-            match self.proposal(&view, &line) {
+            match self.proposal(&view, &skips) {
                 behavior::Answer::Request(request) => answer.requests.push(Arc::new(request)),
                 behavior::Answer::Satisfied => {
                     answer.is_satisfied = true;
@@ -93,9 +103,12 @@ impl Leaf {
         out.push(Effect::Up(Up::Answer(Box::new(answer))));
     }
 
-    fn proposal(&self, view: &View, line: &Lineage<'_>) -> behavior::Answer {
+    fn proposal(&mut self, view: &View, skips: &[NodeRange]) -> behavior::Answer {
+        let tree = &self.mission.tree;
+        let spec = tree.behavior(self.id).expect("a leaf has a behavior");
+        let line = Lineage { topology: &tree.topology, node: self.id, skips };
         let lapsed = self.lapsed.as_ref().filter(|lapsed| lapsed.progress == view.progress);
-        match (behavior::answer(self.spec(), view, line), lapsed) {
+        match (behavior::answer(spec, view, &line, &mut self.known_paths), lapsed) {
             (behavior::Answer::Satisfied, _) => behavior::Answer::Satisfied,
             (_, Some(Lapsed { for_whom, .. })) => behavior::Answer::Blocked(Reason::AlreadyDone {
                 heir: for_whom.leaf,
@@ -108,7 +121,8 @@ impl Leaf {
     fn on_verdict(&mut self, verdict: &Verdict, out: &mut Outbox) {
         let proposal = self.proposal.take();
         if let (Some(grant), Some(view)) = (verdict.granted.get(&self.id), proposal) {
-            out.push(Effect::Start(behavior::goal(self.spec(), grant, &view)));
+            let spec = self.mission.tree.behavior(self.id).expect("a leaf has a behavior");
+            out.push(Effect::Start(behavior::goal(spec, grant, &view, &mut self.known_paths)));
             self.grant = Some(grant.clone());
             self.lapsed = None;
         }

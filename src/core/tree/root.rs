@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::lapse::LapseCheck;
 use super::{Activation, Allocator, Answer, Down, Effect, Greedy, Outbox, Release, Verdict};
-use crate::world::{Compatible, Unconstrained, View};
+use crate::world::{Compatible, FreeSpace, Unconstrained, View};
 use ambidex_model::{
     Blocked, Change, Claim, Grant, Heir, LeaseKind, MissionEnd, MissionSpec, NodeId, Reason, Record, Reopened,
     ResourceTable, Retention, Time, WorldState,
@@ -35,6 +35,7 @@ impl Default for Settings {
 #[derive(Debug)]
 pub struct Root {
     mission: Arc<MissionSpec>,
+    free_space: Arc<FreeSpace>,
     settings: Settings,
     table: ResourceTable,
     /// The table as the records tell it.
@@ -72,6 +73,7 @@ impl Root {
     pub(super) fn new(mission: &Arc<MissionSpec>, settings: &Settings) -> Self {
         Self {
             mission: Arc::clone(mission),
+            free_space: Arc::new(FreeSpace::new(&mission.world.obstacles, mission.robot.radius_m)),
             settings: settings.clone(),
             table: ResourceTable::new(mission.robot.resources.len()),
             last_recorded: ResourceTable::new(mission.robot.resources.len()),
@@ -174,6 +176,7 @@ impl Root {
             running: self.running.clone(),
             progress: self.progress,
             mission: Arc::clone(&self.mission),
+            free_space: Arc::clone(&self.free_space),
             rules: Arc::clone(&self.settings.rules),
         });
         self.open = Some(Arc::clone(&view));

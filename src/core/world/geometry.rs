@@ -2,15 +2,14 @@
 
 use nalgebra::Point3;
 
-use super::paths;
-use ambidex_model::{ControllerKind, Location, ObjectId, PlaceId, Pose, ResourceId, RobotSpec, WorldSpec, WorldState};
+use ambidex_model::{ControllerKind, Location, ObjectId, PlaceId, ResourceId, RobotSpec, WorldSpec, WorldState};
 
 /// The robot's body in the fixed part of the world.
 #[derive(Debug, Clone, Copy)]
 pub struct Geometry<'a> {
     /// Its body: shoulders, reach, radius.
     pub robot: &'a RobotSpec,
-    /// Places, surfaces, obstacles.
+    /// Places and surfaces; what of it is free to drive is [`super::FreeSpace`]'s.
     pub world: &'a WorldSpec,
 }
 
@@ -48,10 +47,5 @@ impl Geometry<'_> {
             }
             Some(ControllerKind::Base(_) | ControllerKind::Head(_)) | None => Some(0.0),
         }
-    }
-
-    /// Way points from where the base is to a stand, the stand last; none where no free path leads there.
-    pub fn path(&self, from: Pose, to: Pose) -> Option<Vec<Pose>> {
-        paths::find(&self.world.obstacles, self.robot.radius_m, from, to)
     }
 }

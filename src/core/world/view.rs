@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use super::Geometry;
+use super::{FreeSpace, Geometry};
 use ambidex_model::{
     Grant, LeaseKind, Lineage, MissionSpec, NodeId, Reason, ResourceId, ResourceTable, Task, Time, WorldState,
 };
@@ -26,6 +26,8 @@ pub struct View {
     pub progress: u64,
     /// Robot, tree and the fixed part of the world.
     pub mission: Arc<MissionSpec>,
+    /// The obstacles of the mission as the base sees them.
+    pub free_space: Arc<FreeSpace>,
     /// What may go on at once beyond resources and objects.
     pub rules: Arc<dyn Compatible>,
 }

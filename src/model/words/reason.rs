@@ -77,6 +77,13 @@ pub enum Reason {
         /// Where the base is to go.
         place: PlaceId,
     },
+    /// A search that is bounded in work found no free path to the place, which does not mean that there is none.
+    PathNotFound {
+        /// Where the base is to go.
+        place: PlaceId,
+        /// How much work it was: boxes held against legs, mostly.
+        steps: u32,
+    },
     /// A fact is not as it must be.
     Fact {
         /// Its name in the mission.
@@ -180,6 +187,9 @@ impl Reason {
             Self::NotAt { place } => format!("the base does not stand at {}", names.place(*place)),
             Self::Driving { by } => format!("the base is being driven by {}", names.node(*by)),
             Self::NoPath { place } => format!("no free path leads to {}", names.place(*place)),
+            Self::PathNotFound { place, steps } => {
+                format!("no free path to {} was found within {steps} steps of search", names.place(*place))
+            }
             Self::Fact { fact, holds: true } => format!("\"{}\" does not hold", names.fact(*fact)),
             Self::Fact { fact, holds: false } => format!("\"{}\" holds", names.fact(*fact)),
             Self::Unwanted => "its potential is 0, which means that it is not to run".into(),

@@ -128,6 +128,7 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
         | Reason::NotAt { .. }
         | Reason::Driving { .. }
         | Reason::NoPath { .. }
+        | Reason::PathNotFound { .. }
         | Reason::Fact { .. }
         | Reason::NothingAvailable { .. }
         | Reason::Outdone { .. }

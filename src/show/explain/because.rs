@@ -48,6 +48,7 @@ pub(super) fn because(reason: &Reason, history: &History) -> Because {
         | Reason::NotAt { .. }
         | Reason::Driving { .. }
         | Reason::NoPath { .. }
+        | Reason::PathNotFound { .. }
         | Reason::Fact { .. }
         | Reason::AlreadyDone { .. }
         | Reason::Outdone { .. }
