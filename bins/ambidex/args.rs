@@ -25,7 +25,8 @@ Exit codes:
     2  wrong usage, a faulty file, or a place that is taken already
     3  stalled: nothing runs and nothing can, with the reason of every leaf
     4  a controller was lost, or did not attach in time; of status: the daemon is gone, its mission did not end
-  130  canceled by Ctrl-C or SIGTERM
+    5  the mission is done, but its log is incomplete (a full disk)
+  130  canceled by Ctrl-C, SIGTERM or SIGHUP
 
 status ends with 0 whenever it could tell, however the mission ended.
 

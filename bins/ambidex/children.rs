@@ -9,9 +9,11 @@ use std::time::{Duration, Instant};
 
 use ambidex::link::Instance;
 use ambidex::model::RobotSpec;
+use ambidex::runtime::{Control, process_end};
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, Result};
 use rustix::process::{Pid, Signal, kill_process};
+use tokio::sync::mpsc;
 
 use crate::args::LogFormat;
 use crate::terminal::Terminal;
@@ -23,6 +25,7 @@ const POLL: Duration = Duration::from_millis(5);
 #[derive(Debug)]
 pub struct Children {
     children: Vec<Child>,
+    names: Vec<String>,
     voices: Vec<JoinHandle<()>>,
 }
 
@@ -37,7 +40,7 @@ impl Children {
     ) -> Result<Self> {
         let program = std::env::current_exe().into_diagnostic()?;
         let format = format.to_possible_value().expect("no form is hidden");
-        let mut children = Self { children: Vec::new(), voices: Vec::new() };
+        let mut children = Self { children: Vec::new(), names: Vec::new(), voices: Vec::new() };
         for controller in &robot.controllers {
             let mut command = Command::new(&program);
             command
@@ -58,8 +61,21 @@ impl Children {
             let voice = child.stderr.take().map(|stderr| voice(stderr, terminal.clone()));
             children.voices.extend(voice);
             children.children.push(child);
+            children.names.push(controller.name.clone());
         }
         Ok(children)
+    }
+
+    /// A child that ends before the mission begins will not attach: says so, and that nobody need wait for it.
+    pub fn watch(&self, terminal: &Terminal, run: &mpsc::UnboundedSender<Control>) {
+        for (child, name) in std::iter::zip(&self.children, &self.names) {
+            let (pid, terminal, run, name) = (child.id(), terminal.clone(), run.clone(), name.clone());
+            tokio::spawn(async move {
+                if process_end(pid).await.is_ok() && run.send(Control::GiveUp).is_ok() {
+                    terminal.say(&format!("the process of {name} has ended"));
+                }
+            });
+        }
     }
 
     /// Tells all to end and waits for it; kills those that have not when the time is over.

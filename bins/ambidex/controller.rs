@@ -8,7 +8,8 @@ use miette::{IntoDiagnostic, Result, miette};
 use crate::args::{ControllerArgs, LogFormat};
 use crate::diagnostics::report_all;
 use crate::exit::Exit;
-use crate::terminal::{QUIET, TALKING, Terminal};
+use crate::terminal::{Patience, QUIET, TALKING, Terminal};
+use crate::{descriptors, signals};
 
 /// Serves one simulated controller until it is told to stop.
 pub fn controller(args: &ControllerArgs) -> Result<Exit> {
@@ -23,8 +24,11 @@ pub fn controller(args: &ControllerArgs) -> Result<Exit> {
             names.join(", ")
         ));
     };
-    let terminal = Terminal::start(args.log_format, if args.parent.is_some() { QUIET } else { TALKING });
+    descriptors::ensure(1)?;
+    let filter = if args.parent.is_some() { QUIET } else { TALKING };
+    let terminal = Terminal::start(args.log_format, filter, Patience::Drops);
     let stop = Stop::on_signals().into_diagnostic()?;
+    signals::end_on_the_second().into_diagnostic()?;
     let options = ServeOptions { once: args.once, parent: args.parent, stop: Some(stop) };
     if args.parent.is_none() && args.log_format == LogFormat::Text {
         let (name, instance) = (&args.name, args.instance.name());

@@ -18,8 +18,17 @@ pub enum Exit {
     Stalled = 3,
     /// A controller was lost or not attached in time; a daemon is gone whose mission did not end.
     Controller = 4,
-    /// Ctrl-C or SIGTERM.
+    /// The mission is done, and its log is incomplete: the disk is full, or the file could not be written.
+    Log = 5,
+    /// Ctrl-C, SIGTERM or SIGHUP.
     Canceled = 130,
+}
+
+impl Exit {
+    /// The same end where the log could not be written to its end; what went wrong with the mission itself comes first.
+    pub fn with_incomplete_log(self) -> Self {
+        if self == Self::Done { Self::Log } else { self }
+    }
 }
 
 impl From<Exit> for ExitCode {

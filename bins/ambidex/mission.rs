@@ -5,25 +5,27 @@ use std::time::Duration;
 
 use ambidex::files::{self, Disk, Loaded};
 use ambidex::link::Instance;
-use ambidex::model::{MissionEnd, Record};
-use ambidex::runtime::{self, Clock, Control, Ended, Options, Sink};
+use ambidex::model::{ControllerId, Loss, MissionEnd, MissionSpec, Record};
+use ambidex::runtime::{self, Clock, Ended, Options, Sink};
 use ambidex::tree::Settings;
 use miette::{IntoDiagnostic, Result};
-use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::mpsc;
 
 use crate::args::{DaemonArgs, LiveArgs, MissionArgs, OnStall, RunArgs};
 use crate::children::Children;
 use crate::diagnostics::{report_all, say_all};
 use crate::exit::Exit;
-use crate::observer::{Observer, REDRAW};
-use crate::robot;
-use crate::terminal::{QUIET, Terminal};
+use crate::observer::Observer;
+use crate::terminal::{Patience, QUIET, Terminal};
+use crate::{descriptors, robot, signals};
 
 /// How long controllers may take to come to rest in the end.
 const GRACE: Duration = Duration::from_secs(3);
 /// How long children may take to end after that; what hangs is killed.
 const CHILD_GRACE: Duration = Duration::from_secs(1);
+
+/// How long the last words may wait for a reader.
+const TALK_GRACE: Duration = Duration::from_secs(1);
 
 /// Runs a mission with child processes.
 pub fn run(args: &RunArgs) -> Result<Exit> {
@@ -57,19 +59,24 @@ fn go(
     loaded: Loaded,
     has_children: bool,
 ) -> Result<Exit> {
-    let terminal = Terminal::start(args.log_format, QUIET);
+    descriptors::ensure(loaded.mission.robot.controllers.len())?;
+    let terminal = Terminal::start(args.log_format, QUIET, Patience::Drops);
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().into_diagnostic()?;
     let _entered = runtime.enter();
     // Before anything is begun that a signal would have to end.
     let (to_run, control) = mpsc::unbounded_channel();
-    let signals = cancel_on_signals(to_run).into_diagnostic()?;
+    let signals = signals::cancel_on_signals(to_run.clone()).into_diagnostic()?;
     let clock = Clock::start(live.speed);
     let links = robot::links(&loaded.mission, instance, &clock).into_diagnostic()?;
     let observer = Observer::new(&loaded.mission, args, instance.name(), &terminal, true).into_diagnostic()?;
     observer.say_what_it_waits_for();
     let observer = Arc::new(Mutex::new(observer));
     let robot = &loaded.mission.robot;
-    let start = || Children::start(robot, &loaded.robot_path, instance, args.log_format, &terminal);
+    let start = || {
+        let children = Children::start(robot, &loaded.robot_path, instance, args.log_format, &terminal)?;
+        children.watch(&terminal, &to_run);
+        Ok::<_, miette::Report>(children)
+    };
     let children = has_children.then(start).transpose()?;
     let to_observer = Arc::clone(&observer);
     let options = Options {
@@ -86,7 +93,6 @@ fn go(
     let mission = loaded.mission;
     let ended = runtime.block_on(async {
         tokio::spawn(signals);
-        tokio::spawn(refresh(Arc::clone(&observer)));
         runtime::run(Arc::clone(&mission), links, options, control).await
     });
     if let Some(children) = children {
@@ -95,12 +101,17 @@ fn go(
             terminal.say(&format!("warning: shared memory was not swept: {error}"));
         }
     }
-    let mut observer = observer.lock().unwrap_or_else(PoisonError::into_inner);
-    observer.finish().into_diagnostic()?;
-    if let Some(complaint) = complaint(&ended, &mission) {
-        terminal.say(&complaint);
-    }
-    Ok(Exit::from(&ended))
+    let end = Exit::from(&ended);
+    // The thread that writes the log has left it, unless what the log goes to takes nothing any more.
+    let is_whole = observer.try_lock().is_ok_and(|mut observer| {
+        let lost = |id| observer.lost(id);
+        let complaint = complaint(&ended, &mission, attach_timeout, lost);
+        let is_whole = observer.finish();
+        complaint.into_iter().for_each(|complaint| terminal.say(&complaint));
+        is_whole
+    });
+    terminal.finish(TALK_GRACE);
+    Ok(if is_whole { end } else { end.with_incomplete_log() })
 }
 
 /// Hands the records of a run to whoever looks at it.
@@ -111,37 +122,33 @@ impl Sink for Watcher {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).take(record);
     }
 
-    fn rest(&mut self) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).rest();
-    }
-}
-
-/// Draws what came since the live display was drawn last.
-async fn refresh(observer: Arc<Mutex<Observer>>) {
-    let mut tick = tokio::time::interval(REDRAW);
-    loop {
-        tick.tick().await;
-        observer.lock().unwrap_or_else(PoisonError::into_inner).refresh();
+    fn rest(&mut self) -> Option<Duration> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).rest()
     }
 }
 
 /// What went wrong outside the task.
-fn complaint(ended: &Ended, mission: &ambidex::model::MissionSpec) -> Option<String> {
+fn complaint(
+    ended: &Ended,
+    mission: &MissionSpec,
+    attach_timeout: Option<Duration>,
+    lost: impl Fn(ControllerId) -> Option<Loss>,
+) -> Option<String> {
     let names = &mission.names;
     match ended {
         Ended::NotAttached(missing) => {
             let missing: Vec<_> = missing.iter().map(|id| names.controller(*id)).collect();
-            Some(format!("error: not attached in time: {}", missing.join(", ")))
+            let within = attach_timeout.map_or(String::new(), |timeout| format!(" within {} s", timeout.as_secs_f64()));
+            Some(format!("× not attached{within}: {}", missing.join(", ")))
         }
         Ended::Mission(MissionEnd::ControllerLost(id)) => {
-            Some(format!("error: the controller {} is gone", names.controller(*id)))
+            let how = lost(*id).map_or(String::new(), |how| format!(": {how}"));
+            Some(format!("× the controller {} is gone{how}", names.controller(*id)))
         }
         Ended::Mission(MissionEnd::NodeLost(id)) => {
-            Some(format!("error: the task of node \"{}\" is gone; this is a defect", names.node(*id)))
+            Some(format!("× the task of node \"{}\" is gone; this is a defect", names.node(*id)))
         }
-        Ended::Mission(MissionEnd::TaskLost) => {
-            Some("error: a task of the runtime is gone; this is a defect".to_owned())
-        }
+        Ended::Mission(MissionEnd::TaskLost) => Some("× a task of the runtime is gone; this is a defect".to_owned()),
         Ended::Mission(
             MissionEnd::Done
             | MissionEnd::Failed(_)
@@ -150,23 +157,4 @@ fn complaint(ended: &Ended, mission: &ambidex::model::MissionSpec) -> Option<Str
             | MissionEnd::NotAttached,
         ) => None,
     }
-}
-
-/// The first Ctrl-C or SIGTERM cancels the mission, the second ends the process at once.
-fn cancel_on_signals(run: mpsc::UnboundedSender<Control>) -> std::io::Result<impl Future<Output = ()>> {
-    let mut interrupt = signal(SignalKind::interrupt())?;
-    let mut terminate = signal(SignalKind::terminate())?;
-    Ok(async move {
-        for control in [Some(Control::Cancel), None] {
-            tokio::select! {
-                _ = interrupt.recv() => {}
-                _ = terminate.recv() => {}
-            }
-            match control {
-                Some(control) => drop(run.send(control)),
-                // Children die with this process; shared memory is swept at the next start.
-                None => std::process::exit(Exit::Canceled as i32),
-            }
-        }
-    })
 }

@@ -2,9 +2,11 @@
 
 use std::io::{self, Write};
 use std::path::PathBuf;
+use std::sync::mpsc;
+use std::thread;
 use std::time::{Duration, Instant};
 
-use ambidex::model::{ControllerId, ControllerMessage, MissionEnd, MissionSpec, Names, Record};
+use ambidex::model::{ControllerId, ControllerMessage, Loss, MissionEnd, MissionSpec, Names, Record};
 use ambidex::record::{History, JournalError, Presence};
 use ambidex::runtime::log::{self, JournalFile};
 use ambidex::show::{live, timeline};
@@ -13,13 +15,18 @@ use crate::args::MissionArgs;
 use crate::terminal::Terminal;
 
 /// How often the live display is drawn anew at most.
-pub const REDRAW: Duration = Duration::from_millis(100);
+const REDRAW: Duration = Duration::from_millis(100);
+
+/// How long the report may wait for a reader.
+const PRINT_WITHIN: Duration = Duration::from_secs(2);
 
 /// Takes every record of a run.
 pub struct Observer {
     names: Names,
     file: JournalFile,
     failure: Option<JournalError>,
+    /// How the first controller was lost.
+    loss: Option<Loss>,
     /// None before the first record.
     history: Option<History>,
     terminal: Terminal,
@@ -49,6 +56,7 @@ impl Observer {
             names: mission.names.clone(),
             file: JournalFile::create(path)?,
             failure: None,
+            loss: None,
             history: None,
             terminal: terminal.clone(),
             is_quiet: args.quiet,
@@ -65,6 +73,9 @@ impl Observer {
             && let Err(error) = self.file.write(record)
         {
             self.fail(error);
+        }
+        if let Record::Controller { message: ControllerMessage::Lost { why }, .. } = record {
+            self.loss.get_or_insert(*why);
         }
         log::emit(record, &self.names);
         match (&mut self.history, record) {
@@ -90,24 +101,22 @@ impl Observer {
         live::line(self.history.as_ref().filter(|_| is_news)?, record)
     }
 
-    /// Nothing waits: what was taken so far is safe from now on.
-    pub fn rest(&mut self) {
+    /// Nothing waits: what was taken so far is safe from now on. When to draw what came since the last drawing.
+    pub fn rest(&mut self) -> Option<Duration> {
         if self.failure.is_none()
             && let Err(error) = self.file.flush()
         {
             self.fail(error);
         }
-    }
-
-    /// Draws what came since the last drawing.
-    pub fn refresh(&mut self) {
         if self.is_stale && self.terminal.is_tty() && !self.is_quiet {
             self.draw();
         }
+        self.is_stale.then_some(REDRAW)
     }
 
     fn fail(&mut self, error: JournalError) {
-        self.terminal.say(&format!("error: the log is incomplete: {error}"));
+        let source = std::error::Error::source(&error).map(|source| format!(": {source}")).unwrap_or_default();
+        self.terminal.say(&format!("error: the log is incomplete from here on: {error}{source}"));
         self.failure = Some(error);
     }
 
@@ -139,9 +148,18 @@ impl Observer {
         }
     }
 
-    /// Closes the log, clears the live display, and tells the end.
-    pub fn finish(&mut self) -> io::Result<()> {
-        let flushed = self.file.flush();
+    /// How a controller was lost, if it was.
+    pub fn lost(&self, _controller: ControllerId) -> Option<Loss> {
+        self.loss
+    }
+
+    /// Closes the log, clears the live display, and tells the end. False if the log is incomplete.
+    pub fn finish(&mut self) -> bool {
+        if self.failure.is_none()
+            && let Err(error) = self.file.flush()
+        {
+            self.fail(error);
+        }
         self.terminal.clear();
         let (width, palette) = (self.terminal.width(), self.terminal.palette());
         if let Some(history) = &self.history {
@@ -156,9 +174,12 @@ impl Observer {
             self.terminal.say(&format!("log: {}", self.file.path().display()));
         }
         if let Some(report) = self.history.as_ref().and_then(History::report).filter(|_| self.is_json) {
-            writeln!(io::stdout(), "{}", serde_json::to_string(&report).map_err(io::Error::other)?)?;
+            let text = serde_json::to_string(&report).expect("a report is plain");
+            if !print(text, PRINT_WITHIN) {
+                self.terminal.say("error: nobody reads stdout; the report is not written");
+            }
         }
-        flushed.map_err(io::Error::other)
+        self.failure.is_none()
     }
 
     fn draw(&mut self) {
@@ -171,4 +192,16 @@ impl Observer {
             self.terminal.show(live::rows(history, self.terminal.width(), &self.terminal.palette()));
         }
     }
+}
+
+/// Prints a line on stdout from a thread of its own; false if nobody took it in time. A reader that has left is one.
+fn print(text: String, within: Duration) -> bool {
+    let (printed, is_printed) = mpsc::sync_channel(1);
+    let print = move || {
+        let mut out = io::stdout();
+        // Who has gone does not want it.
+        let _ = writeln!(out, "{text}").and_then(|()| out.flush());
+        let _ = printed.try_send(());
+    };
+    thread::Builder::new().name("report".into()).spawn(print).is_ok_and(|_| is_printed.recv_timeout(within).is_ok())
 }

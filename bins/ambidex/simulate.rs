@@ -1,5 +1,7 @@
 //! `ambidex simulate`.
 
+use std::time::Duration;
+
 use ambidex::sim;
 use ambidex::tree::Settings;
 use miette::{IntoDiagnostic, Result};
@@ -8,16 +10,18 @@ use crate::args::SimulateArgs;
 use crate::exit::Exit;
 use crate::mission::load;
 use crate::observer::Observer;
-use crate::terminal::{QUIET, Terminal};
+use crate::terminal::{Patience, QUIET, Terminal};
 
 /// Runs a mission under a virtual clock.
 pub fn simulate(args: &SimulateArgs) -> Result<Exit> {
     let args = &args.mission;
     let loaded = load(args)?;
-    let terminal = Terminal::start(args.log_format, QUIET);
+    let terminal = Terminal::start(args.log_format, QUIET, Patience::Waits);
     let mut observer = Observer::new(&loaded.mission, args, "simulate", &terminal, false).into_diagnostic()?;
     let settings = Settings { allocator: args.allocator.allocator(), ..Settings::default() };
     let end = sim::simulate(&loaded.mission, &settings, Vec::new(), &mut |record| observer.take(record));
-    observer.finish().into_diagnostic()?;
-    Ok(end.into())
+    let (end, is_whole) = (Exit::from(end), observer.finish());
+    // Nothing moves any more, so the last words may wait for their reader.
+    terminal.finish(Duration::MAX);
+    Ok(if is_whole { end } else { end.with_incomplete_log() })
 }

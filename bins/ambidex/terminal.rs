@@ -1,7 +1,14 @@
 //! The terminal: colors, size, log lines, and lines that are drawn again in place, which log lines do not break.
+//!
+//! A thread of its own writes what is said on stderr: whoever does not read it, holds up nobody else.
 
 use std::io::{self, IsTerminal, Write};
 use std::os::fd::AsFd;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use ambidex::show::Palette;
 use anstream::stream::RawStream;
@@ -82,21 +89,59 @@ impl Display {
     }
 }
 
+/// What may wait to be written; what is said beyond that is dropped, and counted.
+const WAITING_MAX: usize = 4096;
+/// How often it is tried to hand over the last word.
+const FINISH_POLL: Duration = Duration::from_millis(5);
+
+/// What becomes of text that nobody reads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Patience {
+    /// It is dropped: a robot waits for nobody.
+    Drops,
+    /// It is waited for: nothing moves meanwhile.
+    Waits,
+}
+
 /// stderr as a person sees it.
 #[derive(Debug, Clone)]
 pub struct Terminal {
-    display: Display,
+    to: SyncSender<Said>,
+    dropped: Arc<AtomicU64>,
+    patience: Patience,
     is_tty: bool,
     palette: Palette,
+}
+
+/// What goes to the thread that writes.
+#[derive(Debug)]
+enum Said {
+    /// Above the live display.
+    Text(Vec<u8>),
+    /// The live display.
+    Rows(Vec<String>),
+    Clear,
+    /// Everything before this is written.
+    Finish(SyncSender<()>),
 }
 
 impl Terminal {
     /// Looks at stderr and sends log lines there, above the live display.
     ///
     /// `filter` says which are shown where `RUST_LOG` does not.
-    pub fn start(format: LogFormat, filter: &str) -> Self {
+    pub fn start(format: LogFormat, filter: &str, patience: Patience) -> Self {
         let (stderr, display) = (io::stderr(), Display::new(ProgressDrawTarget::stderr_with_hz(10)));
-        let terminal = Self { display, is_tty: stderr.is_terminal(), palette: palette(&stderr) };
+        let (to, from) = mpsc::sync_channel(WAITING_MAX);
+        let dropped = Arc::new(AtomicU64::new(0));
+        let terminal = Self {
+            to,
+            dropped: Arc::clone(&dropped),
+            patience,
+            is_tty: stderr.is_terminal(),
+            palette: palette(&stderr),
+        };
+        let talk = move || write_all_said(&from, &display, &dropped);
+        thread::Builder::new().name("talk".into()).spawn(talk).expect("the system gives a thread");
         let asked = std::env::var(EnvFilter::DEFAULT_ENV).ok();
         let filter = match asked.as_deref().map(EnvFilter::try_new) {
             Some(Ok(asked)) => asked,
@@ -108,7 +153,7 @@ impl Terminal {
         };
         let log = tracing_subscriber::fmt()
             .with_env_filter(filter)
-            .with_writer(Above(terminal.display.clone()))
+            .with_writer(Above(terminal.clone()))
             .with_ansi(terminal.has_color());
         match format {
             LogFormat::Text => log.init(),
@@ -139,32 +184,76 @@ impl Terminal {
 
     /// Prints a text above the live display.
     pub fn say(&self, text: &str) {
-        // Whoever read stderr may be gone; the run is not.
-        self.display.suspend(|| drop(writeln!(io::stderr(), "{text}")));
+        self.send(Said::Text(format!("{text}\n").into_bytes()));
     }
 
     /// Shows these lines in the live display.
     pub fn show(&self, lines: Vec<String>) {
-        self.display.show(lines);
+        self.send(Said::Rows(lines));
     }
 
     /// Takes the live display away.
     pub fn clear(&self) {
-        self.display.clear();
+        self.send(Said::Clear);
+    }
+
+    /// Waits until everything is written, but no longer than that; false if it is not.
+    pub fn finish(&self, within: Duration) -> bool {
+        let by = Instant::now() + within;
+        let (written, is_written) = mpsc::sync_channel(1);
+        let mut last = Said::Finish(written);
+        loop {
+            match self.to.try_send(last) {
+                Ok(()) => return is_written.recv_timeout(by.saturating_duration_since(Instant::now())).is_ok(),
+                Err(TrySendError::Full(back)) if Instant::now() < by => last = back,
+                Err(_) => return false,
+            }
+            thread::sleep(FINISH_POLL);
+        }
+    }
+
+    fn send(&self, said: Said) {
+        match self.patience {
+            // The thread lives as long as the process.
+            Patience::Waits => drop(self.to.send(said)),
+            Patience::Drops => {
+                if let Err(TrySendError::Full(Said::Text(_))) = self.to.try_send(said) {
+                    self.dropped.fetch_add(1, Ordering::Relaxed);
+                }
+            }
+        }
+    }
+}
+
+/// The thread that writes on stderr; it may wait for a reader for ever.
+fn write_all_said(from: &Receiver<Said>, display: &Display, dropped: &AtomicU64) {
+    for said in from {
+        match said {
+            // Whoever read stderr may be gone; the run is not.
+            Said::Text(text) => display.suspend(|| drop(io::stderr().write_all(&text))),
+            Said::Rows(rows) => display.show(rows),
+            Said::Clear => display.clear(),
+            Said::Finish(written) => drop(written.try_send(())),
+        }
+        let missing = dropped.swap(0, Ordering::Relaxed);
+        if missing > 0 {
+            display.suspend(|| drop(writeln!(io::stderr(), "({missing} messages are missing: nobody read this)")));
+        }
     }
 }
 
 /// Writes log lines above the live display.
 #[derive(Debug, Clone)]
-struct Above(Display);
+struct Above(Terminal);
 
 impl Write for Above {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.suspend(|| io::stderr().write(bytes))
+        self.0.send(Said::Text(bytes.to_vec()));
+        Ok(bytes.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        io::stderr().flush()
+        Ok(())
     }
 }
 

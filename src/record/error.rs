@@ -25,6 +25,18 @@ pub enum JournalError {
         /// What the operating system said.
         source: io::Error,
     },
+    /// What lies where the journal should is no file.
+    #[error("{} is no file: a journal needs one of its own", path.display())]
+    NoFile {
+        /// What lies there: a folder, a pipe, a device.
+        path: PathBuf,
+    },
+    /// Another process writes the journal.
+    #[error("another run writes {} at this moment", path.display())]
+    Busy {
+        /// The journal's file.
+        path: PathBuf,
+    },
     /// A record cannot be written.
     #[error("cannot write to the journal {}", path.display())]
     Write {

@@ -4,9 +4,11 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use std::sync::mpsc::{self, RecvTimeoutError, TryRecvError};
 use std::thread;
+use std::time::Duration;
 
-use tokio::sync::{Notify, mpsc, oneshot};
+use tokio::sync::{Notify, oneshot};
 
 use ambidex_model::Record;
 
@@ -15,8 +17,10 @@ pub trait Sink: Send {
     /// Takes the next record.
     fn take(&mut self, record: &Record);
 
-    /// Nothing waits: a good moment to flush.
-    fn rest(&mut self) {}
+    /// Nothing waits: a good moment to flush. What it gives is when it wants to be asked again if nothing comes.
+    fn rest(&mut self) -> Option<Duration> {
+        None
+    }
 }
 
 impl<F: FnMut(&Record) + Send> Sink for F {
@@ -31,7 +35,7 @@ const BACKLOG: usize = 16_384;
 /// The way to the journal.
 #[derive(Debug, Clone)]
 pub(super) struct Journal {
-    to: mpsc::UnboundedSender<Record>,
+    to: mpsc::Sender<Record>,
     waiting: Arc<AtomicUsize>,
     drained: Arc<Notify>,
 }
@@ -39,18 +43,15 @@ pub(super) struct Journal {
 impl Journal {
     /// A journal and the word that all is written, which comes when the last handle is gone; none if the thread panicked.
     pub(super) fn new(mut sink: Box<dyn Sink>) -> (Self, oneshot::Receiver<()>) {
-        let (to, mut from) = mpsc::unbounded_channel::<Record>();
+        let (to, from) = mpsc::channel::<Record>();
         let journal = Self { to, waiting: Arc::default(), drained: Arc::default() };
         let (waiting, drained) = (Arc::clone(&journal.waiting), Arc::clone(&journal.drained));
         let (written, is_written) = oneshot::channel();
         let write = move || {
-            while let Some(record) = from.blocking_recv() {
+            while let Some(record) = next(&from, &mut *sink) {
                 sink.take(&record);
                 if waiting.fetch_sub(1, Ordering::Relaxed) == BACKLOG + 1 {
                     drained.notify_one();
-                }
-                if from.is_empty() {
-                    sink.rest();
                 }
             }
             drop(sink);
@@ -73,4 +74,21 @@ impl Journal {
             self.drained.notified().await;
         }
     }
+}
+
+/// The next record; none once the last handle is gone. While none is there, the sink rests.
+fn next(from: &mpsc::Receiver<Record>, sink: &mut dyn Sink) -> Option<Record> {
+    match from.try_recv() {
+        Ok(record) => return Some(record),
+        Err(TryRecvError::Disconnected) => return None,
+        Err(TryRecvError::Empty) => {}
+    }
+    while let Some(pause) = sink.rest() {
+        match from.recv_timeout(pause) {
+            Ok(record) => return Some(record),
+            Err(RecvTimeoutError::Disconnected) => return None,
+            Err(RecvTimeoutError::Timeout) => {}
+        }
+    }
+    from.recv().ok()
 }

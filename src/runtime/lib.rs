@@ -14,5 +14,5 @@ mod supervisor;
 
 pub use clock::Clock;
 pub use journal_task::Sink;
-pub use port::{Port, Readable, Wake};
+pub use port::{Port, Readable, Wake, process_end};
 pub use supervisor::{Control, Ended, Options, run};

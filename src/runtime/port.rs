@@ -95,6 +95,16 @@ impl<L: Link> Link for Readable<L> {
     }
 }
 
+/// Comes back when the process has ended, also if it had before.
+///
+/// # Errors
+/// When its end cannot be waited for.
+pub async fn process_end(pid: u32) -> io::Result<()> {
+    let Ok(life) = Pidfd::open(pid) else { return Ok(()) };
+    drop(watched(life.into())?.readable().await?);
+    Ok(())
+}
+
 fn watched(fd: OwnedFd) -> io::Result<AsyncFd<OwnedFd>> {
     // SAFETY: an `OwnedFd` is the only owner of its descriptor, which stays open until the `AsyncFd` drops it.
     let registered = unsafe { AsyncFd::register_with_interest(fd, Interest::READABLE) };

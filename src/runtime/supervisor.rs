@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use tokio::sync::{mpsc, oneshot};
 use tokio::task::{AbortHandle, Id, JoinError, JoinSet};
-use tokio::time::{Instant, sleep_until};
+use tokio::time::{Instant, sleep_until, timeout};
 
 use super::clock::Clock;
 use super::dispatch_task::DispatchTask;
@@ -18,6 +18,9 @@ use super::signal::Signal;
 use ambidex_core::dispatch::{self, Dispatch, Limits};
 use ambidex_core::tree::{self, Settings};
 use ambidex_model::{Change, ControllerId, Header, Loss, MissionEnd, MissionSpec, NodeId, Record, ToController};
+
+/// How long the log may take in the end to write what waits, wall time.
+const WRITER_GRACE: Duration = Duration::from_secs(5);
 
 /// How a run is carried.
 pub struct Options {
@@ -49,6 +52,8 @@ pub enum Control {
     Cancel,
     /// The world is different.
     World(Change),
+    /// A controller that is awaited will not come: do not wait for it before the mission begins.
+    GiveUp,
     /// Abort the task of a node, as a defect would.
     Abort(NodeId),
 }
@@ -204,8 +209,8 @@ impl Supervisor {
         self.tasks.shutdown().await;
         self.others.shutdown().await;
         self.journal = None;
-        if self.writer.is_some() {
-            ended(&mut self.writer).await;
+        if self.writer.is_some() && timeout(WRITER_GRACE, ended(&mut self.writer)).await.is_err() {
+            tracing::error!("the log is not written out: what it goes to takes nothing");
         }
         match self.end.expect("the watch ends with the mission") {
             MissionEnd::NotAttached => Ended::NotAttached(self.missing.into_iter().collect()),
@@ -238,6 +243,8 @@ impl Supervisor {
         match control {
             Control::Cancel => self.tell_root(MissionEnd::Canceled),
             Control::World(change) => self.root.world(change),
+            Control::GiveUp if !self.has_begun => self.tell_root(MissionEnd::NotAttached),
+            Control::GiveUp => {}
             Control::Abort(node) => self.aborts[node.index()].abort(),
         }
     }

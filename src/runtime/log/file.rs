@@ -1,12 +1,18 @@
 //! The journal in a file.
 
-use std::fs::{self, File};
-use std::io::{self, BufWriter};
+use std::fs::{self, File, TryLockError};
+use std::io::{self, BufWriter, ErrorKind};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use ambidex_model::Record;
 use ambidex_record::{Journal, JournalError};
+
+/// How long somebody may hold a log that only looks whether it is being written.
+const LOCK_WAIT: Duration = Duration::from_millis(200);
+const LOCK_POLL: Duration = Duration::from_millis(5);
 
 /// A journal in a file, buffered.
 #[derive(Debug)]
@@ -16,27 +22,26 @@ pub struct JournalFile {
 }
 
 impl JournalFile {
-    /// Creates the file with every folder above it; a file that is there already is replaced.
+    /// Creates the file with every folder above it; one that is there already is replaced, unless somebody writes it.
+    /// It stays locked as long as it is written.
     ///
     /// # Errors
-    /// When folder or file cannot be made.
+    /// When folder or file cannot be made, when what is there is no file, when another process writes it.
     pub fn create(path: impl Into<PathBuf>) -> Result<Self, JournalError> {
         let path = path.into();
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder).map_err(|source| JournalError::Folder { path: folder.to_owned(), source })?;
         }
-        // Whoever still reads the journal of an earlier run reads that one to its end, and notices the new one.
-        if fs::symlink_metadata(&path).is_ok_and(|there| there.is_file()) {
-            drop(fs::remove_file(&path));
+        let by = Instant::now() + LOCK_WAIT;
+        loop {
+            match fresh(&path) {
+                Ok(Some(file)) => return Ok(Self { path, journal: Journal::new(BufWriter::new(file)) }),
+                Ok(None) if Instant::now() < by => thread::sleep(LOCK_POLL),
+                Ok(None) => return Err(JournalError::Busy { path }),
+                Err(Refused::NoFile) => return Err(JournalError::NoFile { path }),
+                Err(Refused::Io(source)) => return Err(JournalError::Create { path, source }),
+            }
         }
-        let file = File::options()
-            .write(true)
-            .create(true)
-            .truncate(true)
-            .mode(0o600)
-            .open(&path)
-            .map_err(|source| JournalError::Create { path: path.clone(), source })?;
-        Ok(Self { path, journal: Journal::new(BufWriter::new(file)) })
     }
 
     /// Writes one record as one line.
@@ -70,6 +75,59 @@ impl JournalFile {
     }
 }
 
+enum Refused {
+    NoFile,
+    Io(io::Error),
+}
+
+impl From<io::Error> for Refused {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+/// A new, locked file at the path; none while somebody has the one that is there.
+fn fresh(path: &Path) -> Result<Option<File>, Refused> {
+    match fs::metadata(path) {
+        Ok(there) if !there.is_file() => return Err(Refused::NoFile),
+        Ok(_) => {
+            let old = File::open(path)?;
+            match old.try_lock() {
+                Ok(()) => {}
+                Err(TryLockError::WouldBlock) => return Ok(None),
+                Err(TryLockError::Error(error)) => return Err(error.into()),
+            }
+            // Whoever still reads it reads it to its end, and notices the new one.
+            fs::remove_file(path)?;
+        }
+        Err(error) if error.kind() == ErrorKind::NotFound => {}
+        Err(error) => return Err(error.into()),
+    }
+    let file = match File::options().write(true).create_new(true).mode(0o600).open(path) {
+        Ok(file) => file,
+        // Somebody was faster.
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => return Ok(None),
+        Err(error) => return Err(error.into()),
+    };
+    match file.try_lock() {
+        Ok(()) => Ok(Some(file)),
+        Err(TryLockError::WouldBlock) => Ok(None),
+        Err(TryLockError::Error(error)) => Err(error.into()),
+    }
+}
+
+/// Whether a process writes this log at this moment.
+///
+/// # Errors
+/// When the file cannot be looked at.
+pub fn is_being_written(path: &Path) -> io::Result<bool> {
+    match File::open(path)?.try_lock_shared() {
+        Ok(()) => Ok(false),
+        Err(TryLockError::WouldBlock) => Ok(true),
+        Err(TryLockError::Error(error)) => Err(error),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -88,5 +146,26 @@ mod tests {
         assert!(error.contains("a/b/run.jsonl"), "{error}");
         let error = JournalFile::create(folder.path()).unwrap_err().to_string();
         assert!(error.contains(folder.path().to_str().unwrap()), "{error}");
+    }
+
+    #[test]
+    fn a_log_has_one_writer() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.jsonl");
+        let first = JournalFile::create(&path).unwrap();
+        assert!(is_being_written(&path).unwrap());
+        let refused = JournalFile::create(&path).unwrap_err();
+        assert!(matches!(refused, JournalError::Busy { .. }), "{refused}");
+        drop(first);
+        assert!(!is_being_written(&path).unwrap());
+        let again = JournalFile::create(&path).unwrap();
+        assert!(is_being_written(&path).unwrap());
+        drop(again);
+    }
+
+    #[test]
+    fn only_a_file_is_a_log() {
+        let refused = JournalFile::create("/dev/null").unwrap_err();
+        assert!(matches!(refused, JournalError::NoFile { .. }), "{refused}");
     }
 }

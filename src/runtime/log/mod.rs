@@ -5,7 +5,7 @@ mod follower;
 mod path;
 mod trace;
 
-pub use file::JournalFile;
+pub use file::{JournalFile, is_being_written};
 pub use follower::{Follower, News};
 pub use path::{default_folder, default_path, instances};
 pub use trace::emit;
