@@ -3,10 +3,10 @@
 use miette::{Result, miette};
 use rustix::process::{Resource, getrlimit, setrlimit};
 
-/// What a process has open beside its links: standard streams, log, executor, watches, locks, and some to spare.
-const FIXED: u64 = 48;
+/// What a process has open beside its links: standard streams, log, executor, watches, locks, the transport; and some to spare.
+const FIXED: u64 = 72;
 /// What one link keeps open, and what opening it takes for a moment.
-const PER_LINK: u64 = 40;
+const PER_LINK: u64 = 24;
 
 /// Sees to it that this process may open as many files as it needs for so many links.
 ///
