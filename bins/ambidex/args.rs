@@ -98,6 +98,9 @@ pub struct MissionArgs {
     /// Where the log goes [default: $XDG_STATE_HOME/ambidex/INSTANCE/journal.jsonl].
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
+    /// How many logs of an instance are kept where logs lie by default; unnamed runs count as one instance.
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
+    pub keep_logs: u32,
     /// Form of log lines on the terminal; RUST_LOG says which are shown. The log file is always JSON Lines.
     #[arg(long, value_enum, default_value_t = LogFormat::Text)]
     pub log_format: LogFormat,

@@ -33,6 +33,7 @@ use clap::{CommandFactory, Parser};
 
 use args::{Cli, Verb};
 use exit::Exit;
+use page::Page;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
@@ -50,8 +51,9 @@ fn main() -> ExitCode {
         Verb::Explain(args) => explain::explain(&args),
         Verb::Import(args) => import::import(&args),
         Verb::Completions { shell } => {
-            clap_complete::generate(shell, &mut Cli::command(), "ambidex", &mut std::io::stdout());
-            Ok(Exit::Done)
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "ambidex", &mut script);
+            Page::new().text(&String::from_utf8_lossy(&script)).map(|_| Exit::Done)
         }
     };
     match exit {

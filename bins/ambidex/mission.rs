@@ -105,7 +105,7 @@ fn go(
     // The thread that writes the log has left it, unless what the log goes to takes nothing any more.
     let is_whole = observer.try_lock().is_ok_and(|mut observer| {
         let lost = |id| observer.lost(id);
-        let complaint = complaint(&ended, &mission, attach_timeout, lost);
+        let complaint = complaint(&ended, &mission, lost);
         let is_whole = observer.finish();
         complaint.into_iter().for_each(|complaint| terminal.say(&complaint));
         is_whole
@@ -128,18 +128,12 @@ impl Sink for Watcher {
 }
 
 /// What went wrong outside the task.
-fn complaint(
-    ended: &Ended,
-    mission: &MissionSpec,
-    attach_timeout: Option<Duration>,
-    lost: impl Fn(ControllerId) -> Option<Loss>,
-) -> Option<String> {
+fn complaint(ended: &Ended, mission: &MissionSpec, lost: impl Fn(ControllerId) -> Option<Loss>) -> Option<String> {
     let names = &mission.names;
     match ended {
         Ended::NotAttached(missing) => {
             let missing: Vec<_> = missing.iter().map(|id| names.controller(*id)).collect();
-            let within = attach_timeout.map_or(String::new(), |timeout| format!(" within {} s", timeout.as_secs_f64()));
-            Some(format!("× not attached{within}: {}", missing.join(", ")))
+            Some(format!("× not attached in time: {}", missing.join(", ")))
         }
         Ended::Mission(MissionEnd::ControllerLost(id)) => {
             let how = lost(*id).map_or(String::new(), |how| format!(": {how}"));

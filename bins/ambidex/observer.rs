@@ -50,7 +50,10 @@ impl Observer {
         terminal: &Terminal,
         is_live: bool,
     ) -> Result<Self, JournalError> {
-        let default = || log::default_path(instance);
+        let default = || {
+            log::make_room(instance, args.keep_logs as usize);
+            log::default_path(instance)
+        };
         let path: PathBuf = args.log.clone().unwrap_or_else(default);
         Ok(Self {
             names: mission.names.clone(),
@@ -97,7 +100,9 @@ impl Observer {
     /// The plain line for a record; simulated controllers are there from the beginning, which is no news.
     fn line(&self, record: &Record) -> Option<String> {
         let is_attached = matches!(record, Record::Controller { message: ControllerMessage::Attached, .. });
-        let is_news = self.is_live || !is_attached;
+        // That not all attached is told once, in the end.
+        let is_told_later = matches!(record, Record::Ended { end: MissionEnd::NotAttached, .. });
+        let is_news = (self.is_live || !is_attached) && !is_told_later;
         live::line(self.history.as_ref().filter(|_| is_news)?, record)
     }
 
@@ -162,7 +167,8 @@ impl Observer {
         }
         self.terminal.clear();
         let (width, palette) = (self.terminal.width(), self.terminal.palette());
-        if let Some(history) = &self.history {
+        let has_begun = |history: &&History| history.end() != Some(MissionEnd::NotAttached);
+        if let Some(history) = self.history.as_ref().filter(has_begun) {
             if !self.is_quiet && history.step_count() > 0 {
                 self.terminal.say(&format!("\n{}", timeline::text(history, width, &palette)));
             }

@@ -22,6 +22,6 @@ pub fn simulate(args: &SimulateArgs) -> Result<Exit> {
     let end = sim::simulate(&loaded.mission, &settings, Vec::new(), &mut |record| observer.take(record));
     let (end, is_whole) = (Exit::from(end), observer.finish());
     // Nothing moves any more, so the last words may wait for their reader.
-    terminal.finish(Duration::MAX);
+    terminal.finish(Duration::ZERO);
     Ok(if is_whole { end } else { end.with_incomplete_log() })
 }

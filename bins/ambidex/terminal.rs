@@ -197,11 +197,14 @@ impl Terminal {
         self.send(Said::Clear);
     }
 
-    /// Waits until everything is written, but no longer than that; false if it is not.
+    /// Waits until everything is written; where a robot waits for nobody, no longer than that. False if it is not.
     pub fn finish(&self, within: Duration) -> bool {
-        let by = Instant::now() + within;
         let (written, is_written) = mpsc::sync_channel(1);
         let mut last = Said::Finish(written);
+        if self.patience == Patience::Waits {
+            return self.to.send(last).is_ok() && is_written.recv().is_ok();
+        }
+        let by = Instant::now() + within;
         loop {
             match self.to.try_send(last) {
                 Ok(()) => return is_written.recv_timeout(by.saturating_duration_since(Instant::now())).is_ok(),

@@ -2,10 +2,12 @@
 
 mod file;
 mod follower;
+mod keep;
 mod path;
 mod trace;
 
 pub use file::{JournalFile, is_being_written};
 pub use follower::{Follower, News};
+pub use keep::make_room;
 pub use path::{default_folder, default_path, instances};
 pub use trace::emit;
