@@ -1,15 +1,23 @@
 //! `ambidex controller`.
 
+use std::collections::BTreeMap;
+use std::time::Duration;
+
 use ambidex::files::{self, Disk};
-use ambidex::link::{ServeOptions, Stop, serve};
+use ambidex::link::{ServeEvent, ServeOptions, Stop, Watcher, serve};
+use ambidex::model::{Command, CommandId, FromController, PartEnd, ToController};
 use ambidex::motion;
 use miette::{IntoDiagnostic, Result, miette};
+use nalgebra::Point3;
 
 use crate::args::{ControllerArgs, LogFormat};
 use crate::diagnostics::report_all;
 use crate::exit::Exit;
 use crate::terminal::{Patience, QUIET, TALKING, Terminal};
 use crate::{descriptors, signals};
+
+/// How long the last words may wait for a reader.
+const TALK_GRACE: Duration = Duration::from_secs(1);
 
 /// Serves one simulated controller until it is told to stop.
 pub fn controller(args: &ControllerArgs) -> Result<Exit> {
@@ -29,11 +37,59 @@ pub fn controller(args: &ControllerArgs) -> Result<Exit> {
     let terminal = Terminal::start(args.log_format, filter, Patience::Drops);
     let stop = Stop::on_signals().into_diagnostic()?;
     signals::end_on_the_second().into_diagnostic()?;
-    let options = ServeOptions { once: args.once, parent: args.parent, stop: Some(stop) };
-    if args.parent.is_none() && args.log_format == LogFormat::Text {
-        let (name, instance) = (&args.name, args.instance.name());
-        terminal.say(&format!("{name} serves instance {instance}; Ctrl-C ends it"));
+    let is_watched = args.parent.is_none() && args.log_format == LogFormat::Text;
+    let watcher = is_watched.then(|| watcher(args, terminal.clone()));
+    let options = ServeOptions { once: args.once, parent: args.parent, stop: Some(stop), watcher };
+    let ended = serve(&args.instance, &args.name, motion::simulated(&spec.kind), options).into_diagnostic();
+    terminal.finish(TALK_GRACE);
+    ended.map(|_| Exit::Done)
+}
+
+/// Tells whoever started the controller by hand what it does, a line for each goal.
+fn watcher(args: &ControllerArgs, terminal: Terminal) -> Watcher {
+    let ready = format!("{} serves instance {}; Ctrl-C ends it", args.name, args.instance.name());
+    let mut goals: BTreeMap<CommandId, String> = BTreeMap::new();
+    Watcher::new(move |event| match event {
+        ServeEvent::Ready => terminal.say(&ready),
+        // Log lines tell of these two.
+        ServeEvent::Attached | ServeEvent::Left => goals.clear(),
+        ServeEvent::Told(ToController::Goal { id, command, .. }) => {
+            goals.insert(*id, goal(command));
+        }
+        ServeEvent::Told(ToController::Configure { .. } | ToController::Cancel { .. }) => {}
+        ServeEvent::Said(FromController::Result { id, end, began, ended, .. }) => {
+            let took = (*ended - *began).as_secs_f64();
+            let end = match end {
+                PartEnd::Succeeded => "succeeded",
+                PartEnd::Aborted => "gave up",
+                PartEnd::Canceled => "canceled",
+            };
+            if let Some(goal) = goals.remove(id) {
+                terminal.say(&format!("{:>9.2} s  {goal}: {end} after {took:.2} s", ended.seconds()));
+            }
+        }
+        ServeEvent::Said(FromController::Rejected { id, why }) => {
+            if let Some(goal) = goals.remove(id) {
+                terminal.say(&format!("             {goal}: rejected, {why}"));
+            }
+        }
+        ServeEvent::Said(
+            FromController::Configured { .. } | FromController::Accepted { .. } | FromController::Feedback { .. },
+        ) => {}
+    })
+}
+
+/// A command in words; objects have but numbers here.
+fn goal(command: &Command) -> String {
+    let point = |at: &Point3<f64>| format!("({:.2}, {:.2}, {:.2})", at.x, at.y, at.z);
+    match command {
+        Command::Drive { path } => match path.last() {
+            Some(to) => format!("drive to ({:.2}, {:.2})", to.at.x, to.at.y),
+            None => "drive nowhere".to_owned(),
+        },
+        Command::Stand => "stand still".to_owned(),
+        Command::Grasp { object, at } => format!("grasp object #{} at {}", object.0, point(at)),
+        Command::Put { object, at } => format!("put object #{} down at {}", object.0, point(at)),
+        Command::Look { at } => format!("look at {}", point(at)),
     }
-    serve(&args.instance, &args.name, motion::simulated(&spec.kind), options).into_diagnostic()?;
-    Ok(Exit::Done)
 }

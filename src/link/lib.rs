@@ -43,7 +43,7 @@ pub use janitor::{Swept, sweep, tidy};
 pub use link::{Heard, Link, LinkError};
 pub use node::IpcNode;
 pub use ports::{ControllerPort, DaemonPort};
-pub use serve::{Exit, ServeError, ServeOptions, Stop, Stopper, serve};
+pub use serve::{Exit, ServeError, ServeEvent, ServeOptions, Stop, Stopper, Watcher, serve};
 pub use wire::WIRE_VERSION;
 
 pub use ambidex_model as model;

@@ -11,5 +11,5 @@ mod server;
 mod stop;
 
 pub use error::ServeError;
-pub use server::{Exit, ServeOptions, serve};
+pub use server::{Exit, ServeEvent, ServeOptions, Watcher, serve};
 pub use stop::{Stop, Stopper};

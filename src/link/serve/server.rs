@@ -1,5 +1,6 @@
 //! The loop of a controller's process: ports and clock around a session. It blocks; there is no tokio in it.
 
+use std::fmt;
 use std::io;
 use std::os::fd::AsFd;
 use std::thread;
@@ -12,15 +13,46 @@ use super::error::ServeError;
 use super::stop::Stop;
 use crate::watch::Pidfd;
 use crate::{ControllerPort, Instance, IpcNode, monotonic_ns, sweep, tidy};
-use ambidex_model::FromController;
 use ambidex_model::motion::Controller;
 use ambidex_model::session::{PULSE_EVERY, Session};
+use ambidex_model::{FromController, ToController};
 
 /// How long the ports of a dead predecessor may stand in the way.
 const OPEN_WAIT: Duration = Duration::from_secs(2);
 const OPEN_POLL: Duration = Duration::from_millis(20);
 /// How long motion may brake once the controller is told to stop, wall time.
 const STOP_GRACE: Duration = Duration::from_secs(2);
+
+/// What happens while a controller serves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ServeEvent<'a> {
+    /// It has its place, and waits for a daemon.
+    Ready,
+    /// A daemon has configured it.
+    Attached,
+    /// Its daemon is gone.
+    Left,
+    /// A daemon told it something.
+    Told(&'a ToController),
+    /// It answers.
+    Said(&'a FromController),
+}
+
+/// Somebody who is told what happens; it must not block.
+pub struct Watcher(Box<dyn FnMut(ServeEvent<'_>) + Send>);
+
+impl Watcher {
+    /// Tells it to a closure.
+    pub fn new(watch: impl FnMut(ServeEvent<'_>) + Send + 'static) -> Self {
+        Self(Box::new(watch))
+    }
+}
+
+impl fmt::Debug for Watcher {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Watcher")
+    }
+}
 
 /// How a controller serves.
 #[derive(Debug, Default)]
@@ -31,6 +63,8 @@ pub struct ServeOptions {
     pub parent: Option<u32>,
     /// Stops motion and ends when it becomes readable.
     pub stop: Option<Stop>,
+    /// Is told what happens.
+    pub watcher: Option<Watcher>,
 }
 
 /// Why a controller ended, all being well.
@@ -60,7 +94,7 @@ pub fn serve<C: Controller>(
     }
     let lock = instance.lock_controller(name).map_err(ServeError::Place)?;
     let node = IpcNode::open(lock).map_err(ServeError::Place)?;
-    let server = Server {
+    let mut server = Server {
         port: open_port(&node, name)?,
         session: Session::new(controller),
         daemon: None,
@@ -69,6 +103,7 @@ pub fn serve<C: Controller>(
         stop_by: None,
         options,
     };
+    server.tell(ServeEvent::Ready);
     server.run()
 }
 
@@ -92,10 +127,12 @@ impl<C: Controller> Server<C> {
             let has_joined = !self.was_attached && self.session.is_attached();
             if has_left {
                 tracing::info!("the daemon is gone");
+                self.tell(ServeEvent::Left);
                 self.port.detach();
             }
             if has_joined {
                 tracing::info!("attached");
+                self.tell(ServeEvent::Attached);
             }
             self.was_attached = self.session.is_attached();
             self.publish(has_moved, has_replied || has_left || has_joined);
@@ -109,6 +146,12 @@ impl<C: Controller> Server<C> {
         }
     }
 
+    fn tell(&mut self, event: ServeEvent<'_>) {
+        if let Some(Watcher(watch)) = &mut self.options.watcher {
+            watch(event);
+        }
+    }
+
     fn hear(&mut self) {
         // A request may stand on a beat sent before it, so requests are taken first and beats are heard first.
         let received = self.port.receive();
@@ -118,6 +161,7 @@ impl<C: Controller> Server<C> {
         }
         let now_ns = monotonic_ns();
         for request in received {
+            self.tell(ServeEvent::Told(&request.message));
             self.session.take(request, now_ns);
         }
     }
@@ -141,6 +185,7 @@ impl<C: Controller> Server<C> {
             if let FromController::Rejected { id, why } = &reply.message {
                 tracing::warn!(?id, %why, "a command was rejected");
             }
+            self.tell(ServeEvent::Said(&reply.message));
             self.port.reply(reply.epoch, &reply.message);
         }
         self.port.flush();

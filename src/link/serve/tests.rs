@@ -163,7 +163,7 @@ pub(super) fn drive() -> Command {
 fn cart(instance: &Instance, once: bool) -> (JoinHandle<Result<Exit, ServeError>>, Stopper) {
     let (stop, stopper) = Stop::by_hand().unwrap();
     let instance = instance.clone();
-    let options = ServeOptions { once, parent: None, stop: Some(stop) };
+    let options = ServeOptions { once, stop: Some(stop), ..ServeOptions::default() };
     let handle = thread::spawn(move || serve(&instance, "cart", Cart::new(), options));
     (handle, stopper)
 }
