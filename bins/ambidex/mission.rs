@@ -1,11 +1,11 @@
 //! `ambidex run` and `ambidex daemon`: a mission over controller processes.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 use std::time::Duration;
 
 use ambidex::files::{self, Disk, Loaded};
 use ambidex::link::Instance;
-use ambidex::model::{ControllerId, Loss, MissionEnd, MissionSpec, Record};
+use ambidex::model::{Loss, MissionEnd, MissionSpec, Record};
 use ambidex::runtime::{self, Clock, Ended, Options, Sink};
 use ambidex::tree::Settings;
 use miette::{IntoDiagnostic, Result};
@@ -103,13 +103,21 @@ fn go(
     }
     let end = Exit::from(&ended);
     // The thread that writes the log has left it, unless what the log goes to takes nothing any more.
-    let is_whole = observer.try_lock().is_ok_and(|mut observer| {
-        let lost = |id| observer.lost(id);
-        let complaint = complaint(&ended, &mission, lost);
-        let is_whole = observer.finish();
-        complaint.into_iter().for_each(|complaint| terminal.say(&complaint));
-        is_whole
-    });
+    let observer = match observer.try_lock() {
+        Ok(observer) => Some(observer),
+        Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
+        Err(TryLockError::WouldBlock) => None,
+    };
+    let (mut is_whole, mut how) = (false, None);
+    if let Some(mut observer) = observer {
+        if let Ended::Mission(MissionEnd::ControllerLost(id)) = ended {
+            how = observer.lost(id);
+        }
+        is_whole = observer.finish();
+    }
+    if let Some(complaint) = complaint(&ended, &mission, how) {
+        terminal.say(&complaint);
+    }
     terminal.finish(TALK_GRACE);
     Ok(if is_whole { end } else { end.with_incomplete_log() })
 }
@@ -128,7 +136,7 @@ impl Sink for Watcher {
 }
 
 /// What went wrong outside the task.
-fn complaint(ended: &Ended, mission: &MissionSpec, lost: impl Fn(ControllerId) -> Option<Loss>) -> Option<String> {
+fn complaint(ended: &Ended, mission: &MissionSpec, how: Option<Loss>) -> Option<String> {
     let names = &mission.names;
     match ended {
         Ended::NotAttached(missing) => {
@@ -136,7 +144,7 @@ fn complaint(ended: &Ended, mission: &MissionSpec, lost: impl Fn(ControllerId) -
             Some(format!("× not attached in time: {}", missing.join(", ")))
         }
         Ended::Mission(MissionEnd::ControllerLost(id)) => {
-            let how = lost(*id).map_or(String::new(), |how| format!(": {how}"));
+            let how = how.map_or(String::new(), |how| format!(": {how}"));
             Some(format!("× the controller {} is gone{how}", names.controller(*id)))
         }
         Ended::Mission(MissionEnd::NodeLost(id)) => {

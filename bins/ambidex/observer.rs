@@ -1,5 +1,6 @@
 //! Follows a run: log file, tracing events, live display, and the report.
 
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::sync::mpsc;
@@ -25,8 +26,8 @@ pub struct Observer {
     names: Names,
     file: JournalFile,
     failure: Option<JournalError>,
-    /// How the first controller was lost.
-    loss: Option<Loss>,
+    /// How each controller was lost last.
+    losses: BTreeMap<ControllerId, Loss>,
     /// None before the first record.
     history: Option<History>,
     terminal: Terminal,
@@ -59,7 +60,7 @@ impl Observer {
             names: mission.names.clone(),
             file: JournalFile::create(path)?,
             failure: None,
-            loss: None,
+            losses: BTreeMap::new(),
             history: None,
             terminal: terminal.clone(),
             is_quiet: args.quiet,
@@ -77,8 +78,8 @@ impl Observer {
         {
             self.fail(error);
         }
-        if let Record::Controller { message: ControllerMessage::Lost { why }, .. } = record {
-            self.loss.get_or_insert(*why);
+        if let Record::Controller { controller, message: ControllerMessage::Lost { why }, .. } = record {
+            self.losses.insert(*controller, *why);
         }
         log::emit(record, &self.names);
         match (&mut self.history, record) {
@@ -154,8 +155,8 @@ impl Observer {
     }
 
     /// How a controller was lost, if it was.
-    pub fn lost(&self, _controller: ControllerId) -> Option<Loss> {
-        self.loss
+    pub fn lost(&self, controller: ControllerId) -> Option<Loss> {
+        self.losses.get(&controller).copied()
     }
 
     /// Closes the log, clears the live display, and tells the end. False if the log is incomplete.

@@ -240,7 +240,7 @@ fn write_all_said(from: &Receiver<Said>, display: &Display, dropped: &AtomicU64)
         }
         let missing = dropped.swap(0, Ordering::Relaxed);
         if missing > 0 {
-            display.suspend(|| drop(writeln!(io::stderr(), "({missing} messages are missing: nobody read this)")));
+            tracing::error!(missing, "messages are missing here: nobody read them");
         }
     }
 }

@@ -84,6 +84,12 @@ pub enum IpcError {
 }
 
 impl IpcError {
+    /// Whether a process could not be watched because there is none.
+    pub fn is_gone(&self) -> bool {
+        let gone = rustix::io::Errno::SRCH.raw_os_error();
+        matches!(self, Self::Watch { source, .. } if source.raw_os_error() == Some(gone))
+    }
+
     pub(super) fn file(path: impl Into<PathBuf>) -> impl FnOnce(io::Error) -> Self {
         let path = path.into();
         move |source| Self::File { path, source }

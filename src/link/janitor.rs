@@ -127,7 +127,6 @@ fn remove_orphans(living: &[String]) -> Vec<PathBuf> {
     found.retain(|path| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let lives = living.iter().any(|prefix| name.starts_with(prefix));
-        // Those of another user cannot be removed in a sticky folder, and need not be.
         !lives && fs::remove_file(path).is_ok()
     });
     found

@@ -1,8 +1,8 @@
 //! The edge to other processes: instances and their locks, the wire, the ports of daemon and controller, the janitor,
 //! and [`serve`] for a controller of your own.
 //!
-//! What crosses it is `docs/wire.md`; what it means is decided elsewhere. Nothing here blocks but the janitor and
-//! [`serve`].
+//! What crosses it is `docs/wire.md`; what it means is decided elsewhere. Nothing here blocks but the janitor, the locks
+//! (up to 5 s), and [`serve`].
 //!
 //! # The daemon's side
 //! ```no_run

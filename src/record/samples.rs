@@ -37,6 +37,7 @@ pub fn records() -> Vec<Record> {
         Change::Object(ObjectId(0), Location::At(PlaceId(0))),
         Change::Object(ObjectId(0), Location::In(ResourceId(1))),
         Change::Object(ObjectId(0), Location::Unknown),
+        Change::Emptied(ResourceId(1)),
         Change::Fact(FactId(0), true),
     ];
     let at = Time(2_000_000);
@@ -49,7 +50,9 @@ pub fn records() -> Vec<Record> {
         MissionEnd::Stalled,
         MissionEnd::Canceled,
         MissionEnd::ControllerLost(ControllerId(1)),
+        MissionEnd::NotAttached,
         MissionEnd::NodeLost(NodeId(3)),
+        MissionEnd::TaskLost,
     ];
     records.extend(ends.map(|end| Record::Ended { at, end }));
     records
@@ -205,6 +208,9 @@ fn blocked() -> Vec<Blocked> {
         Reason::Held { resource, by: node, channel: None },
         Reason::Held { resource, by: node, channel: Some(ChannelId(0)) },
         Reason::NoneFree { of },
+        Reason::TooFew { of, wanted: 3, free: 2 },
+        Reason::Unwanted,
+        Reason::Outdone { by: node },
         Reason::Missing { of },
         Reason::OutOfReach { object },
         Reason::NotHeld { object },
@@ -267,6 +273,10 @@ fn controller_messages() -> Vec<ControllerMessage> {
         ControllerMessage::Attached,
         ControllerMessage::Joined { leaf, id: id() },
         ControllerMessage::Lost { why: Loss::Ended },
+        ControllerMessage::Lost { why: Loss::Silent },
+        ControllerMessage::Lost { why: Loss::Left { away_ms: 1200 } },
+        ControllerMessage::Lost { why: Loss::Unanswered },
+        ControllerMessage::Lost { why: Loss::Broken },
     ];
     messages.extend(states().map(|start| ControllerMessage::Told {
         leaf: None,

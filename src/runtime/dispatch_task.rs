@@ -4,16 +4,17 @@ use tokio::sync::mpsc;
 
 use super::clock::Clock;
 use super::journal_task::Journal;
+use super::link_task::Order;
 use super::node_task::ToNode;
 use super::signal::Signal;
 use ambidex_core::dispatch::{Dispatch, Effect, Input};
-use ambidex_model::{MissionEnd, NodeId, ToController};
+use ambidex_model::{MissionEnd, NodeId};
 
 /// The dispatch with its neighbors.
 pub(super) struct DispatchTask {
     pub(super) dispatch: Dispatch,
     pub(super) inbox: mpsc::UnboundedReceiver<Input>,
-    pub(super) links: Vec<mpsc::UnboundedSender<ToController>>,
+    pub(super) links: Vec<mpsc::UnboundedSender<Order>>,
     pub(super) nodes: Vec<ToNode>,
     pub(super) supervisor: mpsc::UnboundedSender<Signal>,
     pub(super) journal: Option<Journal>,
@@ -40,7 +41,8 @@ impl DispatchTask {
 
     fn carry(&mut self, effect: Effect) {
         match effect {
-            Effect::Tell(id, message) => drop(self.links[id.index()].send(message)),
+            Effect::Tell(id, message) => drop(self.links[id.index()].send(Order::Tell(message))),
+            Effect::Reset(id) => drop(self.links[id.index()].send(Order::Reset)),
             Effect::Ended(leaf, outcome) => self.nodes[leaf.index()].ended(outcome),
             Effect::Observed(change) => self.nodes[NodeId(0).index()].observed(change),
             Effect::Ready(world_state) => {

@@ -14,14 +14,23 @@ use ambidex_link::{Heard, LinkError};
 use ambidex_model::session::{Attendance, BEAT_EVERY, Presence};
 use ambidex_model::{ControllerId, FromController, Rejection, ToController};
 
-/// Longer than this between two turns, wall time, a daemon that runs does not wait.
+/// A daemon that runs takes a turn more often than that, wall time: longer ago, its process was stopped.
 const AWAY: Duration = BEAT_EVERY.saturating_mul(2);
+
+/// What a link is told to do.
+#[derive(Debug)]
+pub(super) enum Order {
+    /// Tell the controller.
+    Tell(ToController),
+    /// Forget the attachment, so that the controller may attach anew.
+    Reset,
+}
 
 /// A link with its neighbors.
 pub(super) struct LinkTask {
     pub(super) id: ControllerId,
     pub(super) link: Box<dyn Port>,
-    pub(super) orders: mpsc::UnboundedReceiver<ToController>,
+    pub(super) orders: mpsc::UnboundedReceiver<Order>,
     pub(super) dispatch: mpsc::UnboundedSender<Input>,
     pub(super) clock: Clock,
 }
@@ -36,25 +45,32 @@ impl LinkTask {
         beat.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let mut presence = Presence::new(self.link.epoch());
         let mut waiting = VecDeque::new();
+        // What was meant for an attachment that is over is not sent to the next.
+        let mut is_void = false;
+        let mut ran_ns = self.clock.now_ns();
         loop {
             let mut has_ended = false;
-            let slept_ns = self.clock.now_ns();
             tokio::select! {
                 wake = poll_fn(|cx| self.link.poll_wake(cx)) => has_ended = wake? == Wake::Ended,
                 order = self.orders.recv() => match order {
-                    Some(order) => waiting.push_back(order),
+                    Some(Order::Tell(message)) => {
+                        is_void &= !matches!(message, ToController::Configure { .. });
+                        waiting.extend((!is_void).then_some(message));
+                    }
+                    Some(Order::Reset) => presence = Presence::new(self.link.epoch()),
                     None => return Ok(()),
                 },
                 _ = beat.tick() => self.link.beat(),
             }
-            // It beats far more often than that: this process was stopped, or the machine was asleep.
-            let away = Duration::from_nanos(self.clock.now_ns().saturating_sub(slept_ns));
+            let now_ns = self.clock.now_ns();
+            let away = Duration::from_nanos(now_ns.saturating_sub(ran_ns));
+            ran_ns = now_ns;
             if away > AWAY {
                 tracing::warn!(target: "ambidex::controller", controller = self.id.0, ?away, "this daemon did not run");
-                presence.was_away(self.clock.now_ns(), away);
+                presence.was_away(now_ns, away);
             }
-            self.hear(&mut presence);
-            match presence.attend(self.clock.now_ns(), has_ended) {
+            self.hear(&mut presence, now_ns);
+            match presence.attend(now_ns, has_ended) {
                 Some(Attendance::Attached { pid }) => {
                     self.link.watch(pid);
                     self.tell(Input::Attached(self.id));
@@ -63,6 +79,7 @@ impl LinkTask {
                     self.link.unwatch();
                     self.link.forget();
                     waiting.clear();
+                    is_void = true;
                     self.tell(Input::Lost(self.id, why));
                 }
                 None => {}
@@ -72,14 +89,14 @@ impl LinkTask {
     }
 
     /// Takes all that came; a wake-up is only a hint.
-    fn hear(&mut self, presence: &mut Presence) {
+    fn hear(&mut self, presence: &mut Presence, now_ns: u64) {
         for heard in self.link.drain() {
             match heard {
                 Heard::Message(message) => self.tell(Input::Heard(self.id, message)),
                 Heard::Refused(refusal) => self.tell(Input::Refused(self.id, refusal)),
                 Heard::Closed(command) => self.tell(Input::Closed(self.id, command)),
                 Heard::Pulse(pulse) => {
-                    presence.hear(&pulse, self.clock.now_ns());
+                    presence.hear(&pulse, now_ns);
                 }
             }
         }

@@ -6,18 +6,18 @@ use std::time::Duration;
 
 use tokio::sync::{mpsc, oneshot};
 use tokio::task::{AbortHandle, Id, JoinError, JoinSet};
-use tokio::time::{Instant, sleep_until, timeout};
+use tokio::time::{Instant, sleep_until};
 
 use super::clock::Clock;
 use super::dispatch_task::DispatchTask;
 use super::journal_task::{Journal, Sink};
-use super::link_task::LinkTask;
+use super::link_task::{LinkTask, Order};
 use super::node_task::{Surroundings, ToNode, wire};
 use super::port::Port;
 use super::signal::Signal;
 use ambidex_core::dispatch::{self, Dispatch, Limits};
 use ambidex_core::tree::{self, Settings};
-use ambidex_model::{Change, ControllerId, Header, Loss, MissionEnd, MissionSpec, NodeId, Record, ToController};
+use ambidex_model::{Change, ControllerId, Header, Loss, MissionEnd, MissionSpec, NodeId, Record};
 
 /// How long the log may take in the end to write what waits, wall time.
 const WRITER_GRACE: Duration = Duration::from_secs(5);
@@ -209,8 +209,11 @@ impl Supervisor {
         self.tasks.shutdown().await;
         self.others.shutdown().await;
         self.journal = None;
-        if self.writer.is_some() && timeout(WRITER_GRACE, ended(&mut self.writer)).await.is_err() {
-            tracing::error!("the log is not written out: what it goes to takes nothing");
+        if self.writer.is_some() {
+            tokio::select! {
+                () = ended(&mut self.writer) => {}
+                () = pause(WRITER_GRACE) => tracing::error!("the log is not written out: what it goes to takes nothing"),
+            }
         }
         match self.end.expect("the watch ends with the mission") {
             MissionEnd::NotAttached => Ended::NotAttached(self.missing.into_iter().collect()),
@@ -282,7 +285,7 @@ fn spawn_links(
     clock: Clock,
     dispatch: &mpsc::UnboundedSender<dispatch::Input>,
     tasks: &mut JoinSet<()>,
-) -> Vec<mpsc::UnboundedSender<ToController>> {
+) -> Vec<mpsc::UnboundedSender<Order>> {
     let spawn = |(index, link)| {
         let id = ControllerId::from(index);
         let (way, orders) = mpsc::unbounded_channel();
@@ -311,6 +314,17 @@ async fn ended(writer: &mut Option<oneshot::Receiver<()>>) {
         }
         None => std::future::pending().await,
     }
+}
+
+/// A pause of the wall clock, on which the log's thread lives too, whatever becomes of tokio's.
+async fn pause(length: Duration) {
+    let (over, is_over) = oneshot::channel();
+    std::thread::spawn(move || {
+        std::thread::sleep(length);
+        // Whoever waited may have gone on.
+        let _ = over.send(());
+    });
+    let _ = is_over.await;
 }
 
 async fn at(moment: Option<Instant>) {

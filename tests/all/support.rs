@@ -18,7 +18,7 @@ pub const TOOL: TypeId = TypeId(3);
 /// A type of which no robot here has any.
 pub const WING: TypeId = TypeId(4);
 
-/// Distance within which a move is satisfied, metres.
+/// Distance within which a move is satisfied, meters.
 pub const TOLERANCE_M: f64 = 0.25;
 
 /// A tree as a value.

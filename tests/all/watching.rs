@@ -193,13 +193,13 @@ fn without_a_journal_it_is_said_who_has_one() {
     let mut daemon = home.daemon(&experiment_file(1), &[]);
     daemon.says("waiting for");
     let name = home.instances()[0].name().to_owned();
-    let misspelt = format!("{name}x");
-    let refused = home.start(["status", "--instance", &misspelt]).ends(2);
+    let misspelled = format!("{name}x");
+    let refused = home.start(["status", "--instance", &misspelled]).ends(2);
     let said = format!("did you mean \"{name}\"?");
     assert!(refused.words().contains(&said) && refused.words().contains(&format!("{name} (running)")), "{refused:#?}");
     assert_eq!(refused.stdout, "");
-    assert!(!Instance::new(&misspelt).expect("a name").has_left_anything());
-    assert!(!home.path("ambidex").join(&misspelt).exists(), "asking makes nothing");
+    assert!(!Instance::new(&misspelled).expect("a name").has_left_anything());
+    assert!(!home.path("ambidex").join(&misspelled).exists(), "asking makes nothing");
     daemon.signal(Signal::TERM);
     daemon.ends(130);
     home.is_empty();

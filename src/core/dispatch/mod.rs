@@ -57,6 +57,8 @@ pub enum Effect {
     Lost(ControllerId),
     /// A controller is gone before the mission began: it is awaited again.
     Missing(ControllerId),
+    /// Whatever is known of this controller's attachment is void: it may attach anew.
+    Reset(ControllerId),
     /// After a shutdown: nothing is under way any more.
     Safe,
     /// Write it down.
@@ -153,6 +155,7 @@ impl Dispatch {
     fn configure(&mut self, now: Time, id: ControllerId) {
         let Some(generation) = self.attachments[id.index()].attach(now + self.limits.accept) else {
             self.lost(now, id, Loss::Unanswered);
+            self.effects.push(Effect::Reset(id));
             return;
         };
         let start = attachment::start_state(&self.mission, id);

@@ -199,6 +199,7 @@ impl<'a> Simulation<'a> {
             // Before the ends that follow from it: root grants nothing for them.
             dispatch::Effect::Lost(id) => self.tell_root(Input::End(MissionEnd::ControllerLost(id))),
             dispatch::Effect::Configured(_) | dispatch::Effect::Missing(_) => {}
+            dispatch::Effect::Reset(id) => self.plants[id.index()].reset(),
             dispatch::Effect::Safe => self.is_safe = true,
             dispatch::Effect::Record(record) => (self.journal)(&record),
         }

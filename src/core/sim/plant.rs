@@ -62,6 +62,11 @@ impl Plant {
         Some(Time(at_ns.div_ceil(1000)))
     }
 
+    /// The daemon forgets what it knows of the attachment.
+    pub(super) fn reset(&mut self) {
+        self.presence = Presence::new(EPOCH);
+    }
+
     /// Brings the session to this moment, with a message for it if there is one.
     pub(super) fn exchange(&mut self, now: Time, message: Option<ToController>) -> Exchanged {
         let now_ns = now.0 * 1000;

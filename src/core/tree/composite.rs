@@ -40,7 +40,7 @@ impl Composite {
         let index = self.branch.index_of(child);
         let open = self.branch.open.as_mut().expect("answers come to an open round");
         let slot = open.asked.get_mut(&index).expect("only those answer that were asked");
-        assert!(slot.replace(answer).is_none(), "{child:?} on_answer twice");
+        assert!(slot.replace(answer).is_none(), "{child:?} answered twice");
         open.waiting -= 1;
         match self.ordering.next(&self.branch, index) {
             Some((next, skips)) => self.ask(next, skips, out),
@@ -77,14 +77,14 @@ impl Composite {
     }
 
     fn answer_if_complete(&mut self, out: &mut Outbox) {
-        let open = self.branch.open.as_mut().expect("only an open round is on_answer");
+        let open = self.branch.open.as_mut().expect("only an open round is answered");
         if open.waiting > 0 {
             return;
         }
         let answers: Vec<(usize, Answer)> = open
             .asked
             .iter_mut()
-            .map(|(&child, answer)| (child, std::mem::take(answer.as_mut().expect("all have on_answer"))))
+            .map(|(&child, answer)| (child, std::mem::take(answer.as_mut().expect("all have answered"))))
             .collect();
         let view = Arc::clone(&open.activation.view);
         let mut answer = match self.ending {

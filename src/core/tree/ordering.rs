@@ -34,14 +34,14 @@ impl Ordering {
     }
 
     /// Whom an answer makes it ask too: a THEN goes on behind a satisfied child, with it as skipped (III-C.2).
-    pub(super) fn next(self, node: &Branch, on_answer: usize) -> Option<(usize, Arc<[NodeRange]>)> {
+    pub(super) fn next(self, node: &Branch, answered: usize) -> Option<(usize, Arc<[NodeRange]>)> {
         match self {
             Self::And | Self::Or => None,
             Self::Then => {
                 let open = node.open.as_ref()?;
-                let is_satisfied = open.asked.get(&on_answer)?.as_ref()?.is_satisfied;
-                let behind = node.children.iter().skip(on_answer + 1).position(|child| !child.is_done)?;
-                let next = on_answer + 1 + behind;
+                let is_satisfied = open.asked.get(&answered)?.as_ref()?.is_satisfied;
+                let behind = node.children.iter().skip(answered + 1).position(|child| !child.is_done)?;
+                let next = answered + 1 + behind;
                 let first = *open.asked.keys().next()?;
                 let skip = NodeRange { from: node.children[first].id, to: node.children[next].id };
                 let above = open.activation.skips.iter().copied();

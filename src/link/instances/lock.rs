@@ -56,7 +56,7 @@ impl Lock {
         if !path.exists() {
             return Ok(None);
         }
-        // Under the gate nobody tries to take the place, who would be turned away by our trying.
+        // Under the global lock nobody tries to take the place, who would be turned away by our trying.
         let _global = GlobalLock::join()?;
         let mut file = match File::open(&path) {
             Ok(file) => file,
@@ -126,7 +126,7 @@ impl Instance {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // Without the gate the file stays, and so does the folder: the next sweep takes them.
+        // Without the global lock the file stays, and so does the folder: the next sweep takes them.
         let Ok(_global) = GlobalLock::enter() else {
             return;
         };
@@ -161,7 +161,7 @@ impl GlobalLock {
         }
     }
 
-    /// Enters by the gate that is there; none where there is no gate, since then there is no instance.
+    /// Enters by the global lock that is there; none where there is no gate, since then there is no instance.
     fn join() -> Result<Option<Self>, IpcError> {
         let path = base().join(GLOBAL_FILE);
         let begun = Instant::now();
@@ -197,7 +197,7 @@ impl Drop for GlobalLock {
     }
 }
 
-/// Whether no living process holds a lock in the folder. Ask under the gate.
+/// Whether no living process holds a lock in the folder. Ask under the global lock.
 pub(crate) fn is_abandoned(dir: &Path) -> bool {
     let Ok(entries) = fs::read_dir(dir) else {
         return false;
@@ -209,7 +209,7 @@ pub(crate) fn is_abandoned(dir: &Path) -> bool {
         .all(|path| File::open(path).is_ok_and(|file| file.try_lock().is_ok()))
 }
 
-/// Removes the folder and every segment of shared memory of an instance; returns how many segments. Call under the gate.
+/// Removes the folder and every segment of shared memory of an instance; returns how many segments. Call under the global lock.
 pub(crate) fn remove_instance(dir: &Path, prefix: &str) -> usize {
     let _ = fs::remove_dir_all(dir);
     segments(prefix).into_iter().filter(|path| fs::remove_file(path).is_ok()).count()

@@ -1,6 +1,7 @@
 //! Where instances lie: the folder of this user, and what their segments of shared memory begin with.
 
 use std::fs;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 /// What the names of all segments begin with.
@@ -23,14 +24,17 @@ pub(crate) fn prefix_of(tag: &str) -> String {
     format!("{PREFIX}{tag}_")
 }
 
-/// Segments of shared memory whose names begin with the prefix.
+/// Segments of shared memory of this user whose names begin with the prefix.
 pub(crate) fn segments(prefix: &str) -> Vec<PathBuf> {
     let Ok(entries) = fs::read_dir(shared_memory()) else {
         return Vec::new();
     };
+    let own = rustix::process::getuid().as_raw();
     entries
         .flatten()
         .filter(|entry| entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()))
+        // Root could remove those of others, too.
+        .filter(|entry| entry.metadata().is_ok_and(|about| about.uid() == own))
         .map(|entry| entry.path())
         .collect()
 }

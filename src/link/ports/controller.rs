@@ -43,14 +43,14 @@ struct Stream {
 }
 
 impl ControllerPort {
-    /// Opens the link under the name whose lock the station holds.
+    /// Opens the link under the name whose lock the node holds.
     ///
     /// # Errors
     /// [`IpcError`] when the services cannot be had.
     pub fn open(node: &IpcNode, controller: &str) -> Result<Self, IpcError> {
         let services = Services::new(node, controller);
         let port = Self {
-            // The ear before the server: a goal may come as soon as that is there.
+            // The listener before the server: a goal may come as soon as that is there.
             listener: services.controller_listener()?,
             notifier: services.daemon_notifier()?,
             beats: services.beats()?,

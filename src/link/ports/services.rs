@@ -19,7 +19,7 @@ use crate::wire::{WIRE_VERSION, WireBeat, WirePulse, WireRequest, WireResponse};
 pub(super) const REQUESTS_MAX: usize = 16;
 /// Responses that wait in one stream: three seconds of feedback.
 const RESPONSES_MAX: usize = 32;
-/// One controller of a name, see `lock`.
+/// One controller of a name, see `instances`.
 const SERVERS_MAX: usize = 1;
 /// One daemon, and one that died and is not cleaned up yet.
 const CLIENTS_MAX: usize = 2;
@@ -193,7 +193,7 @@ impl<'a> Services<'a> {
     }
 }
 
-/// Rings at whoever listens. Nobody there, or one who is asleep for long, is no fault: bells are hints.
+/// Rings at whoever listens. Nobody there, or one who is asleep for long, is no fault: wake-ups are hints.
 pub(super) fn ring(notifier: &Notifier) {
     if let Err(error) = notifier.notify() {
         tracing::trace!(%error, "nobody could be woken");

@@ -172,10 +172,12 @@ impl<C: Controller> Server<C> {
         }
         match Pidfd::open(pid) {
             Ok(daemon) => self.daemon = Some(daemon),
-            Err(error) => {
+            Err(error) if error.is_gone() => {
                 tracing::warn!(%error, "the daemon has ended");
                 self.session.hear_end();
             }
+            // Its end will be known by its silence.
+            Err(error) => tracing::debug!(%error, "the daemon cannot be watched"),
         }
     }
 

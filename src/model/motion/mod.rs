@@ -23,7 +23,7 @@ pub const STEP: Duration = Duration::from_millis(10);
 
 /// A controller, as the runtime sees it: one command at a time, stepped in robot time.
 ///
-/// Implement it to attach a robot of your own and hand it to `controller::serve`.
+/// Implement it to attach a robot of your own and hand it to `ambidex_link::serve`.
 pub trait Controller {
     /// Takes the daemon's limits and its idea of the start state, and answers with the true state.
     ///

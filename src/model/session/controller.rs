@@ -93,16 +93,19 @@ impl<C: Controller> Session<C> {
     pub fn take(&mut self, received: Received, now_ns: u64) {
         let Received { message, epoch, origin } = received;
         match message {
-            ToController::Configure { generation, speed, limits, start } => self.take_configuration(Attachment {
-                epoch,
-                generation,
-                origin,
-                speed,
-                limits,
-                start,
-                step: step_at(origin, speed, now_ns),
-                last_number: None,
-            }),
+            ToController::Configure { generation, speed, limits, start } => self.take_configuration(
+                Attachment {
+                    epoch,
+                    generation,
+                    origin,
+                    speed,
+                    limits,
+                    start,
+                    step: step_at(origin, speed, now_ns),
+                    last_number: None,
+                },
+                now_ns,
+            ),
             ToController::Goal { id, mode, command } => match self.start(epoch, id, mode, &command, now_ns) {
                 Ok(at) => self.reply(epoch, FromController::Accepted { id, at }),
                 Err(why) => self.reply(epoch, FromController::Rejected { id, why }),
@@ -164,8 +167,11 @@ impl<C: Controller> Session<C> {
         }
     }
 
-    fn take_configuration(&mut self, next: Attachment) {
-        let is_of_the_living = self.daemon.as_ref().is_some_and(|daemon| daemon.epoch == next.epoch && !daemon.is_gone);
+    fn take_configuration(&mut self, next: Attachment, now_ns: u64) {
+        let is_of_the_living = self.daemon.as_ref().is_some_and(|daemon| {
+            let silent_ns = u128::from(now_ns.saturating_sub(daemon.heard_ns));
+            daemon.epoch == next.epoch && !daemon.is_gone && silent_ns <= DEAD_MAN.as_nanos()
+        });
         let is_newer = |old: &Option<Attachment>| {
             old.as_ref().is_none_or(|old| old.epoch != next.epoch || old.generation < next.generation)
         };

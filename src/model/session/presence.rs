@@ -89,6 +89,8 @@ impl Presence {
         }
         let away = self.back.filter(|(back_ns, _)| is_fresh(*back_ns, now_ns));
         let loss = if has_ended {
+            // What it published last says nothing of whoever comes after it.
+            self.seen = None;
             Loss::Ended
         } else if has_left {
             let away_ms = away.map_or(0, |(_, length)| u32::try_from(length.as_millis()).unwrap_or(u32::MAX));
@@ -151,6 +153,9 @@ mod tests {
             }
             let why = if has_ended { Loss::Ended } else { Loss::Left { away_ms: 0 } };
             assert_eq!(presence.attend(11 * MS, has_ended), Some(Attendance::Lost(why)));
+            // A dead one is not attached again; one that serves somebody else may come back.
+            let next = presence.attend(12 * MS, false);
+            assert_eq!(next, deserts.then_some(Attendance::Attached { pid: 7 }));
         }
     }
 

@@ -11,7 +11,7 @@ pub fn nearest<'a>(found: &str, allowed: impl IntoIterator<Item = &'a str>) -> O
     let letters = found.chars().count();
     let (nearest, changes) =
         allowed.into_iter().map(|word| (word, distance(word))).min_by_key(|(_, changes)| *changes)?;
-    // Another letter is not a misspelt one.
+    // Another letter is not a misspelled one.
     (changes < letters.max(1) && changes <= (letters / 3).clamp(1, 3)).then_some(nearest)
 }
 

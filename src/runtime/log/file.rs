@@ -100,6 +100,10 @@ fn fresh(path: &Path) -> Result<Option<File>, Refused> {
             // Whoever still reads it reads it to its end, and notices the new one.
             fs::remove_file(path)?;
         }
+        // A link that leads nowhere.
+        Err(error) if error.kind() == ErrorKind::NotFound && fs::symlink_metadata(path).is_ok() => {
+            return Err(Refused::NoFile);
+        }
         Err(error) if error.kind() == ErrorKind::NotFound => {}
         Err(error) => return Err(error.into()),
     }

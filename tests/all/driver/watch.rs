@@ -23,7 +23,7 @@ pub struct Watch {
     /// Behaviors that ended, and whether well, while the word of it is on its way to root.
     ended: BTreeMap<NodeId, bool>,
     /// Nothing is granted or refused any more; there is no reason for "the mission is being canceled".
-    is_cancelling: bool,
+    is_canceling: bool,
     /// Resources that a behavior may have left a lease on by an earlier success.
     left: BTreeSet<(NodeId, u32)>,
 }
@@ -39,7 +39,7 @@ impl Watch {
             done: BTreeSet::new(),
             granted: BTreeMap::new(),
             ended: BTreeMap::new(),
-            is_cancelling: false,
+            is_canceling: false,
             left: BTreeSet::new(),
         }
     }
@@ -51,7 +51,7 @@ impl Watch {
                 assert!(is_granted, "{node:?} ran without a grant");
                 self.ended.insert(node, outcome.end == End::Succeeded);
             }
-            Input::End(_) => self.is_cancelling = true,
+            Input::End(_) => self.is_canceling = true,
             Input::Begin(_) | Input::World(_) | Input::Observed(_) => {}
             Input::Down(_) | Input::Up(..) => {}
         }
@@ -88,7 +88,7 @@ impl Watch {
                     let is_granted = granted.iter().any(|grant| grant.leaf() == leaf);
                     let is_refused = refused.iter().any(|blocked| blocked.leaf == leaf);
                     assert!(
-                        is_granted != is_refused || self.is_cancelling,
+                        is_granted != is_refused || self.is_canceling,
                         "{leaf:?} asked: granted {is_granted}, refused {is_refused}"
                     );
                 }

@@ -37,7 +37,7 @@ fn check_controller(name: &str, with: Signal, when: &str) {
     let told = Instant::now();
     let finished = run.ends(4);
     assert!(told.elapsed() < STATED, "{:?}", told.elapsed());
-    let said = format!("error: the controller {name} is gone");
+    let said = format!("× the controller {name} is gone");
     assert!(finished.stderr.contains(&said), "{}", finished.stderr);
     assert_eq!(report(&finished)["outcome"], "failed");
     let log = home.log();
@@ -105,7 +105,7 @@ fn a_stopped_controller_serves_again_when_it_goes_on() {
     first.says("step 1");
     controllers[3].signal(Signal::STOP);
     let finished = first.ends(4);
-    assert!(finished.stderr.contains("error: the controller base is gone"), "{}", finished.stderr);
+    assert!(finished.stderr.contains("× the controller base is gone"), "{}", finished.stderr);
     controllers[3].signal(Signal::CONT);
     came_out(&daemon(&home, "100").ends(0), &experiments()[&1]);
 }

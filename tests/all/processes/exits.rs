@@ -18,7 +18,7 @@ fn who_did_not_attach_in_time_is_named() {
     let head = home.controller("head", &["--once"]);
     let args = ["--attach-timeout", "0.5", "--json"];
     let finished = home.daemon(&experiment_file(1), &args).ends(4);
-    let said = "error: not attached in time: left_arm, right_arm, base";
+    let said = "× not attached in time: left_arm, right_arm, base";
     assert!(finished.stderr.contains(said), "{}", finished.stderr);
     head.ends(0);
     home.is_empty();

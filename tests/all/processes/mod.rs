@@ -6,6 +6,7 @@ mod exits;
 mod logs;
 mod runs;
 mod shutdown;
+mod talk;
 
 use serde_json::Value;
 
