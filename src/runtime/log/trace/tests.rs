@@ -168,7 +168,7 @@ fn the_end_of_a_mission_is_as_loud_as_it_is_bad() {
         .filter(|line| line.contains("mission ended"))
         .map(|line| line.split(' ').next().unwrap_or_default().to_owned())
         .collect();
-    assert_eq!(levels, ["INFO", "WARN", "WARN", "INFO", "ERROR", "ERROR"]);
+    assert_eq!(levels, ["INFO", "WARN", "WARN", "INFO", "ERROR", "ERROR", "ERROR", "ERROR"]);
 }
 
 #[test]
