@@ -113,6 +113,5 @@ fn live(mission: &Arc<MissionSpec>, seed: u64) -> Vec<Record> {
         };
         runtime::run(Arc::clone(mission), links, options, controlled).await
     });
-    let records = records.lock().expect("no poison").clone();
-    records
+    records.lock().expect("no poison").clone()
 }

@@ -47,7 +47,7 @@ struct Asked {
 impl DaemonPort {
     /// Opens the link to the controller of that name, whether it is there yet or not.
     ///
-    /// `epoch` is this life of the daemon, one for all its ports: [`fresh_epoch`](super::fresh_epoch).
+    /// `epoch` is this life of the daemon, one for all its ports: [`fresh_epoch`](crate::fresh_epoch).
     ///
     /// # Errors
     /// [`IpcError`] when the name is none or the services cannot be had.

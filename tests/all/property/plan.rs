@@ -84,11 +84,11 @@ impl Plan {
                 EffectTerm::Stands(_) | EffectTerm::Taken(..) | EffectTerm::Lies(..) | EffectTerm::Fact(..) => {}
             }
         }
-        let others = (0..mission.start.objects.len()).map(ObjectId::from);
+        let mut others = (0..mission.start.objects.len()).map(ObjectId::from);
         let is_taken = |effect: &EffectTerm| matches!(effect, EffectTerm::Taken(..));
         if let Some(EffectTerm::Taken(object, claim)) = spec.effects.iter().find(|effect| is_taken(effect)).copied()
             && rng.is(8)
-            && let Some(other) = others.filter(|other| *other != object).last()
+            && let Some(other) = others.rfind(|other| *other != object)
         {
             // A controller says one thing of a gripper.
             changes.retain(|change| !matches!(change, Change::Object(..)));
