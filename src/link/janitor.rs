@@ -87,12 +87,12 @@ pub fn tidy(instance: &Instance) -> Vec<Swept> {
     swept
 }
 
-fn remove_node(node: DeadNodeView<Transport>, config: &Config) -> Result<(), String> {
+fn remove_node(node: DeadNodeView<Transport>, config: &Config) -> Result<(), Box<dyn std::error::Error>> {
     if node.details().is_some() {
-        return node.try_remove_stale_resources().map_err(|error| error.to_string());
+        return Ok(node.try_remove_stale_resources()?);
     }
     // Its maker died before it had written what the transport's own cleaning needs.
-    remove_half_made(config, node.id().value()).map_err(|error| error.to_string())
+    Ok(remove_half_made(config, node.id().value())?)
 }
 
 fn remove_half_made(config: &Config, id: u128) -> std::io::Result<()> {

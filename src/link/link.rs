@@ -38,7 +38,7 @@ pub enum Heard {
 }
 
 /// Why a message could not be sent.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 pub enum LinkError {
     /// No controller has its port open.
     #[error("no controller is there")]
@@ -53,6 +53,6 @@ pub enum LinkError {
     #[error("generation {0} is not the present one")]
     Generation(u32),
     /// The transport failed.
-    #[error("the transport failed: {0}")]
-    Transport(String),
+    #[error("the transport failed")]
+    Transport(#[source] Box<dyn std::error::Error + Send + Sync>),
 }

@@ -1,6 +1,7 @@
 //! One task per controller link: what came, the daemon's heartbeat, and whether the controller is there.
 
 use std::collections::VecDeque;
+use std::error::Error;
 use std::future::poll_fn;
 use std::time::Duration;
 
@@ -108,7 +109,9 @@ impl LinkTask {
             match self.link.send(message) {
                 Ok(()) => {}
                 Err(LinkError::Absent | LinkError::Full) => return,
-                Err(LinkError::PathLength(_) | LinkError::Generation(_) | LinkError::Transport(_)) => {
+                Err(error @ (LinkError::PathLength(_) | LinkError::Generation(_) | LinkError::Transport(_))) => {
+                    let error: &(dyn Error + 'static) = &error;
+                    tracing::warn!(target: "ambidex::controller", controller = self.id.0, error, "not sent");
                     if let ToController::Goal { id, .. } = message {
                         let rejected = FromController::Rejected { id: *id, why: Rejection::Malformed };
                         self.tell(Input::Heard(self.id, rejected));

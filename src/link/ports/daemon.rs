@@ -262,6 +262,6 @@ fn refused(error: RequestSendError) -> LinkError {
         | RequestSendError::SendError(SendError::UnableToDeliver | SendError::LoanError(LoanError::ExceedsMaxLoans)) => {
             LinkError::Full
         }
-        RequestSendError::SendError(other) => LinkError::Transport(other.to_string()),
+        RequestSendError::SendError(other) => LinkError::Transport(Box::new(other)),
     }
 }

@@ -116,10 +116,10 @@ fn what_does_not_fit_is_not_sent() {
     for length in [0, PATH_MAX + 1] {
         let path = vec![Pose::new(0.0, 0.0, 0.0); length];
         let sent = write::request(&goal(Command::Drive { path }), EPOCH, ClockOrigin(0), ID.generation);
-        assert_eq!(sent, Err(LinkError::PathLength(length)));
+        assert!(matches!(sent, Err(LinkError::PathLength(other)) if other == length));
     }
     let sent = write::request(&goal(Command::Stand), EPOCH, ClockOrigin(0), 4);
-    assert_eq!(sent, Err(LinkError::Generation(3)));
+    assert!(matches!(sent, Err(LinkError::Generation(3))));
 }
 
 #[test]
