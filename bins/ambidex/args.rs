@@ -16,7 +16,7 @@ use crate::status::StatusArgs;
 use crate::timeline::TimelineArgs;
 use crate::trace::TraceArgs;
 use crate::tree::TreeArgs;
-use crate::values;
+use crate::values::{self, LogFormat};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -193,15 +193,6 @@ impl AllocatorName {
             Self::Serial => Arc::new(Serial),
         }
     }
-}
-
-/// Forms of log lines.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum LogFormat {
-    /// For people.
-    Text,
-    /// For programs.
-    Json,
 }
 
 /// What to do in a stall.

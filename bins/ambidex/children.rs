@@ -15,8 +15,8 @@ use miette::{IntoDiagnostic, Result};
 use rustix::process::{Pid, Signal, kill_process};
 use tokio::sync::mpsc;
 
-use crate::args::LogFormat;
 use crate::terminal::Terminal;
+use crate::values::LogFormat;
 
 /// How often the end of a child is looked for.
 const POLL: Duration = Duration::from_millis(5);

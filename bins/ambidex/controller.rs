@@ -10,10 +10,11 @@ use ambidex::motion;
 use miette::{IntoDiagnostic, Result, miette};
 use nalgebra::Point3;
 
-use crate::args::{ControllerArgs, LogFormat};
+use crate::args::ControllerArgs;
 use crate::diagnostics::report_all;
 use crate::exit::Exit;
 use crate::terminal::{Patience, QUIET, TALKING, Terminal};
+use crate::values::LogFormat;
 use crate::{descriptors, signals};
 
 /// How long the last words may wait for a reader.

@@ -17,7 +17,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::fmt::MakeWriter;
 
-use crate::args::LogFormat;
+use crate::values::LogFormat;
 
 /// Log lines that nothing else says: a run tells of its mission itself.
 pub const QUIET: &str = "error,ambidex::mission=off";

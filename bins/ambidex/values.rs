@@ -1,5 +1,6 @@
 //! Values of options, as they are written.
 
+use clap::ValueEnum;
 use std::time::Duration;
 
 use ambidex::link::Instance;
@@ -23,4 +24,13 @@ pub fn seconds(text: &str) -> Result<Duration, String> {
         Ok(seconds) if (0.0..=86_400.0).contains(&seconds) => Ok(Duration::from_secs_f64(seconds)),
         Ok(_) | Err(_) => Err("seconds, a number from 0 to 86400".into()),
     }
+}
+
+/// Forms of log lines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LogFormat {
+    /// For people.
+    Text,
+    /// For programs.
+    Json,
 }
