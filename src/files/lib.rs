@@ -173,6 +173,7 @@ fn with_robot(
         world: world.as_ref(),
     };
     task::check_all(&mut subtrees, &around, faults);
+    kinds.check_tables(&around.known, files.main_file(), faults);
     let task = file.task.and_then(|item| task::build(item, &subtrees, &around, faults))?;
     let (world, robot, names) = (world?, robot?, world_names?);
     let mission = MissionSpec {

@@ -110,6 +110,17 @@ meanings! {
 }
 
 impl Known<'_> {
+    /// What an argument of a type can name; none where it names nothing, or nobody knows.
+    pub(crate) fn names(&self, ty: Type) -> Option<&Register> {
+        match ty {
+            Type::Object => self.world.map(|names| &names.objects),
+            Type::Place => self.world.map(|names| &names.places),
+            Type::Resource => self.robot.map(|names| &names.resources),
+            Type::Kind => self.robot.map(|names| &names.types),
+            Type::Number | Type::Offset | Type::Text => None,
+        }
+    }
+
     /// What an argument of a type means; a fault if it means nothing.
     pub(crate) fn argument(&self, item: Item<'_>, ty: Type, faults: &mut Faults) -> Option<Argument> {
         let value = match ty {
@@ -127,13 +138,10 @@ impl Known<'_> {
 
     /// What a name of a type stands for; a fault if nothing has it.
     pub(crate) fn named(&self, name: &Name, ty: Type, faults: &mut Faults) -> Option<Meaning> {
-        let found = match ty {
-            Type::Text | Type::Number | Type::Offset => return Some(Meaning::Text),
-            Type::Object => self.world?.objects.find(name, faults)?,
-            Type::Place => self.world?.places.find(name, faults)?,
-            Type::Resource => self.robot?.resources.find(name, faults)?,
-            Type::Kind => self.robot?.types.find(name, faults)?,
-        };
+        if matches!(ty, Type::Text | Type::Number | Type::Offset) {
+            return Some(Meaning::Text);
+        }
+        let found = self.names(ty)?.find(name, faults)?;
         Some(match ty {
             Type::Object => Meaning::Object(found.into()),
             Type::Place => Meaning::Place(found.into()),

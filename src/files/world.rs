@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::describe::{Custom, Described, Each, Flag, List, Map, Point, TwoOrThree, Vector, Word, described};
 use crate::fault::Faults;
-use crate::names::Register;
+use crate::names::{Register, refuse_argument};
 use crate::quantity::{COORDINATE, EXTENT, HEADING, NEAR, TOLERANCE};
 use crate::reader::Name;
 use crate::shape::Form;
@@ -135,6 +135,8 @@ impl WorldNames {
 
 /// Checks the world; `None` when it has faults.
 pub(crate) fn build(raw: World, names: &WorldNames, faults: &mut Faults) -> Option<Built> {
+    let own = raw.places.iter().map(|(name, _)| name).chain(raw.objects.iter().map(|(name, _)| name));
+    own.chain(raw.facts.iter().map(|(name, _)| name)).for_each(|name| refuse_argument(name, faults));
     let count = raw.objects.len();
     let mut starts = Vec::new();
     let mut object_offsets = Vec::new();

@@ -7,7 +7,8 @@ use proptest::prelude::*;
 use super::super::document::{self, Value};
 use super::super::fault::Fault;
 use super::super::sources::InMemory;
-use super::write::{flow, scalar};
+use super::super::text::scalar;
+use super::write::flow;
 use super::{ImportError, Imported, import};
 
 const TASK: &str = "\

@@ -11,8 +11,8 @@ use crate::document::{Located, Node, SourceSpan, Value};
 use crate::fault::{At, Faults};
 use crate::quantity::Quantity;
 use crate::shape::Shape;
-use crate::text::{is_unprintable, shortened};
-use ambidex_model::suggestion;
+use crate::text::shortened;
+use ambidex_model::{is_obeyed, suggestion};
 
 /// Longest name, bytes of UTF-8.
 pub(crate) const MAX_NAME_BYTES: usize = 64;
@@ -349,7 +349,7 @@ fn is_name(name: &Name, faults: &mut Faults) -> bool {
         "a name cannot be empty".to_owned()
     } else if text.len() > MAX_NAME_BYTES {
         format!("a name has at most {MAX_NAME_BYTES} bytes")
-    } else if text.chars().any(is_unprintable) {
+    } else if text.chars().any(is_obeyed) {
         "a name is one line of printable letters".to_owned()
     } else {
         return true;

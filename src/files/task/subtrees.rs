@@ -6,6 +6,7 @@ use super::node::{self, USE};
 use crate::describe::{Described, Later, described};
 use crate::document::{Located, Node, SourceSpan, Value};
 use crate::fault::Faults;
+use crate::names::refuse_argument;
 use crate::parameter::{DEFAULT, PARAMETERS, Parameter};
 use crate::reader::{Item, Name};
 use crate::shape::Form;
@@ -73,6 +74,7 @@ impl<'a> Subtrees<'a> {
                 faults.push(&name, format!("there is a subtree `{}` already", name.value));
                 continue;
             }
+            refuse_argument(&name, faults);
             let before = faults.errors();
             let read = Subtree::take(item, faults);
             refuse_open_defaults(read.iter().flat_map(|subtree| &subtree.parameters), faults);
