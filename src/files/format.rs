@@ -6,7 +6,7 @@ use crate::kinds::behavior_shape;
 use crate::reader::{Item, Name};
 use crate::robot::{CONTROLLERS, RESOURCES, Robot};
 use crate::shape::{Form, Shape};
-use crate::task::{Subtree, node_shape};
+use crate::task::{Subtree, node_form};
 use crate::world::World;
 
 /// A format of files.
@@ -45,7 +45,7 @@ described! {
             maybe("behaviors", "Kinds of behavior beside `move`, `pick` and `place`.", BEHAVIORS),
         subtrees: Option<Item<'a>> = maybe("subtrees", "Parts of the task to be used with arguments.", SUBTREES),
         world: Option<World> = wanted("world", "Where everything is at the start.", Map::<World>::new()),
-        task: Option<Item<'a>> = wanted(TASK, "What is to be done.", Later(|| Form::Map(node_shape))),
+        task: Option<Item<'a>> = wanted(TASK, "What is to be done.", Later(node_form)),
     }
 }
 

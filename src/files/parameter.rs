@@ -10,6 +10,7 @@ use crate::quantity::{NEAR, POTENTIAL};
 use crate::reader::{Item, Name};
 use crate::robot::RobotFile;
 use crate::shape::Form;
+use crate::text::scalar;
 use crate::types::Type;
 use crate::world::WorldNames;
 use ambidex_model::{ObjectId, PlaceId, ResourceId, TypeId, suggestion};
@@ -249,10 +250,27 @@ pub(crate) fn assign<'a>(
     for (parameter, value) in parameters.iter().zip(&values) {
         if value.is_none() && parameter.defaults.is_none() {
             let (name, ty) = (&parameter.name.value, parameter.ty.what());
-            faults.push((span, &what.value), format!("`{}` lacks its parameter `{name}`, {ty}", what.value));
+            let message = format!("`{}` lacks its parameter `{name}`, {ty}", what.value);
+            faults.push_with((span, &what.value), message, format!("write `{}`", example(&what.value, parameters)));
         }
     }
     (faults.errors() == before).then_some(values)
+}
+
+/// How a node with its arguments is written: a value for all that has no default.
+pub(crate) fn example(name: &str, parameters: &[Parameter]) -> String {
+    let needed: Vec<_> = parameters.iter().filter(|parameter| parameter.defaults.is_none()).collect();
+    let value = |parameter: &Parameter| match parameter.ty {
+        Type::Offset => "[0 m, 0 m]".to_owned(),
+        Type::Number => "1".to_owned(),
+        Type::Object | Type::Place | Type::Resource | Type::Kind | Type::Text => parameter.ty.word().to_uppercase(),
+    };
+    let arguments = needed.iter().map(|parameter| format!("{}: {}", parameter.name.value, value(parameter)));
+    match needed.as_slice() {
+        [] => scalar(name),
+        [only] if only.name.value == parameters[0].name.value => format!("{{{}: {}}}", scalar(name), value(only)),
+        _ => format!("{{{}: {{{}}}}}", scalar(name), arguments.collect::<Vec<_>>().join(", ")),
+    }
 }
 
 fn unknown(what: &Name, parameters: &[Parameter], name: &Name, faults: &mut Faults) {

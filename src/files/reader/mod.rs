@@ -200,15 +200,15 @@ impl<'a> Item<'a> {
                 let unit = dimension.units()[0].0;
                 let message = format!("`{}` is out of bounds", shortened(text));
                 let round = |bound: &f64| (bound * 1e5).round() / 1e5;
-                let help = format!("allowed: {} to {} {unit}", round(from), round(to)).trim_end().to_owned();
-                faults.push_with(self, message, help);
+                let bounds = format!("allowed: {} to {} {unit}", round(from), round(to)).trim_end().to_owned();
+                faults.push_with(self, message, after(quantity.meant(text), bounds));
                 None
             }
             Err(_) => {
                 let units: Vec<_> = dimension.units().iter().map(|unit| unit.0).collect();
                 let message = format!("found `{}` instead of {}", shortened(text), dimension.example());
                 let help = (units != [""]).then(|| format!("units: {}", units.join(", ")));
-                faults.push_or_with(self, message, help);
+                faults.push_or_with(self, message, help.map(|units| after(quantity.meant(text), units)));
                 None
             }
         }
@@ -330,6 +330,14 @@ impl<'a> Item<'a> {
             fields.not_one_of(chosen, shape.one_of.iter().copied(), faults);
         }
         Some(fields)
+    }
+}
+
+/// What is allowed, behind what was probably meant.
+fn after(meant: Option<String>, allowed: String) -> String {
+    match meant {
+        Some(meant) => format!("{meant} {}{}", allowed[..1].to_uppercase(), &allowed[1..]),
+        None => allowed,
     }
 }
 

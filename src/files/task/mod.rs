@@ -9,7 +9,7 @@ mod subtrees;
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-pub(crate) use node::{AND, OR, THEN};
+pub(crate) use node::{AND, OR, THEN, node_form};
 pub(crate) use subtrees::{Subtree, Subtrees};
 
 use crate::describe::Described;

@@ -9,7 +9,6 @@ use crate::fault::Faults;
 use crate::names::refuse_argument;
 use crate::parameter::{DEFAULT, PARAMETERS, Parameter};
 use crate::reader::{Item, Name};
-use crate::shape::Form;
 use crate::template::{Piece, parameter, pieces};
 use crate::types::Type;
 use ambidex_model::suggestion;
@@ -24,7 +23,7 @@ described! {
             PARAMETERS,
             Vec::new()
         ),
-        task: Item<'a> = required("task", "What it does.", Later(|| Form::Map(node::Node::shape))),
+        task: Item<'a> = required("task", "What it does.", Later(node::node_form)),
     }
 }
 

@@ -311,6 +311,21 @@ fn what_a_behavior_could_never_do_is_refused() {
 }
 
 #[test]
+fn a_kind_that_needs_nothing_is_a_node_by_its_word() {
+    let rest = "rest: {potential: 1}";
+    check_kind(rest, "rest", None);
+    check_kind(rest, "{then: [rest, {move: shelf}, rest]}", None);
+    check_kind("rest: {parameters: {p: {type: number, default: 1}}, potential: $p}", "{or: [rest]}", None);
+    check_kind(
+        "rest: {parameters: {p: number}, potential: $p}",
+        "{or: [rest]}",
+        Some("`rest` lacks its parameter `p`"),
+    );
+    check_kind("rest: {potential: much}", "{or: [rest]}", Some("potential: found `much`"));
+    check_kind(rest, "{and: [{use: go}, go]}\nsubtrees: {go: {task: rest}}", Some("there is no kind of node `go`"));
+}
+
+#[test]
 fn defaults_of_subtrees_are_plain() {
     for default in ["$before", "[shelf, table]"] {
         let entry = format!("go: {{parameters: {{to: {{type: place, default: {default}}}}}, task: {{move: $to}}}}");
