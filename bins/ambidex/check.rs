@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 use miette::{IntoDiagnostic, Result};
 use serde_json::{Value, json};
 
-use crate::diagnostics::{report_all, say, say_all};
+use crate::diagnostics::{legible, report_all, say, say_all};
 use crate::exit::Exit;
 
 /// `ambidex check`.
@@ -53,7 +53,8 @@ pub fn check(args: &CheckArgs) -> Result<Exit> {
             Ok(checked) => {
                 let (summary, warnings) = told(checked);
                 if !args.json {
-                    writeln!(std::io::stdout(), "{}: {summary}", file.display()).into_diagnostic()?;
+                    writeln!(std::io::stdout(), "{}", legible(&format!("{}: {summary}", file.display())))
+                        .into_diagnostic()?;
                     say_all(&warnings);
                 }
                 is_sound &= warnings.is_empty() || !args.strict;

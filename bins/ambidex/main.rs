@@ -24,7 +24,6 @@ mod tree;
 mod values;
 mod waiting;
 
-use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
@@ -55,7 +54,7 @@ fn main() -> ExitCode {
     match exit {
         Ok(exit) => exit.into(),
         Err(report) => {
-            drop(writeln!(std::io::stderr(), "{report:?}"));
+            diagnostics::say(&report);
             Exit::Usage.into()
         }
     }

@@ -91,7 +91,7 @@ const IN_MISSIONS: &[Mistake<'_>] = &[
     (
         "    - pick: cup",
         "    - pick: 1\n      grasp: 2",
-        15,
+        16,
         "has no key `grasp` allowed: `name`, `retries`, `timeout`",
     ),
     (
