@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use ambidex::files::{self, Checked, Disk, Fault, Format};
+use ambidex::files::{self, Checked, Disk, Fault, Format, Setting};
 use ambidex::model::MissionSpec;
 use clap::{Args, ValueEnum};
 use miette::{IntoDiagnostic, Result};
@@ -18,6 +18,9 @@ pub struct CheckArgs {
     /// Mission, robot and behavior files; what each is is seen from its keys.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
+    /// Tell the mission a value for one of its parameters; can be given for each.
+    #[arg(long, value_name = "NAME=VALUE")]
+    set: Vec<Setting>,
     /// Print one list of all faults on stdout, and nothing else there.
     #[arg(long)]
     json: bool,
@@ -49,7 +52,7 @@ pub fn check(args: &CheckArgs) -> Result<Exit> {
     let mut list = Vec::new();
     let mut is_sound = true;
     for file in &args.files {
-        let faults = match files::check(&Disk, file) {
+        let faults = match files::check(&Disk, file, &args.set) {
             Ok(checked) => {
                 let (summary, warnings) = told(checked);
                 if !args.json {

@@ -190,7 +190,7 @@ mod tests {
     fn printed(mission: &str) -> String {
         let mut files = InMemory::default();
         files.insert("mission.yaml", mission);
-        let error = check(&files, "mission.yaml".as_ref()).expect_err("it has mistakes");
+        let error = check(&files, "mission.yaml".as_ref(), &[]).expect_err("it has mistakes");
         super::printed(&report_all(&error))
     }
 

@@ -222,6 +222,25 @@ fn check_default(ty: Type, item: Item<'_>, faults: &mut Faults) {
     }
 }
 
+/// Where a subtree or a mission is used nothing is known of a THEN around it: its defaults are values, and one each.
+pub(crate) fn refuse_open_defaults<'p>(
+    what: &str,
+    parameters: impl Iterator<Item = &'p Parameter>,
+    faults: &mut Faults,
+) {
+    for parameter in parameters {
+        let defaults = parameter.defaults.as_deref().unwrap_or_default();
+        let open = defaults.iter().enumerate().find(|(index, default)| {
+            let text = Item::of(&parameter.name.value, default).text();
+            *index > 0 || text.is_some_and(|text| text.starts_with('$'))
+        });
+        if let Some((_, default)) = open {
+            let message = format!("{what} has one plain value as a default");
+            faults.push_with((default.span, DEFAULT), message, "several, `$before` and `$start` are for behaviors");
+        }
+    }
+}
+
 /// The value of each parameter as written; none where it is left to its default.
 ///
 /// A value that is no map is that of the first parameter. `None` when one is unknown or lacking, which is a fault.
@@ -257,14 +276,19 @@ pub(crate) fn assign<'a>(
     (faults.errors() == before).then_some(values)
 }
 
+/// Something to write another value in place of.
+pub(crate) fn example_value(ty: Type) -> String {
+    match ty {
+        Type::Offset => "[0 m, 0 m]".to_owned(),
+        Type::Number => "1".to_owned(),
+        Type::Object | Type::Place | Type::Resource | Type::Kind | Type::Text => ty.word().to_uppercase(),
+    }
+}
+
 /// How a node with its arguments is written: a value for all that has no default.
 pub(crate) fn example(name: &str, parameters: &[Parameter]) -> String {
     let needed: Vec<_> = parameters.iter().filter(|parameter| parameter.defaults.is_none()).collect();
-    let value = |parameter: &Parameter| match parameter.ty {
-        Type::Offset => "[0 m, 0 m]".to_owned(),
-        Type::Number => "1".to_owned(),
-        Type::Object | Type::Place | Type::Resource | Type::Kind | Type::Text => parameter.ty.word().to_uppercase(),
-    };
+    let value = |parameter: &Parameter| example_value(parameter.ty);
     let arguments = needed.iter().map(|parameter| format!("{}: {}", parameter.name.value, value(parameter)));
     match needed.as_slice() {
         [] => scalar(name),

@@ -254,7 +254,7 @@ fn load(sources: &dyn Sources, text: &str, robot: RobotFile, draft: &Draft) -> R
     let files = Files::of_text(sources, MADE, text.to_owned(), &mut faults);
     let main = files.main();
     let file = main.and_then(|main| Mission::take(main, &mut faults));
-    let mission = file.and_then(|file| with_robot(&files, file, Some(robot), &mut faults));
+    let mission = file.and_then(|file| with_robot(&files, file, Some(robot), &[], &mut faults));
     let span = main.map_or_else(SourceSpan::default, |main| main.span);
     if let Some(mission) = &mission
         && mission.names.nodes[1..] != draft.top.names()

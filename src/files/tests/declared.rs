@@ -67,7 +67,7 @@ fn written(mission: &str, library: &str) -> InMemory {
 }
 
 fn load(mission: &str, library: &str) -> Result<Arc<MissionSpec>, FilesError> {
-    load_mission(&written(mission, library), PATH.as_ref(), None).map(|loaded| loaded.mission)
+    load_mission(&written(mission, library), PATH.as_ref(), None, &[]).map(|loaded| loaded.mission)
 }
 
 #[test]
@@ -252,10 +252,10 @@ fn what_uses_itself_on_the_way_is_told_once_and_a_bomb_of_uses_is_refused() {
 fn a_library_is_checked_by_itself() {
     let mut files = written(MISSION, LIBRARY);
     let path = Path::new("library.yaml");
-    let Checked::Library(names, _) = check(&files, path).unwrap() else { panic!("it is a library") };
+    let Checked::Library(names, _) = check(&files, path, &[]).unwrap() else { panic!("it is a library") };
     assert_eq!(names, ["rest"]);
     files.insert(path, format!("{LIBRARY}subtrees:\n  a:\n    parameters: {{x: object}}\n    task: {{move: $x}}\n"));
-    let error = check(&files, path).unwrap_err();
+    let error = check(&files, path, &[]).unwrap_err();
     assert_eq!(error.faults()[0].message(), "`$x` is an object, not a place");
 }
 

@@ -19,7 +19,7 @@ behaviors:
   wave: {claims: {hand: {type: gripper}}, potential: 1}
 ";
     let files = written(format!("{head}{declared}task:\n  {task}\n"), &robot(hands));
-    let faults = match load_mission(&files, PATH.as_ref(), None) {
+    let faults = match load_mission(&files, PATH.as_ref(), None, &[]) {
         Ok(loaded) => loaded.warnings,
         Err(error) => error.faults().to_vec(),
     };
