@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::notes::{self, Note};
+use super::older;
 use crate::describe::{Described, Each, Later, List, PathTo, Reads, described};
 use crate::document::{Located, SourceSpan, Value};
 use crate::fault::Faults;
@@ -106,6 +107,10 @@ pub(super) struct Entry {
     pub(super) params: Vec<Param>,
     /// What is not of the form.
     pub(super) notes: Vec<Note>,
+    /// The nodes below it, where the form tells them.
+    pub(super) children: Vec<Name>,
+    /// Whether it is the root, which a mission has of itself.
+    pub(super) is_root: bool,
 }
 
 /// A parameter of a node.
@@ -139,6 +144,10 @@ impl Task {
         let nodes = nodes.unwrap_or_default().into_iter();
         let mut entries: Vec<_> = nodes.filter_map(|(name, item)| Some(Entry::read(name, item?, faults))).collect();
         entries.sort_by_key(|entry| places.get(entry.name.value.as_str()).copied());
+        if entries.iter().any(|entry| entry.is_root || !entry.children.is_empty()) {
+            older::settle(&mut entries, faults);
+        }
+        raise_zeros(&mut entries);
         Some(Self { entries, notes: notes::unknown("", &fields, faults) })
     }
 }
@@ -154,7 +163,12 @@ impl Entry {
             potential: None,
             params: Vec::new(),
             notes: Vec::new(),
+            children: Vec::new(),
+            is_root: false,
         };
+        if older::is_older(item) {
+            return older::read(nothing, item, faults);
+        }
         let Some(fields) = item.fields(Node::shape(), faults) else { return nothing };
         let Some(node) = Node::from_map(&fields, &mut Reading::new(faults)) else { return nothing };
         let kind = node.kind.and_then(|item| kind(item, faults));
@@ -197,6 +211,24 @@ impl Entry {
                 let message = format!("`{key}` comes twice: `{key}: {value}` is left out");
                 self.notes.push(Note::new(&self.name.value, item.span, message, None));
             }
+        }
+    }
+}
+
+/// A potential of 0 means to run last, which is what a mission says with one that is less than all others.
+fn raise_zeros(entries: &mut [Entry]) {
+    const LAST: f64 = 0.001;
+    // A behavior that tells none gets 1.
+    let potentials = || entries.iter().filter(|entry| entry.kind == Some(Kind::Behavior)).map(|entry| entry.potential);
+    let others = potentials().map(|potential| potential.unwrap_or(1.0)).filter(|potential| *potential > 0.0);
+    let least = others.fold(1.0, f64::min);
+    let last = if LAST < least { LAST } else { least / 2.0 };
+    for entry in entries.iter_mut().filter(|entry| entry.kind == Some(Kind::Behavior)) {
+        if entry.potential == Some(0.0) {
+            entry.potential = Some(last);
+            let message = format!("a potential of 0 means to run last: it is {last} now, less than all others");
+            let help = "in a mission a potential of 0 means never to run".to_owned();
+            entry.notes.push(Note::new(&entry.name.value, entry.name.span, message, Some(help)));
         }
     }
 }
@@ -248,12 +280,12 @@ fn kind(item: Item<'_>, faults: &mut Faults) -> Option<Kind> {
     None
 }
 
-fn parent(item: Item<'_>, faults: &mut Faults) -> Option<Parent> {
+pub(super) fn parent(item: Item<'_>, faults: &mut Faults) -> Option<Parent> {
     let name = item.name("the name of a node, or NONE for the topmost", faults)?;
     Some(if name.value == NO_PARENT { Parent::None(name.span) } else { Parent::Node(name) })
 }
 
-fn robot(item: Item<'_>, faults: &mut Faults) -> Option<(String, SourceSpan)> {
+pub(super) fn robot(item: Item<'_>, faults: &mut Faults) -> Option<(String, SourceSpan)> {
     if item.text().is_none() {
         item.wrong("the number or the name of a robot", faults);
     }
