@@ -2,21 +2,19 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::entry::{Entry, Kind, Param, parent, robot};
 use super::notes::{self, Note};
 use super::older;
 use crate::describe::{Described, Each, Later, List, PathTo, Reads, described};
-use crate::document::{Located, SourceSpan, Value};
+use crate::document::{Located, Value};
 use crate::fault::Faults;
 use crate::quantity::POTENTIAL;
 use crate::reader::{Item, Name};
 use crate::scope::Reading;
 use crate::shape::Form;
-use crate::task::{AND, OR, THEN};
 
 /// The parameter that gives a behavior its potential.
 pub(super) const POTENTIAL_KEY: &str = "activation_potential";
-/// The `parent` of the topmost node.
-pub(super) const NO_PARENT: &str = "NONE";
 /// What every tree has above its topmost node.
 const ROOT: &str = "root";
 
@@ -64,63 +62,6 @@ pub(super) fn is_task(file: Item<'_>) -> bool {
     [NODE_LIST, NODES].into_iter().any(|key| file.value_of(key).is_some())
 }
 
-/// What a node is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    And,
-    Then,
-    Or,
-    Behavior,
-}
-
-impl Kind {
-    /// How missions write it; none for a behavior, which is written by its kind.
-    pub(super) fn word(self) -> Option<&'static str> {
-        match self {
-            Self::And => Some(AND),
-            Self::Then => Some(THEN),
-            Self::Or => Some(OR),
-            Self::Behavior => None,
-        }
-    }
-}
-
-/// What a node hangs from.
-#[derive(Debug)]
-pub(super) enum Parent {
-    /// Nothing: it is the topmost.
-    None(SourceSpan),
-    Node(Name),
-}
-
-/// A node as written; a part that is wrong is none and has its fault.
-#[derive(Debug)]
-pub(super) struct Entry {
-    pub(super) name: Name,
-    pub(super) kind: Option<Kind>,
-    pub(super) parent: Option<Parent>,
-    /// A behavior always has one.
-    pub(super) plugin: Option<Name>,
-    pub(super) robot: Option<(String, SourceSpan)>,
-    pub(super) potential: Option<f64>,
-    /// All parameters but the potential, each key once.
-    pub(super) params: Vec<Param>,
-    /// What is not of the form.
-    pub(super) notes: Vec<Note>,
-    /// The nodes below it, where the form tells them.
-    pub(super) children: Vec<Name>,
-    /// Whether it is the root, which a mission has of itself.
-    pub(super) is_root: bool,
-}
-
-/// A parameter of a node.
-#[derive(Debug, Clone)]
-pub(super) struct Param {
-    pub(super) key: String,
-    pub(super) value: String,
-    pub(super) span: SourceSpan,
-}
-
 /// A task file in which every part that is right is known.
 #[derive(Debug)]
 pub(super) struct Task {
@@ -153,19 +94,9 @@ impl Task {
 }
 
 impl Entry {
+    /// An entry of `Nodes`, of either form.
     fn read(name: Name, item: Item<'_>, faults: &mut Faults) -> Self {
-        let nothing = Self {
-            name,
-            kind: None,
-            parent: None,
-            plugin: None,
-            robot: None,
-            potential: None,
-            params: Vec::new(),
-            notes: Vec::new(),
-            children: Vec::new(),
-            is_root: false,
-        };
+        let nothing = Entry::named(name);
         if older::is_older(item) {
             return older::read(nothing, item, faults);
         }
@@ -278,18 +209,6 @@ fn kind(item: Item<'_>, faults: &mut Faults) -> Option<Kind> {
     };
     faults.push_with(&item, message.to_owned(), help.to_owned());
     None
-}
-
-pub(super) fn parent(item: Item<'_>, faults: &mut Faults) -> Option<Parent> {
-    let name = item.name("the name of a node, or NONE for the topmost", faults)?;
-    Some(if name.value == NO_PARENT { Parent::None(name.span) } else { Parent::Node(name) })
-}
-
-pub(super) fn robot(item: Item<'_>, faults: &mut Faults) -> Option<(String, SourceSpan)> {
-    if item.text().is_none() {
-        item.wrong("the number or the name of a robot", faults);
-    }
-    Some((item.text()?.to_owned(), item.span))
 }
 
 /// A text 'key: value' as its two halves.

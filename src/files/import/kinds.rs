@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::form::{Entry, Kind, POTENTIAL_KEY, Param};
+use super::entry::{Entry, Kind, Param};
+use super::form::POTENTIAL_KEY;
 use super::notes::{Note, is_template, line};
 use crate::reader::MAX_NAME_BYTES;
 use crate::task::node_shape;

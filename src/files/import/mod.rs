@@ -3,6 +3,7 @@
 //! Only the form of those files is known here. What cannot be carried over is a warning at its place, and a comment in
 //! what is made; and what is made is loaded once before anybody writes it.
 
+mod entry;
 mod form;
 mod kinds;
 mod mission;

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::form::{Entry, Kind, NO_PARENT, Param, Parent, parent, robot};
+use super::entry::{Entry, Kind, NO_PARENT, Param, Parent, parent, robot};
 use super::notes::{self, Note, line};
 use crate::describe::{Described, Later, described};
 use crate::fault::Faults;

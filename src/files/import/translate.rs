@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::form::{Entry, Kind, POTENTIAL_KEY, Param, Task};
+use super::entry::{Entry, Kind, Param};
+use super::form::{POTENTIAL_KEY, Task};
 use super::kinds::{KindDraft, Kinds};
 use super::notes::{Note, line};
 use super::tree::Tree;

@@ -13,8 +13,8 @@ use std::time::Duration;
 pub(crate) use bind::{Binder, Site};
 pub(crate) use declare::{MAX_RETRIES, behavior_shape};
 
+use crate::document::PAPER_FILE;
 use crate::fault::Faults;
-use crate::files::PAPER_FILE;
 use crate::names::refuse_argument;
 use crate::parameter::{Argument, Known, Parameter};
 use crate::reader::{Item, Name};

@@ -249,6 +249,21 @@ fn what_uses_itself_on_the_way_is_told_once_and_a_bomb_of_uses_is_refused() {
 }
 
 #[test]
+fn a_library_may_speak_of_what_a_mission_does_not_have() {
+    let said = |values: &str| {
+        let library = format!(
+            "library: small\nbehaviors:\n  rest: {{claims: all, potential: 0.5}}\n  lay: {{parameters: {{what: object}}, \
+             potential: {{table: {{by: $what, values: {values}, otherwise: 1}}}}}}\n"
+        );
+        let loaded = load_mission(&written(MISSION, &library), PATH.as_ref(), None, &[]).expect("it is legal");
+        let said = loaded.warnings.iter().map(|fault| format!("{fault}; {}", fault.help().unwrap_or_default()));
+        said.collect::<Vec<_>>().join("; ")
+    };
+    assert_eq!(said("{cup: 2, bowl: 3}"), "");
+    assert_eq!(said("{cub: 2, bowl: 3}"), "cub: there is no object `cub`; did you mean `cup`?");
+}
+
+#[test]
 fn a_library_is_checked_by_itself() {
     let mut files = written(MISSION, LIBRARY);
     let path = Path::new("library.yaml");
