@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
+use ambidex::files::Setting;
 use ambidex::link::{Instance, WIRE_VERSION};
 use ambidex::tree::{Allocator, Greedy, Serial};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -86,6 +87,9 @@ pub struct MissionArgs {
     /// Use this robot file instead of the one that the mission names.
     #[arg(long, value_name = "FILE")]
     pub robot: Option<PathBuf>,
+    /// Tell the mission a value for one of its parameters; can be given for each.
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub set: Vec<Setting>,
     /// How requests are chosen.
     #[arg(long, value_enum, default_value_t = AllocatorName::Greedy)]
     pub allocator: AllocatorName,

@@ -3,13 +3,13 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use ambidex::files::{self, Checked, Disk, Fault, Format};
+use ambidex::files::{self, Checked, Disk, Fault, Format, Setting};
 use ambidex::model::MissionSpec;
 use clap::{Args, ValueEnum};
 use miette::{IntoDiagnostic, Result};
 use serde_json::{Value, json};
 
-use crate::diagnostics::{report_all, say, say_all};
+use crate::diagnostics::{legible, report_all, say, say_all};
 use crate::exit::Exit;
 
 /// `ambidex check`.
@@ -18,6 +18,9 @@ pub struct CheckArgs {
     /// Mission, robot and behavior files; what each is is seen from its keys.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
+    /// Tell the mission a value for one of its parameters; can be given for each.
+    #[arg(long, value_name = "NAME=VALUE")]
+    set: Vec<Setting>,
     /// Print one list of all faults on stdout, and nothing else there.
     #[arg(long)]
     json: bool,
@@ -49,11 +52,12 @@ pub fn check(args: &CheckArgs) -> Result<Exit> {
     let mut list = Vec::new();
     let mut is_sound = true;
     for file in &args.files {
-        let faults = match files::check(&Disk, file) {
+        let faults = match files::check(&Disk, file, &args.set) {
             Ok(checked) => {
                 let (summary, warnings) = told(checked);
                 if !args.json {
-                    writeln!(std::io::stdout(), "{}: {summary}", file.display()).into_diagnostic()?;
+                    writeln!(std::io::stdout(), "{}", legible(&format!("{}: {summary}", file.display())))
+                        .into_diagnostic()?;
                     say_all(&warnings);
                 }
                 is_sound &= warnings.is_empty() || !args.strict;

@@ -7,6 +7,7 @@ use std::io::Write;
 use std::iter;
 
 use ambidex::files::{Fault, FilesError, Severity};
+use ambidex::model::{is_obeyed, make_legible};
 use miette::{
     Diagnostic, LabeledSpan, MietteError, MietteSpanContents, NamedSource, Report, SourceCode, SourceSpan, SpanContents,
 };
@@ -16,14 +17,28 @@ const MAX_LINE: usize = 400;
 /// How much of a longer one is shown before and behind the place, bytes.
 const AROUND: usize = 60;
 
+/// A text in one line, without what a terminal obeys.
+pub fn legible(text: &str) -> String {
+    let mut text = text.to_owned();
+    make_legible(&mut text);
+    text
+}
+
 /// Says what was found in files that can be used all the same.
 pub fn say_all(warnings: &[Fault]) {
     warnings.iter().for_each(|warning| say(&report(warning)));
 }
 
-/// Says one thing on stderr.
+/// Says on stderr what is wrong.
 pub fn say(report: &Report) {
-    drop(writeln!(std::io::stderr(), "{report:?}"));
+    drop(writeln!(std::io::stderr(), "{}", printed(report)));
+}
+
+/// A report as it is printed; of many mistakes first how many there are, then each by itself.
+fn printed(report: &Report) -> String {
+    let all = report.downcast_ref::<All>().map(|all| &all.error);
+    let each = all.iter().flat_map(|error| error.faults()).map(|fault| format!("\n{:?}", self::report(fault)));
+    iter::once(format!("{report:?}")).chain(each).collect()
 }
 
 /// One mistake or warning as it is shown.
@@ -35,7 +50,7 @@ pub fn report(fault: &Fault) -> Report {
 pub fn report_all(error: &FilesError) -> Report {
     match error.faults() {
         [only] => report(only),
-        faults => All { faults: faults.iter().map(Shown::new).collect(), error: error.clone() }.into(),
+        _ => All { error: error.clone() }.into(),
     }
 }
 
@@ -46,10 +61,9 @@ struct Shown {
     source: Source,
 }
 
-/// Several of them.
+/// Several of them, which [`say`] prints behind it: as related ones each would have an empty head.
 #[derive(Debug)]
 struct All {
-    faults: Vec<Shown>,
     error: FilesError,
 }
 
@@ -107,10 +121,6 @@ impl Diagnostic for All {
         let uncounted = self.error.uncounted();
         (uncounted > 0).then(|| Box::new(format!("{uncounted} more are not shown")) as Box<_>)
     }
-
-    fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
-        Some(Box::new(self.faults.iter().map(|fault| fault as &dyn Diagnostic)))
-    }
 }
 
 /// A file and its text.
@@ -122,10 +132,12 @@ impl Source {
     pub(crate) fn new(name: &str, text: &str) -> Self {
         let legible = |letter: char| match letter {
             '\n' | '\t' | '\r' => letter,
-            '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => '\u{fffd}',
-            _ if letter.is_control() && letter.is_ascii() => '?',
-            _ if letter.is_control() => '·',
-            _ => letter,
+            _ if !is_obeyed(letter) => letter,
+            _ => match letter.len_utf8() {
+                1 => '?',
+                2 => '·',
+                _ => '\u{fffd}',
+            },
         };
         Self(NamedSource::new(name, text.chars().map(legible).collect()))
     }
@@ -178,8 +190,8 @@ mod tests {
     fn printed(mission: &str) -> String {
         let mut files = InMemory::default();
         files.insert("mission.yaml", mission);
-        let error = check(&files, "mission.yaml".as_ref()).expect_err("it has mistakes");
-        format!("{:?}", report_all(&error))
+        let error = check(&files, "mission.yaml".as_ref(), &[]).expect_err("it has mistakes");
+        super::printed(&report_all(&error))
     }
 
     #[test]
@@ -194,6 +206,12 @@ mod tests {
             let printed = printed(mission);
             assert!(there.iter().all(|words| printed.contains(words)), "{mission}: {printed}");
             assert!(!not_there.iter().any(|words| printed.contains(words)), "{mission}: {printed}");
+        }
+        for (mission, count) in [("tsk: 1", 5), ("mission: a\ntask: {mve: a}\nrobot: b\n", 3)] {
+            let printed = printed(mission);
+            assert_eq!(printed.matches('×').count(), count + 1, "{printed}");
+            let is_empty_head = |line: &str| matches!(line.trim(), "Error:" | "Warning:" | "Advice:");
+            assert!(!printed.lines().any(is_empty_head), "{printed}");
         }
         let many: String = (0..150).map(|n| format!("key{n}: 1\n")).collect();
         assert!(printed(&many).contains("54 more are not shown"), "{}", printed(&many));
@@ -216,6 +234,6 @@ mod tests {
 
     #[test]
     fn nothing_speaks_to_the_terminal() {
-        assert_eq!(shown("a\u{1b}[31m\u{9b}\u{202e}z", 0), "1:1 a?[31m·\u{fffd}z");
+        assert_eq!(shown("a\u{1b}[31m\u{9b}\u{202e}z\u{61c}\u{2028}", 0), "1:1 a?[31m·\u{fffd}z·\u{fffd}");
     }
 }

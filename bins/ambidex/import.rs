@@ -8,7 +8,7 @@ use ambidex::files::{self, Beside, Disk, ImportError, Imported};
 use clap::Args;
 use miette::{IntoDiagnostic, Report, Result, WrapErr, miette};
 
-use crate::diagnostics::{report_all, say_all};
+use crate::diagnostics::{legible, report_all, say_all};
 use crate::exit::Exit;
 
 /// `ambidex import`.
@@ -35,7 +35,7 @@ pub fn import(args: &ImportArgs) -> Result<Exit> {
     refuse(args, &files)?;
     say_all(&imported.warnings);
     if imported.unshown > 0 {
-        say(&format!("and {} more warnings: each is told by a comment in what is written\n", imported.unshown));
+        say(&format!("and {} more warnings: each is told by a comment in what is written", imported.unshown));
     }
     match target {
         Some(target) => write(args, target, &files, &imported)?,
@@ -66,7 +66,7 @@ fn refuse(args: &ImportArgs, files: &[(&Path, &str)]) -> Result<()> {
         one.canonicalize().is_ok_and(|one| other.canonicalize().is_ok_and(|other| one == other))
     };
     for (path, _) in files {
-        let shown = path.display();
+        let shown = legible(&path.display().to_string());
         if inputs.into_iter().flatten().any(|input| is_same(path, input)) {
             let help = "choose another --output";
             return Err(miette!(help = help, "{shown} is read by this import, so nothing was written"));
@@ -82,7 +82,7 @@ fn refuse(args: &ImportArgs, files: &[(&Path, &str)]) -> Result<()> {
 fn write(args: &ImportArgs, target: &Path, files: &[(&Path, &str)], imported: &Imported) -> Result<()> {
     for (path, text) in files {
         let written = write_file(path, text, args.force);
-        written.into_diagnostic().wrap_err_with(|| format!("cannot write {}", path.display()))?;
+        written.into_diagnostic().wrap_err_with(|| legible(&format!("cannot write {}", path.display())))?;
     }
     let paths: Vec<_> = files.iter().rev().map(|(path, _)| path.display().to_string()).collect();
     say(&format!("imported {}: {}", args.file.display(), imported.summary));
@@ -122,5 +122,5 @@ fn print(imported: &Imported) -> Result<()> {
 }
 
 fn say(text: &str) {
-    drop(writeln!(io::stderr(), "{text}"));
+    drop(writeln!(io::stderr(), "{}", legible(text)));
 }

@@ -26,7 +26,6 @@ mod tree;
 mod values;
 mod waiting;
 
-use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
@@ -59,7 +58,7 @@ fn main() -> ExitCode {
     match exit {
         Ok(exit) => exit.into(),
         Err(report) => {
-            drop(writeln!(std::io::stderr(), "{report:?}"));
+            diagnostics::say(&report);
             Exit::Usage.into()
         }
     }

@@ -43,8 +43,8 @@ pub fn daemon(args: &DaemonArgs) -> Result<Exit> {
 
 /// Loads the files of a mission and says what is surely not meant in them.
 pub fn load(args: &MissionArgs) -> Result<Loaded> {
-    let loaded =
-        files::load_mission(&Disk, &args.mission, args.robot.as_deref()).map_err(|error| report_all(&error))?;
+    let loaded = files::load_mission(&Disk, &args.mission, args.robot.as_deref(), &args.set)
+        .map_err(|error| report_all(&error))?;
     if !args.quiet {
         say_all(&loaded.warnings);
     }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use ambidex::files::{self, Disk};
+use ambidex::files::{self, Disk, Setting};
 use ambidex::model::Header;
 use ambidex::record::{History, JournalError, Reader};
 use ambidex::show::tree as show;
@@ -26,13 +26,16 @@ pub struct TreeArgs {
     /// Use this robot file instead of the one that the mission names.
     #[arg(long, value_name = "FILE")]
     pub robot: Option<PathBuf>,
+    /// Tell the mission a value for one of its parameters; can be given for each.
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub set: Vec<Setting>,
 }
 
 /// Draws a task tree.
 pub fn tree(args: &TreeArgs) -> Result<Exit> {
     let path = log::find(Some(&args.mission)).unwrap_or_else(|_| PathBuf::from(&args.mission));
     out::spare(&path, args.output.as_deref())?;
-    let (header, history) = load(&path, args.robot.as_deref())?;
+    let (header, history) = load(&path, args.robot.as_deref(), &args.set)?;
     match &args.output {
         Some(output) => out::write(output, &show::picture(&header, history.as_ref()))?,
         None => {
@@ -45,11 +48,11 @@ pub fn tree(args: &TreeArgs) -> Result<Exit> {
 }
 
 /// The content decides: what begins with a header is a log, anything else is told as a mission what is wrong with it.
-fn load(path: &Path, robot: Option<&Path>) -> Result<(Header, Option<History>)> {
+fn load(path: &Path, robot: Option<&Path>, settings: &[Setting]) -> Result<(Header, Option<History>)> {
     let reader = match Reader::open(path) {
         Ok(reader) => reader,
         Err(JournalError::NoHeader { .. } | JournalError::Open { .. }) => {
-            let loaded = files::load_mission(&Disk, path, robot).map_err(|error| report_all(&error))?;
+            let loaded = files::load_mission(&Disk, path, robot, settings).map_err(|error| report_all(&error))?;
             // What nobody sees: a tree is the same under every allocator.
             return Ok((Header::new(&loaded.mission, ""), None));
         }

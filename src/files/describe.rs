@@ -53,7 +53,7 @@ pub(crate) trait Described<'a>: Sized {
 /// A field is `required`, `optional` or has a value (`or`) where its key is left out; if it is wrong, all is `None`. One
 /// that is `wanted`, `maybe` there or has a value (`maybe_or`) is none by itself, a list or map (`wanted_all`,
 /// `maybe_all`) is empty. `one` is an enum whose keys stand
-/// beside others.
+/// beside others, `all` is a struct whose keys do.
 macro_rules! described {
     (
         $(#[$meta:meta])*
@@ -141,6 +141,9 @@ macro_rules! described {
     (@describe $shape:ident, one($ty:ident)) => {
         $shape.add_choice(<$ty as $crate::describe::Described<'_>>::shape().fields.clone())
     };
+    (@describe $shape:ident, all($ty:ident)) => {
+        $shape.fields.extend(<$ty as $crate::describe::Described<'_>>::shape().fields.clone())
+    };
     (@describe $shape:ident, required($key:expr, $doc:expr, $form:expr)) => {
         $shape.fields.push($crate::describe::described!(@field $key, $doc, true, $form))
     };
@@ -154,6 +157,9 @@ macro_rules! described {
         $shape.fields.push($crate::describe::described!(@field $key, $doc, false, $form))
     };
     (@read $fields:ident, $context:ident, one($ty:ident)) => {
+        $crate::describe::Described::from_map($fields, $context)
+    };
+    (@read $fields:ident, $context:ident, all($ty:ident)) => {
         $crate::describe::Described::from_map($fields, $context)
     };
     (@read $fields:ident, $context:ident, required($key:expr, $doc:expr, $form:expr)) => {

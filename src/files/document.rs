@@ -17,6 +17,9 @@ const MAX_DEPTH: usize = 132;
 /// Stack of the parser: it takes up to 40 KiB for one level in a debug build, more than a thread may have to spare.
 const STACK_BYTES: usize = 32 << 20;
 
+/// The place among the files of the behaviors of the paper.
+pub(crate) const PAPER_FILE: usize = 0;
+
 /// Where something stands in the files.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct SourceSpan {

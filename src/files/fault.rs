@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use crate::document::SourceSpan;
 use crate::text::shortened;
+use ambidex_model::make_legible;
 
 /// More mistakes than a person reads at once; further ones are only counted.
 const MAX_FAULTS: usize = 100;
@@ -59,7 +60,7 @@ impl FilesError {
 }
 
 impl Fault {
-    /// The path of the file as it was opened.
+    /// The path of the file as it was opened, without what a terminal obeys; of a value from elsewhere where that is.
     pub fn file(&self) -> &str {
         &self.source.name
     }
@@ -164,7 +165,9 @@ pub(crate) struct Faults {
 impl Faults {
     /// A further file with this text; its number is for the places in it.
     pub(crate) fn open(&mut self, name: &str, text: String) -> usize {
-        self.sources.push(Arc::new(Source { name: name.to_owned(), text }));
+        let mut name = name.to_owned();
+        make_legible(&mut name);
+        self.sources.push(Arc::new(Source { name, text }));
         self.sources.len() - 1
     }
 
@@ -203,8 +206,13 @@ impl Faults {
             self.uncounted += 1;
             return;
         }
+        let legible = |mut text: String| {
+            make_legible(&mut text);
+            text
+        };
+        let (key, message, help) = (legible(key.to_owned()), legible(message), help.map(legible));
         let source = Arc::clone(&self.sources[span.file]);
-        self.list.push(Fault { source, span, severity, key: key.to_owned(), message, help });
+        self.list.push(Fault { source, span, severity, key, message, help });
     }
 
     /// All of them, file by file in the order of the lines.

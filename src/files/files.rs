@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use crate::document::{self, MAX_BYTES, Node, SourceSpan};
+use crate::document::{self, MAX_BYTES, Node, PAPER_FILE, SourceSpan};
 use crate::fault::Faults;
 use crate::format::INCLUDE;
 use crate::reader::{Item, Name};
@@ -13,8 +13,6 @@ use crate::sources::Sources;
 const MAX_FILES: usize = 100;
 /// The behaviors of the paper, which are always there.
 const PAPER: &str = include_str!("../../config/behaviors/paper.yaml");
-/// Their place among the files.
-const PAPER_FILE: usize = 0;
 /// What they are called in messages.
 const PAPER_NAME: &str = "the behaviors of the paper (built in)";
 
@@ -58,6 +56,11 @@ impl<'s> Files<'s> {
     /// The file that was asked for.
     pub(crate) fn main(&self) -> Option<Item<'_>> {
         self.list.first()?.1.as_ref().map(Item::root)
+    }
+
+    /// Its number among the files.
+    pub(crate) fn main_file(&self) -> usize {
+        self.main().map_or(PAPER_FILE, |main| main.span.file)
     }
 
     /// All other files that could be read.

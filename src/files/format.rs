@@ -3,10 +3,11 @@
 use crate::describe::{Described, Later, List, Map, PathTo, Word, described};
 use crate::fault::Faults;
 use crate::kinds::behavior_shape;
+use crate::parameter::{PARAMETERS, Parameter};
 use crate::reader::{Item, Name};
 use crate::robot::{CONTROLLERS, RESOURCES, Robot};
 use crate::shape::{Form, Shape};
-use crate::task::{Subtree, node_shape};
+use crate::task::{Subtree, node_form};
 use crate::world::World;
 
 /// A format of files.
@@ -41,11 +42,16 @@ described! {
         /// Followed while files are opened.
         _include: Vec<Name> =
             maybe_all(INCLUDE, "Paths of files with behaviors and subtrees, from this file.", INCLUDED),
+        parameters: Vec<Parameter> = maybe_all(
+            "parameters",
+            "What `--set NAME=VALUE` tells when it is started; `$name` stands for it in the task.",
+            PARAMETERS
+        ),
         behaviors: Option<Item<'a>> =
             maybe("behaviors", "Kinds of behavior beside `move`, `pick` and `place`.", BEHAVIORS),
         subtrees: Option<Item<'a>> = maybe("subtrees", "Parts of the task to be used with arguments.", SUBTREES),
         world: Option<World> = wanted("world", "Where everything is at the start.", Map::<World>::new()),
-        task: Option<Item<'a>> = wanted(TASK, "What is to be done.", Later(|| Form::Map(node_shape))),
+        task: Option<Item<'a>> = wanted(TASK, "What is to be done.", Later(node_form)),
     }
 }
 

@@ -16,6 +16,7 @@ mod reference;
 mod robot;
 mod schema;
 mod scope;
+mod settings;
 mod shape;
 mod sources;
 mod task;
@@ -35,6 +36,7 @@ pub use import::{Beside, ImportError, Imported, import};
 pub use reference::reference;
 pub use robot::RobotFile;
 pub use schema::schema;
+pub use settings::{NoSetting, Setting};
 pub use sources::{Disk, InMemory, Sources};
 
 use ambidex_model::{MissionSpec, Names};
@@ -43,8 +45,9 @@ use fault::Faults;
 use files::{Files, beside};
 use format::{Library, Mission};
 use kinds::Kinds;
-use parameter::{Known, RobotNames};
+use parameter::{Known, RobotNames, refuse_open_defaults};
 use reader::Item;
+use settings::Given;
 use task::{Subtrees, Surroundings};
 use world::WorldNames;
 
@@ -70,14 +73,19 @@ pub enum Checked {
     Library(Vec<String>, Vec<Fault>),
 }
 
-/// Loads a mission and the robot that it names, or `robot_override` instead.
+/// Loads a mission and the robot that it names, or `robot_override` instead; `settings` are for its parameters.
 ///
 /// # Errors
 /// Every mistake in all its files.
-pub fn load_mission(sources: &dyn Sources, path: &Path, robot_override: Option<&Path>) -> Result<Loaded, FilesError> {
+pub fn load_mission(
+    sources: &dyn Sources,
+    path: &Path,
+    robot_override: Option<&Path>,
+    settings: &[Setting],
+) -> Result<Loaded, FilesError> {
     let mut faults = Faults::default();
     let files = Files::with_includes(sources, path, &mut faults);
-    loaded(path, &files, robot_override, faults)
+    loaded(path, &files, &Overrides { robot: robot_override, settings }, faults)
 }
 
 /// Loads a robot alone, as a controller process does.
@@ -91,11 +99,11 @@ pub fn load_robot(sources: &dyn Sources, path: &Path) -> Result<RobotFile, Files
     faults.into_result(robot).map(|(robot, _)| robot)
 }
 
-/// Checks a file of any format with everything that it leads to.
+/// Checks a file of any format with everything that it leads to; `settings` are for the parameters of a mission.
 ///
 /// # Errors
 /// Every mistake in all its files.
-pub fn check(sources: &dyn Sources, path: &Path) -> Result<Checked, FilesError> {
+pub fn check(sources: &dyn Sources, path: &Path, settings: &[Setting]) -> Result<Checked, FilesError> {
     let mut faults = Faults::default();
     let files = Files::with_includes(sources, path, &mut faults);
     let Some(main) = files.main() else {
@@ -110,19 +118,19 @@ pub fn check(sources: &dyn Sources, path: &Path) -> Result<Checked, FilesError> 
             let names = library(&files, main, &mut faults);
             faults.into_result(names).map(|(names, warnings)| Checked::Library(names, warnings))
         }
-        Some(Format::Mission) | None => {
-            loaded(path, &files, None, faults).map(|loaded| Checked::Mission(Box::new(loaded)))
-        }
+        Some(Format::Mission) | None => loaded(path, &files, &Overrides { robot: None, settings }, faults)
+            .map(|loaded| Checked::Mission(Box::new(loaded))),
     }
 }
 
-fn loaded(
-    path: &Path,
-    files: &Files<'_>,
-    robot_override: Option<&Path>,
-    mut faults: Faults,
-) -> Result<Loaded, FilesError> {
-    let loaded = files.main().and_then(|main| mission(path, files, main, robot_override, &mut faults));
+/// What is told from outside of the files.
+struct Overrides<'a> {
+    robot: Option<&'a Path>,
+    settings: &'a [Setting],
+}
+
+fn loaded(path: &Path, files: &Files<'_>, overrides: &Overrides<'_>, mut faults: Faults) -> Result<Loaded, FilesError> {
+    let loaded = files.main().and_then(|main| mission(path, files, main, overrides, &mut faults));
     let ((mission, robot_path), warnings) = faults.into_result(loaded)?;
     Ok(Loaded { mission: Arc::new(mission), robot_path, warnings })
 }
@@ -137,21 +145,21 @@ fn mission(
     path: &Path,
     files: &Files<'_>,
     main: Item<'_>,
-    robot_override: Option<&Path>,
+    overrides: &Overrides<'_>,
     faults: &mut Faults,
 ) -> Option<(MissionSpec, PathBuf)> {
     if !Format::Mission.is_that_of(main, faults) {
         return None;
     }
     let file = Mission::take(main, faults)?;
-    let robot_path = match robot_override {
+    let robot_path = match overrides.robot {
         Some(path) => Some(path.to_owned()),
         None => file.robot.as_ref().map(|name| beside(path, &name.value)),
     };
-    let named = file.robot.as_ref().filter(|_| robot_override.is_none());
+    let named = file.robot.as_ref().filter(|_| overrides.robot.is_none());
     let node = robot_path.as_ref().and_then(|path| files.beside(path, named, faults));
     let robot = node.as_ref().and_then(|node| robot_of(Item::root(node), faults));
-    let mission = with_robot(files, file, robot, faults);
+    let mission = with_robot(files, file, robot, overrides.settings, faults);
     Some((mission?, robot_path?))
 }
 
@@ -160,6 +168,7 @@ fn with_robot(
     files: &Files<'_>,
     file: Mission<'_>,
     robot: Option<RobotFile>,
+    settings: &[Setting],
     faults: &mut Faults,
 ) -> Option<MissionSpec> {
     let (kinds, mut subtrees) = declared(files, file.behaviors, file.subtrees, faults);
@@ -173,7 +182,10 @@ fn with_robot(
         world: world.as_ref(),
     };
     task::check_all(&mut subtrees, &around, faults);
-    let task = file.task.and_then(|item| task::build(item, &subtrees, &around, faults))?;
+    kinds.check_tables(&around.known, files.main_file(), faults);
+    refuse_open_defaults("a mission", file.parameters.iter(), faults);
+    let given = Given::of(file.parameters, settings, &around.known, faults);
+    let task = file.task.and_then(|item| task::build(item, &subtrees, &around, &given, faults))?;
     let (world, robot, names) = (world?, robot?, world_names?);
     let mission = MissionSpec {
         name: file.mission?.value,

@@ -4,7 +4,20 @@ use std::collections::BTreeMap;
 
 use crate::fault::Faults;
 use crate::reader::Name;
-use ambidex_model::suggestion;
+use crate::template::{Piece, pieces};
+use ambidex_model::{nearest, suggestion};
+
+/// What nothing can be called: `$` and a name stand for an argument wherever the thing is named.
+pub(crate) fn refuse_argument(name: &Name, faults: &mut Faults) {
+    let found = pieces(&name.value).into_iter().find_map(|piece| match piece {
+        Piece::Parameter(name) => Some(name),
+        Piece::Plain(_) => None,
+    });
+    if let Some(argument) = found {
+        let help = "a name of yours has no `$` before a letter, a digit or `_`";
+        faults.push_with(name, format!("`${argument}` stands for an argument, and there is none here"), help);
+    }
+}
 
 /// The names of one kind of thing, by id.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -50,15 +63,28 @@ impl Register {
         self.ids.get(name).copied()
     }
 
+    /// What could be meant by a name that nothing has; none where nothing is near.
+    pub(crate) fn meant(&self, name: &str) -> Option<String> {
+        nearest(name, self.names.iter().map(String::as_str)).map(|near| format!("did you mean `{near}`?"))
+    }
+
     /// The id of a name as written in a file; a fault if nothing has it.
     pub(crate) fn find(&self, name: &Name, faults: &mut Faults) -> Option<usize> {
         let found = self.id(&name.value);
         if found.is_none() {
-            let message = format!("there is no {} `{}`", self.what, name.value);
-            let allowed = self.names.iter().map(String::as_str);
-            faults.push_with(name, message, suggestion(&name.value, self.what, allowed));
+            faults.push_with(name, self.lacks(&name.value), self.suggestion(&name.value));
         }
         found
+    }
+
+    /// That nothing has a name.
+    pub(crate) fn lacks(&self, name: &str) -> String {
+        format!("there is no {} `{name}`", self.what)
+    }
+
+    /// What was probably meant by a name that nothing has, and what is allowed.
+    pub(crate) fn suggestion(&self, name: &str) -> String {
+        suggestion(name, self.what, self.names.iter().map(String::as_str))
     }
 
     /// The name behind an id; `?` for an id that is not of this register.

@@ -10,6 +10,7 @@ use crate::quantity::{NEAR, POTENTIAL};
 use crate::reader::{Item, Name};
 use crate::robot::RobotFile;
 use crate::shape::Form;
+use crate::text::scalar;
 use crate::types::Type;
 use crate::world::WorldNames;
 use ambidex_model::{ObjectId, PlaceId, ResourceId, TypeId, suggestion};
@@ -110,6 +111,17 @@ meanings! {
 }
 
 impl Known<'_> {
+    /// What an argument of a type can name; none where it names nothing, or nobody knows.
+    pub(crate) fn names(&self, ty: Type) -> Option<&Register> {
+        match ty {
+            Type::Object => self.world.map(|names| &names.objects),
+            Type::Place => self.world.map(|names| &names.places),
+            Type::Resource => self.robot.map(|names| &names.resources),
+            Type::Kind => self.robot.map(|names| &names.types),
+            Type::Number | Type::Offset | Type::Text => None,
+        }
+    }
+
     /// What an argument of a type means; a fault if it means nothing.
     pub(crate) fn argument(&self, item: Item<'_>, ty: Type, faults: &mut Faults) -> Option<Argument> {
         let value = match ty {
@@ -127,13 +139,10 @@ impl Known<'_> {
 
     /// What a name of a type stands for; a fault if nothing has it.
     pub(crate) fn named(&self, name: &Name, ty: Type, faults: &mut Faults) -> Option<Meaning> {
-        let found = match ty {
-            Type::Text | Type::Number | Type::Offset => return Some(Meaning::Text),
-            Type::Object => self.world?.objects.find(name, faults)?,
-            Type::Place => self.world?.places.find(name, faults)?,
-            Type::Resource => self.robot?.resources.find(name, faults)?,
-            Type::Kind => self.robot?.types.find(name, faults)?,
-        };
+        if matches!(ty, Type::Text | Type::Number | Type::Offset) {
+            return Some(Meaning::Text);
+        }
+        let found = self.names(ty)?.find(name, faults)?;
         Some(match ty {
             Type::Object => Meaning::Object(found.into()),
             Type::Place => Meaning::Place(found.into()),
@@ -213,6 +222,25 @@ fn check_default(ty: Type, item: Item<'_>, faults: &mut Faults) {
     }
 }
 
+/// Where a subtree or a mission is used nothing is known of a THEN around it: its defaults are values, and one each.
+pub(crate) fn refuse_open_defaults<'p>(
+    what: &str,
+    parameters: impl Iterator<Item = &'p Parameter>,
+    faults: &mut Faults,
+) {
+    for parameter in parameters {
+        let defaults = parameter.defaults.as_deref().unwrap_or_default();
+        let open = defaults.iter().enumerate().find(|(index, default)| {
+            let text = Item::of(&parameter.name.value, default).text();
+            *index > 0 || text.is_some_and(|text| text.starts_with('$'))
+        });
+        if let Some((_, default)) = open {
+            let message = format!("{what} has one plain value as a default");
+            faults.push_with((default.span, DEFAULT), message, "several, `$before` and `$start` are for behaviors");
+        }
+    }
+}
+
 /// The value of each parameter as written; none where it is left to its default.
 ///
 /// A value that is no map is that of the first parameter. `None` when one is unknown or lacking, which is a fault.
@@ -241,10 +269,32 @@ pub(crate) fn assign<'a>(
     for (parameter, value) in parameters.iter().zip(&values) {
         if value.is_none() && parameter.defaults.is_none() {
             let (name, ty) = (&parameter.name.value, parameter.ty.what());
-            faults.push((span, &what.value), format!("`{}` lacks its parameter `{name}`, {ty}", what.value));
+            let message = format!("`{}` lacks its parameter `{name}`, {ty}", what.value);
+            faults.push_with((span, &what.value), message, format!("write `{}`", example(&what.value, parameters)));
         }
     }
     (faults.errors() == before).then_some(values)
+}
+
+/// Something to write another value in place of.
+pub(crate) fn example_value(ty: Type) -> String {
+    match ty {
+        Type::Offset => "[0 m, 0 m]".to_owned(),
+        Type::Number => "1".to_owned(),
+        Type::Object | Type::Place | Type::Resource | Type::Kind | Type::Text => ty.word().to_uppercase(),
+    }
+}
+
+/// How a node with its arguments is written: a value for all that has no default.
+pub(crate) fn example(name: &str, parameters: &[Parameter]) -> String {
+    let needed: Vec<_> = parameters.iter().filter(|parameter| parameter.defaults.is_none()).collect();
+    let value = |parameter: &Parameter| example_value(parameter.ty);
+    let arguments = needed.iter().map(|parameter| format!("{}: {}", parameter.name.value, value(parameter)));
+    match needed.as_slice() {
+        [] => scalar(name),
+        [only] if only.name.value == parameters[0].name.value => format!("{{{}: {}}}", scalar(name), value(only)),
+        _ => format!("{{{}: {{{}}}}}", scalar(name), arguments.collect::<Vec<_>>().join(", ")),
+    }
 }
 
 fn unknown(what: &Name, parameters: &[Parameter], name: &Name, faults: &mut Faults) {

@@ -49,13 +49,49 @@ pub(crate) const SPEED: Quantity = quantity(Dimension::Speed, 0.001, 100.0);
 /// A top acceleration along a line, likewise above 0.
 pub(crate) const ACCELERATION: Quantity = quantity(Dimension::Acceleration, 0.001, 100.0);
 /// A top turning speed, above 0.
-pub(crate) const TURN_SPEED: Quantity = quantity(Dimension::TurnSpeed, 0.001, 100.0);
+pub(crate) const TURN_SPEED: Quantity = quantity(Dimension::TurnSpeed, 0.001, 20.0);
 /// A top turning acceleration, above 0.
-pub(crate) const TURN_ACCELERATION: Quantity = quantity(Dimension::TurnAcceleration, 0.001, 1000.0);
+pub(crate) const TURN_ACCELERATION: Quantity = quantity(Dimension::TurnAcceleration, 0.001, 100.0);
 
 const fn quantity(dimension: Dimension, from: f64, to: f64) -> Quantity {
     Quantity { dimension, range: from..=to }
 }
+
+impl Quantity {
+    /// What was probably meant by a text that is none, or one that is out of bounds: the same number in another unit.
+    pub(crate) fn meant(&self, text: &str) -> Option<String> {
+        let text = text.trim();
+        let end = text.find(|letter: char| !(letter.is_ascii_digit() || "+-.".contains(letter))).unwrap_or(text.len());
+        let (written, found) = (&text[..end], text[end..].trim());
+        let number: f64 = written.parse().ok()?;
+        let named =
+            UNITS.iter().find(|(words, _)| words.contains(&found.to_lowercase().as_str())).map(|(_, unit)| *unit);
+        let is_meant = |unit: &str, size: f64| unit != found && self.range.contains(&(number * size));
+        let units = self.dimension.units().iter();
+        // A unit that is only called otherwise is no guess; another one is, where none stands, or radians do.
+        let fitting = match named {
+            Some(named) => units.filter(|(unit, _)| *unit == named).find(|(unit, size)| is_meant(unit, *size)),
+            None if found.is_empty() || found.starts_with("rad") => {
+                units.filter(|(unit, _)| !unit.is_empty()).find(|(unit, size)| is_meant(unit, *size))
+            }
+            None => None,
+        };
+        fitting.map(|(unit, _)| format!("did you mean `{written} {unit}`?"))
+    }
+}
+
+/// How else units are called, and their names in the files.
+const UNITS: &[(&[&str], &str)] = &[
+    (&["degree", "degrees"], "deg"),
+    (&["radian", "radians"], "rad"),
+    (&["meter", "meters", "metre", "metres"], "m"),
+    (&["centimeter", "centimeters", "centimetre", "centimetres"], "cm"),
+    (&["millimeter", "millimeters", "millimetre", "millimetres"], "mm"),
+    (&["sec", "secs", "second", "seconds"], "s"),
+    (&["msec", "millisecond", "milliseconds"], "ms"),
+    (&["minute", "minutes", "mins"], "min"),
+    (&["hour", "hours", "hr"], "h"),
+];
 
 impl Dimension {
     /// Units by name, each with its size in the SI unit, which comes first.

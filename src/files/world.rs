@@ -2,9 +2,9 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::describe::{Custom, Described, Each, Flag, List, Map, Point, TwoOrThree, Vector, Word, described};
+use crate::describe::{Custom, Described, Each, Flag, List, Map, Point, Reads, TwoOrThree, Vector, Word, described};
 use crate::fault::Faults;
-use crate::names::Register;
+use crate::names::{Register, refuse_argument};
 use crate::quantity::{COORDINATE, EXTENT, HEADING, NEAR, TOLERANCE};
 use crate::reader::Name;
 use crate::shape::Form;
@@ -18,7 +18,20 @@ const SURFACE: Point3<f64> = Point3::new(0.5, 0.0, 0.75);
 /// How far apart the first and the last of the objects without an offset lie on a surface, meters.
 const SPREAD_M: f64 = 0.4;
 
-const ON_THE_MAP: Vector<2> = Vector(&COORDINATE);
+/// A position no farther from the origin than a coordinate may be.
+const ON_THE_MAP: Custom<[f64; 2]> = Custom(
+    || Vector::<2>(&COORDINATE).form(),
+    |item, reading| {
+        let [x, y] = Vector::<2>(&COORDINATE).read(item, reading)?;
+        let (distance_m, most_m) = (x.hypot(y), *COORDINATE.range.end());
+        if distance_m > most_m {
+            let message = format!("{:.1} km from the origin of the map", distance_m / 1000.0);
+            reading.faults.push_with(&item, message, format!("at most {} km", most_m / 1000.0));
+            return None;
+        }
+        Some([x, y])
+    },
+);
 const CORNER: TwoOrThree = TwoOrThree(&COORDINATE);
 
 described! {
@@ -135,6 +148,8 @@ impl WorldNames {
 
 /// Checks the world; `None` when it has faults.
 pub(crate) fn build(raw: World, names: &WorldNames, faults: &mut Faults) -> Option<Built> {
+    let own = raw.places.iter().map(|(name, _)| name).chain(raw.objects.iter().map(|(name, _)| name));
+    own.chain(raw.facts.iter().map(|(name, _)| name)).for_each(|name| refuse_argument(name, faults));
     let count = raw.objects.len();
     let mut starts = Vec::new();
     let mut object_offsets = Vec::new();

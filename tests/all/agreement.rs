@@ -41,7 +41,7 @@ fn the_runtime_decides_as_the_simulation_does() {
     for seed in seeds() {
         let path = folder.path().join(format!("case-{seed}.yaml"));
         std::fs::write(&path, missions::text(seed)).expect("a file");
-        let mission = match load_mission(&Disk, &path, None) {
+        let mission = match load_mission(&Disk, &path, None, &[]) {
             Ok(loaded) => loaded.mission,
             Err(faults) => panic!("AMBIDEX_SEED={seed}: {faults:?}"),
         };

@@ -114,3 +114,36 @@ fn a_file_of_another_format_is_said_to_be_one() {
     let finished = home.start(["simulate".as_ref(), library.as_os_str()]).ends(2);
     assert!(finished.stderr.contains("this is a library, not a mission"), "{}", finished.stderr);
 }
+
+#[test]
+fn names_do_not_speak_to_the_terminal() {
+    let home = Home::new();
+    let text = mission("objects: {cup: {at: shelf}}\ntask:\n  move: shelf\n");
+    let odd = ["\\e[31m", "\\a", "\\n", "\\x9b", "\\u202e", "\\u2028", "\\u061c"];
+    let raw = |text: &str| {
+        text.chars().filter(|letter| *letter != '\n' && ambidex::model::is_obeyed(*letter)).collect::<String>()
+    };
+    for letters in odd {
+        for (from, to) in [
+            ("mission: small", format!("mission: \"a{letters}b\"")),
+            ("mission: small", format!("mission: small\n\"a{letters}b\": 1")),
+            ("pr2.yaml", format!("\"a{letters}b.yaml\"")),
+            ("shelf: {stand", format!("\"a{letters}b\": {{stand: [1 m, 1 m]}}, shelf: {{stand")),
+            ("  places:", format!("  facts: {{\"a{letters}b\": maybe}}\n  places:")),
+            ("task:", format!("behaviors: {{\"a{letters}b\": {{potential: 1}}}}\ntask:")),
+            ("task:", format!("subtrees: {{\"a{letters}b\": {{task: {{move: \"${{{letters}}}\"}}}}}}\ntask:")),
+            ("task:", format!("task: {{\"a{letters}b\": 1}}\n\"task{letters}\":")),
+        ] {
+            assert!(text.contains(from), "{from} in {text}");
+            let path = home.write("odd.yaml", &text.replacen(from, &to, 1));
+            let path = path.to_str().expect("UTF-8");
+            for args in [vec!["check", path], vec!["check", "--json", path], vec!["simulate", path]] {
+                let finished = home.start(&args).ends(2);
+                assert_eq!(raw(&finished.stdout) + &raw(&finished.stderr), "", "{to}: {args:?}\n{}", finished.stderr);
+            }
+        }
+    }
+    let strange = home.write("a\u{1b}[31m\u{7}b.yaml", &text);
+    let finished = home.start(["check", strange.to_str().expect("UTF-8")]).ends(0);
+    assert_eq!(raw(&finished.stdout) + &raw(&finished.stderr), "", "{}", finished.stderr);
+}

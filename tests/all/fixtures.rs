@@ -126,7 +126,7 @@ impl Room {
 
 /// Loads a mission and says what is wrong with it if it is.
 pub fn load(path: &Path) -> Arc<MissionSpec> {
-    match files::load_mission(&files::Disk, path, None) {
+    match files::load_mission(&files::Disk, path, None, &[]) {
         Ok(loaded) => loaded.mission,
         Err(error) => panic!("{error}: {:#?}", error.faults()),
     }

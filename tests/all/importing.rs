@@ -179,7 +179,7 @@ struct Node {
 
 fn plan() -> impl Strategy<Value = Plan> {
     // Few values, so that many are alike and the order of the nodes decides.
-    let potential = prop_oneof![1 => (1..6_u8).prop_map(f64::from), 1 => 0.001..1000.0];
+    let potential = prop_oneof![1 => (0..6_u8).prop_map(f64::from), 1 => 0.001..1000.0];
     let behavior = potential.prop_map(Plan::Behavior);
     behavior.prop_recursive(4, 24, 4, |inner| {
         (1..=3_u8, prop::collection::vec(inner, 1..5)).prop_map(|(ty, below)| Plan::Composite(ty, below))

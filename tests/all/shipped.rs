@@ -84,6 +84,38 @@ fn the_shipped_missions_come_out_as_they_must() {
 }
 
 #[test]
+fn a_mission_is_told_where_the_mail_goes() {
+    let home = Home::new();
+    let path = mission("search");
+    let bench = ["--set".as_ref(), "to=bench".as_ref()];
+    let finished =
+        home.start([&["simulate".as_ref(), path.as_os_str(), "--json".as_ref()], &bench[..]].concat()).ends(0);
+    let report: Value = serde_json::from_str(&finished.stdout).expect("a report");
+    let steps: Vec<String> = report["steps"].as_array().expect("steps").iter().map(ToString::to_string).collect();
+    assert_eq!(
+        steps,
+        [
+            r#"["fetch mail","look at shelf"]"#,
+            r#"["look at sofa"]"#,
+            r#"["look at bench"]"#,
+            r#"["pick mail"]"#,
+            r#"["bring mail"]"#,
+            r#"["place mail"]"#
+        ]
+    );
+    for (verb, setting, words) in [
+        ("simulate", "to=bnech", "--set to=bnech: there is no place `bnech` help: did you mean `bench`?"),
+        ("run", "too=bench", "the mission has no parameter `too` help: did you mean `to`?"),
+        ("daemon", "to", "write NAME=VALUE, such as object=cup"),
+        ("tree", "to=", "a name cannot be empty"),
+    ] {
+        let finished = home.start([verb.as_ref(), path.as_os_str(), "--set".as_ref(), setting.as_ref()]).ends(2);
+        assert!(finished.words().contains(words), "{words}: {}", finished.stderr);
+    }
+    home.is_empty();
+}
+
+#[test]
 fn the_table_is_set_in_its_order() {
     let (records, report) = simulate(&load(&mission("set-the-table")), &Settings::default(), Vec::new());
     let at = |name: &str| report.steps.iter().position(|step| step.iter().any(|behavior| behavior == name));
@@ -222,10 +254,15 @@ fn the_examples_of_the_docs_are_sound() {
     let told = home.start([std::ffi::OsStr::new("simulate"), tea.as_os_str()]).ends(0).stderr;
     assert!(told.contains("step 1: move to shelf (base)") && !told.contains("attached"), "{told}");
     let docs = std::fs::read_to_string(file("docs/missions.md")).expect("it is there");
-    let [mission, behaviors, subtrees] = yaml(&docs).collect::<Vec<_>>().try_into().expect("three examples");
+    let [mission, parameters, behaviors, subtrees] = yaml(&docs).collect::<Vec<_>>().try_into().expect("four examples");
     let household = file("config/behaviors/household.yaml");
     let mission = here(mission).replace("../behaviors/household.yaml", household.to_str().expect("a path in UTF-8"));
     load(&home.write("mission.yaml", &mission));
+    let plain = &mission[..mission.find("task:").expect("a task")];
+    let told = home.write("told.yaml", &format!("{plain}{parameters}"));
+    let finished = home.start(["check", told.to_str().expect("UTF-8"), "--set", "to=table"]).ends(0);
+    assert_eq!(finished.stderr, "");
+    assert!(home.start(["check".as_ref(), told.as_os_str()]).ends(2).words().contains("tell it with `--set to=PLACE`"));
     // The same world with what the other two need of it.
     let head = &mission[..mission.find("include:").expect("an include")];
     let world = &mission[mission.find("world:").expect("a world")..mission.find("task:").expect("a task")];

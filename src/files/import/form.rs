@@ -2,20 +2,19 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::entry::{Entry, Kind, Param, parent, robot};
 use super::notes::{self, Note};
+use super::older;
 use crate::describe::{Described, Each, Later, List, PathTo, Reads, described};
-use crate::document::{Located, SourceSpan, Value};
+use crate::document::{Located, Value};
 use crate::fault::Faults;
 use crate::quantity::POTENTIAL;
 use crate::reader::{Item, Name};
 use crate::scope::Reading;
 use crate::shape::Form;
-use crate::task::{AND, OR, THEN};
 
 /// The parameter that gives a behavior its potential.
 pub(super) const POTENTIAL_KEY: &str = "activation_potential";
-/// The `parent` of the topmost node.
-pub(super) const NO_PARENT: &str = "NONE";
 /// What every tree has above its topmost node.
 const ROOT: &str = "root";
 
@@ -63,59 +62,6 @@ pub(super) fn is_task(file: Item<'_>) -> bool {
     [NODE_LIST, NODES].into_iter().any(|key| file.value_of(key).is_some())
 }
 
-/// What a node is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    And,
-    Then,
-    Or,
-    Behavior,
-}
-
-impl Kind {
-    /// How missions write it; none for a behavior, which is written by its kind.
-    pub(super) fn word(self) -> Option<&'static str> {
-        match self {
-            Self::And => Some(AND),
-            Self::Then => Some(THEN),
-            Self::Or => Some(OR),
-            Self::Behavior => None,
-        }
-    }
-}
-
-/// What a node hangs from.
-#[derive(Debug)]
-pub(super) enum Parent {
-    /// Nothing: it is the topmost.
-    None(SourceSpan),
-    Node(Name),
-}
-
-/// A node as written; a part that is wrong is none and has its fault.
-#[derive(Debug)]
-pub(super) struct Entry {
-    pub(super) name: Name,
-    pub(super) kind: Option<Kind>,
-    pub(super) parent: Option<Parent>,
-    /// A behavior always has one.
-    pub(super) plugin: Option<Name>,
-    pub(super) robot: Option<(String, SourceSpan)>,
-    pub(super) potential: Option<f64>,
-    /// All parameters but the potential, each key once.
-    pub(super) params: Vec<Param>,
-    /// What is not of the form.
-    pub(super) notes: Vec<Note>,
-}
-
-/// A parameter of a node.
-#[derive(Debug, Clone)]
-pub(super) struct Param {
-    pub(super) key: String,
-    pub(super) value: String,
-    pub(super) span: SourceSpan,
-}
-
 /// A task file in which every part that is right is known.
 #[derive(Debug)]
 pub(super) struct Task {
@@ -139,22 +85,21 @@ impl Task {
         let nodes = nodes.unwrap_or_default().into_iter();
         let mut entries: Vec<_> = nodes.filter_map(|(name, item)| Some(Entry::read(name, item?, faults))).collect();
         entries.sort_by_key(|entry| places.get(entry.name.value.as_str()).copied());
+        if entries.iter().any(|entry| entry.is_root || !entry.children.is_empty()) {
+            older::settle(&mut entries, faults);
+        }
+        raise_zeros(&mut entries);
         Some(Self { entries, notes: notes::unknown("", &fields, faults) })
     }
 }
 
 impl Entry {
+    /// An entry of `Nodes`, of either form.
     fn read(name: Name, item: Item<'_>, faults: &mut Faults) -> Self {
-        let nothing = Self {
-            name,
-            kind: None,
-            parent: None,
-            plugin: None,
-            robot: None,
-            potential: None,
-            params: Vec::new(),
-            notes: Vec::new(),
-        };
+        let nothing = Entry::named(name);
+        if older::is_older(item) {
+            return older::read(nothing, item, faults);
+        }
         let Some(fields) = item.fields(Node::shape(), faults) else { return nothing };
         let Some(node) = Node::from_map(&fields, &mut Reading::new(faults)) else { return nothing };
         let kind = node.kind.and_then(|item| kind(item, faults));
@@ -197,6 +142,24 @@ impl Entry {
                 let message = format!("`{key}` comes twice: `{key}: {value}` is left out");
                 self.notes.push(Note::new(&self.name.value, item.span, message, None));
             }
+        }
+    }
+}
+
+/// A potential of 0 means to run last, which is what a mission says with one that is less than all others.
+fn raise_zeros(entries: &mut [Entry]) {
+    const LAST: f64 = 0.001;
+    // A behavior that tells none gets 1.
+    let potentials = || entries.iter().filter(|entry| entry.kind == Some(Kind::Behavior)).map(|entry| entry.potential);
+    let others = potentials().map(|potential| potential.unwrap_or(1.0)).filter(|potential| *potential > 0.0);
+    let least = others.fold(1.0, f64::min);
+    let last = if LAST < least { LAST } else { least / 2.0 };
+    for entry in entries.iter_mut().filter(|entry| entry.kind == Some(Kind::Behavior)) {
+        if entry.potential == Some(0.0) {
+            entry.potential = Some(last);
+            let message = format!("a potential of 0 means to run last: it is {last} now, less than all others");
+            let help = "in a mission a potential of 0 means never to run".to_owned();
+            entry.notes.push(Note::new(&entry.name.value, entry.name.span, message, Some(help)));
         }
     }
 }
@@ -246,18 +209,6 @@ fn kind(item: Item<'_>, faults: &mut Faults) -> Option<Kind> {
     };
     faults.push_with(&item, message.to_owned(), help.to_owned());
     None
-}
-
-fn parent(item: Item<'_>, faults: &mut Faults) -> Option<Parent> {
-    let name = item.name("the name of a node, or NONE for the topmost", faults)?;
-    Some(if name.value == NO_PARENT { Parent::None(name.span) } else { Parent::Node(name) })
-}
-
-fn robot(item: Item<'_>, faults: &mut Faults) -> Option<(String, SourceSpan)> {
-    if item.text().is_none() {
-        item.wrong("the number or the name of a robot", faults);
-    }
-    Some((item.text()?.to_owned(), item.span))
 }
 
 /// A text 'key: value' as its two halves.

@@ -2,10 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::form::{Entry, Kind, POTENTIAL_KEY, Param};
+use super::entry::{Entry, Kind, Param};
+use super::form::POTENTIAL_KEY;
 use super::notes::{Note, is_template, line};
 use crate::reader::MAX_NAME_BYTES;
 use crate::task::node_shape;
+use ambidex_model::is_obeyed;
 
 /// Longest name of a kind, so that its label has room for parameters.
 const MAX_KIND_BYTES: usize = 48;
@@ -142,7 +144,7 @@ fn misfit(Param { key, value, .. }: &Param) -> Option<String> {
         Some("the name of a parameter is made of letters, digits and `_`".to_owned())
     } else if is_template(value) {
         Some("`$` stands for an argument, which the file does not give".to_owned())
-    } else if value.len() > MAX_NAME_BYTES || value.chars().any(char::is_control) {
+    } else if value.len() > MAX_NAME_BYTES || value.chars().any(is_obeyed) {
         Some(format!("an argument is one line of at most {MAX_NAME_BYTES} bytes"))
     } else {
         None
@@ -157,5 +159,5 @@ fn is_taken(name: &str) -> bool {
 
 fn is_name(text: &str) -> bool {
     let is_short = !text.trim().is_empty() && text.len() <= MAX_KIND_BYTES;
-    is_short && !text.chars().any(char::is_control) && !is_template(text)
+    is_short && !text.chars().any(is_obeyed) && !is_template(text)
 }

@@ -3,7 +3,8 @@
 use super::form::POTENTIAL_KEY;
 use super::kinds::KindDraft;
 use super::translate::{Draft, Is, NodeDraft};
-use super::write::{Lines, flow, scalar};
+use super::write::{Lines, flow};
+use crate::text::scalar;
 
 /// How long a behavior takes that nothing tells of.
 const TAKES: &str = "1 s";

@@ -3,10 +3,12 @@
 //! Only the form of those files is known here. What cannot be carried over is a warning at its place, and a comment in
 //! what is made; and what is made is loaded once before anybody writes it.
 
+mod entry;
 mod form;
 mod kinds;
 mod mission;
 mod notes;
+mod older;
 mod robot;
 #[cfg(test)]
 mod tests;
@@ -25,7 +27,7 @@ use crate::reader::{Item, MAX_NAME_BYTES};
 use crate::robot::RobotFile;
 use crate::sources::Sources;
 use crate::with_robot;
-use ambidex_model::MissionSpec;
+use ambidex_model::{MissionSpec, is_obeyed};
 use form::Task;
 use mission::Title;
 use notes::Note;
@@ -222,7 +224,7 @@ fn mission_file(
             notes.extend(new.notes.iter().cloned());
             let text = new.text();
             let robot = load_robot(sources, &text).map_err(ImportError::Defect)?;
-            let name = format!("{}.robot.yaml", target.map_or_else(|| stem(path), stem));
+            let name = format!("{}.robot.yaml", whole_stem(target.unwrap_or(path)));
             let at = target.map_or_else(|| PathBuf::from(&name), |target| target.with_file_name(&name));
             (robot, name, Some(Beside { path: at, text }))
         }
@@ -254,7 +256,7 @@ fn load(sources: &dyn Sources, text: &str, robot: RobotFile, draft: &Draft) -> R
     let files = Files::of_text(sources, MADE, text.to_owned(), &mut faults);
     let main = files.main();
     let file = main.and_then(|main| Mission::take(main, &mut faults));
-    let mission = file.and_then(|file| with_robot(&files, file, Some(robot), &mut faults));
+    let mission = file.and_then(|file| with_robot(&files, file, Some(robot), &[], &mut faults));
     let span = main.map_or_else(SourceSpan::default, |main| main.span);
     if let Some(mission) = &mission
         && mission.names.nodes[1..] != draft.top.names()
@@ -267,6 +269,12 @@ fn load(sources: &dyn Sources, text: &str, robot: RobotFile, draft: &Draft) -> R
 /// The name of a file without its folder.
 fn file_name(path: &Path) -> String {
     notes::line(&path.file_name().unwrap_or_default().to_string_lossy())
+}
+
+/// The same without its ending, and whole: two missions have two robot files.
+fn whole_stem(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    stem.chars().map(|letter| if is_obeyed(letter) { '_' } else { letter }).collect()
 }
 
 /// The same without its ending, as a name.

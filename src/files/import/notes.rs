@@ -4,7 +4,7 @@ use crate::document::{Node, SourceSpan, Value};
 use crate::fault::Faults;
 use crate::reader::Fields;
 use crate::template::{Piece, pieces};
-use ambidex_model::suggestion;
+use ambidex_model::{is_obeyed, suggestion};
 
 /// Longest piece of a foreign file in one line, letters.
 const MAX_SHOWN: usize = 200;
@@ -76,7 +76,7 @@ pub(super) fn is_template(text: &str) -> bool {
 
 /// A text as one line of bounded length.
 pub(super) fn line(text: &str) -> String {
-    let is_odd = |letter: char| letter.is_control() || matches!(letter, '\u{2028}' | '\u{2029}' | '\u{feff}');
+    let is_odd = |letter: char| is_obeyed(letter) || letter == '\u{feff}';
     let mut letters = text.chars().map(|letter| if is_odd(letter) { ' ' } else { letter });
     let shown: String = letters.by_ref().take(MAX_SHOWN).collect();
     if letters.next().is_some() { format!("{shown}…") } else { shown }

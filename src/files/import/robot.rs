@@ -3,12 +3,13 @@
 use std::collections::BTreeSet;
 
 use super::notes::{self, Note, line};
-use super::write::{Lines, scalar};
+use super::write::Lines;
 use crate::describe::{At, Count, Described, Later, Word, described};
 use crate::fault::Faults;
 use crate::reader::{Fields, Item, Name, Written};
 use crate::scope::Reading;
 use crate::shape::Form;
+use crate::text::scalar;
 
 /// Half the width of a robot that nobody has measured, meters.
 const RADIUS: &str = "0.5 m";

@@ -7,7 +7,8 @@ use proptest::prelude::*;
 use super::super::document::{self, Value};
 use super::super::fault::Fault;
 use super::super::sources::InMemory;
-use super::write::{flow, scalar};
+use super::super::text::scalar;
+use super::write::flow;
 use super::{ImportError, Imported, import};
 
 const TASK: &str = "\
@@ -175,7 +176,20 @@ const LEFT_OUT: &[Left<'_>] = &[
     ("'dest: home'", "'dest: $home'", 6, "`dest: $home` is left out: `$` stands", "# dHTT: `dest: $home`"),
     ("'dest: home'", "'!on: home'", 6, "`!on: home` is left out", "# dHTT: `!on: home`"),
     ("'dest: home'", "'object: b'", 6, "`object` comes twice: `object: b` is left out", "{object: tea}"),
-    ("potential: 2'", "potential: 0'", 7, "with a potential of 0 it never runs", "# dHTT: with a potential of 0"),
+    (
+        "potential: 2'",
+        "potential: 0'",
+        7,
+        "a potential of 0 means to run last: it is 0.001 now",
+        "{activation_potential: 0.001}",
+    ),
+    (
+        "potential: 4.0'",
+        "potential: 0', 'x: 0'",
+        4,
+        "in a mission a potential of 0",
+        "# dHTT: a potential of 0 means to run",
+    ),
     ("potential: 2'", "potential: 2', 'a: b'", 7, "`a: b` is kept as a text", "{activation_potential: 2, a: b}"),
 ];
 
@@ -212,6 +226,65 @@ task:
     assert!(imported.text.contains("\nmission: task\nrobot: task.robot.yaml\n"), "{}", imported.text);
     assert_eq!(imported.summary, "a mission of 5 nodes: 3 behaviors of 2 kinds");
     assert_eq!(import_text(TASK, None).unwrap().text, imported.text);
+}
+
+/// A task as the software before dHTT wrote it.
+const OLDER: &str = "\
+NodeList: [ROOT_4_0_000, THEN_0_0_001, OR_1_0_002, PLACE_3_0_003, PLACE_3_0_004, PICK_5_0_005]
+Nodes:
+  ROOT_4_0_000: {mask: {type: 4, robot: 0, node: 0}, parent: NONE, children: [THEN_0_0_001], peers: [NONE]}
+  THEN_0_0_001: {mask: {type: 0, robot: 0, node: 1}, parent: ROOT_4_0_000, children: [PICK_5_0_005, OR_1_0_002]}
+  OR_1_0_002: {mask: {type: 1, robot: 0, node: 2}, parent: THEN_0_0_001, children: [PLACE_3_0_003, PLACE_3_0_004]}
+  PLACE_3_0_003: {mask: {type: 3, robot: 0, node: 3}, parent: OR_1_0_002, children: [NONE], object: tea}
+  PLACE_3_0_004: {mask: {type: 3, robot: 0, node: 4}, parent: OR_1_0_002, children: ['NONE'], object: mug}
+  PICK_5_0_005: {mask: {type: 5, robot: 0, node: 5}, parent: THEN_0_0_001, children: [], peers: [PICK_5_1_005]}
+";
+
+#[test]
+fn a_task_of_the_older_form_becomes_a_mission() {
+    let imported = import_text(OLDER, None).unwrap_or_else(|error| panic!("{error}"));
+    let task = &imported.text[imported.text.find("\ntask:").unwrap()..];
+    let expected = "
+task:
+  name: THEN_0_0_001
+  then:
+    # dHTT: `peers: [PICK_5_1_005]` are left out: a mission is for one robot
+    - PICK: {}
+      name: PICK_5_0_005
+    - name: OR_1_0_002
+      or:
+        - PLACE: {object: tea}
+          name: PLACE_3_0_003
+        - PLACE: {object: mug}
+          name: PLACE_3_0_004
+";
+    assert_eq!(task, expected);
+    for mistake in [
+        ("mask: {type: 1,", "mask: {type: or,", 5, "found `or` instead of 0 (THEN), 1 (OR), 2 (AND), 4 (the root)"),
+        ("mask: {type: 1,", "mask: {tpye: 1,", 5, "a mask has no key `tpye` did you mean `type`?"),
+        ("mask: {type: 1,", "mask: {", 5, "a mask lacks the key `type`"),
+        ("children: [PICK_5_0_005,", "children: [PICK_5_0_006,", 4, "`PICK_5_0_006` is no node whose parent is `THEN"),
+        ("children: [PICK_5_0_005,", "children: [PLACE_3_0_003,", 4, "`PLACE_3_0_003` is no node whose parent is"),
+        ("parent: OR_1_0_002, children: ['NONE']", "parent: NONE, children: []", 5, "`PLACE_3_0_004` is no node whose"),
+    ] {
+        assert!(OLDER.contains(mistake.0), "{}", mistake.0);
+        assert_found(&mistakes(import_text(&OLDER.replacen(mistake.0, mistake.1, 1), None)), &mistake);
+    }
+}
+
+#[test]
+fn long_names_have_robots_of_their_own() {
+    let robot_of = |target: &str| {
+        let mut files = InMemory::default();
+        files.insert("task.yaml", TASK);
+        let imported = import(&files, Path::new("task.yaml"), None, Some(Path::new(target))).unwrap();
+        let path = imported.beside.unwrap().path.display().to_string();
+        assert!(imported.text.contains(&format!("robot: {}\n", scalar(&path))), "{}", imported.text);
+        path
+    };
+    let long = "x".repeat(100);
+    let [one, two] = [robot_of(&format!("{long}-one.yaml")), robot_of(&format!("{long}-two.yaml"))];
+    assert_eq!([one, two], [format!("{long}-one.robot.yaml"), format!("{long}-two.robot.yaml")]);
 }
 
 #[test]

@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::form::{Entry, Kind, POTENTIAL_KEY, Param, Task};
+use super::entry::{Entry, Kind, Param};
+use super::form::{POTENTIAL_KEY, Task};
 use super::kinds::{KindDraft, Kinds};
 use super::notes::{Note, line};
 use super::tree::Tree;
@@ -89,7 +90,6 @@ impl Translation<'_> {
             None => {
                 let (arguments, left_out) = self.kinds.arguments(entry);
                 notes.extend(left_out);
-                notes.extend(of_zero(entry));
                 let kind = self.kinds.of_entry(entry).map(|kind| kind.name.clone()).unwrap_or_default();
                 // What every node of the kind has in common is told where the kind is declared.
                 self.notes.extend(of_behavior(entry, &arguments));
@@ -146,14 +146,6 @@ fn of_behavior(entry: &Entry, arguments: &[(String, String)]) -> Option<Note> {
     }
     let span = entry.params.first().map_or(span, |param| param.span);
     kept.map(|kept| Note::new(name, span, kept, Some(TO_MOVE.to_owned())))
-}
-
-/// A potential that leads nowhere.
-fn of_zero(entry: &Entry) -> Option<Note> {
-    entry.potential.filter(|potential| *potential == 0.0)?;
-    let message = "with a potential of 0 it never runs".to_owned();
-    let help = "an OR can do without it; everything else around it is never done".to_owned();
-    Some(Note::new(&entry.name.value, entry.name.span, message, Some(help)))
 }
 
 /// Said once, at the first node.

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::form::{Entry, Kind, NO_PARENT, NODES, Parent};
+use super::entry::{Entry, Kind, NO_PARENT, Parent};
+use super::form::NODES;
 use super::notes;
 use crate::fault::Faults;
 

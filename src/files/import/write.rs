@@ -3,6 +3,8 @@
 //! The layout is made here, since emitters of YAML put no comments before a block; all values are words, texts of one
 //! line and numbers, for which single quotes are enough. Whoever writes with it loads what was written.
 
+use crate::text::scalar;
+
 /// Widest line of comments, letters.
 const WIDTH: usize = 110;
 
@@ -40,21 +42,6 @@ impl Lines {
     /// All lines, each with its end.
     pub(super) fn into_text(self) -> String {
         self.0
-    }
-}
-
-/// A word or text of one line, in quotes unless every reader of YAML takes it for itself.
-pub(super) fn scalar(text: &str) -> String {
-    const MEANT: [&str; 14] =
-        ["null", "true", "false", "yes", "no", "on", "off", "y", "n", "nan", "inf", "infinity", "pi", "tau"];
-    let is_first = |letter: char| letter.is_ascii_alphabetic() || "_$".contains(letter);
-    let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "_$./- ".contains(letter);
-    let starts = text.starts_with(is_first) || text.starts_with("../") || text.starts_with("./");
-    let is_meant = MEANT.contains(&text.to_lowercase().as_str());
-    if starts && !is_meant && !text.ends_with(' ') && text.chars().all(is_plain) {
-        text.to_owned()
-    } else {
-        format!("'{}'", text.replace('\'', "''"))
     }
 }
 

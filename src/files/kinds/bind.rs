@@ -1,5 +1,7 @@
 //! A declared behavior with its arguments, bound to robot and world: every name an id, every place a stand.
 
+use std::collections::BTreeSet;
+
 use nalgebra::Vector2;
 
 use super::terms::{Base, ConditionTerm, Constant, Effect, ObjectAt, PotentialTerm, Stand, Table};
@@ -10,6 +12,7 @@ use crate::names::Register;
 use crate::parameter::{Argument, BEFORE, Known, Meaning, Parameter, START};
 use crate::reader::{Item, Name};
 use crate::robot::RobotFile;
+use crate::text::scalar;
 use crate::types::Type;
 use crate::world::Built;
 use ambidex_model::{
@@ -25,6 +28,8 @@ pub(crate) struct Binder<'a> {
     /// The stand of each place.
     pub(crate) stands: Vec<Pose>,
     channels: Register,
+    /// Facts that some behavior needs and that nobody declared, each told already.
+    undeclared: BTreeSet<String>,
 }
 
 /// Where in the task a behavior stands.
@@ -45,6 +50,7 @@ impl<'a> Binder<'a> {
         Self {
             stands: world.spec.places.iter().map(|place| place.stand).collect(),
             channels: Register::of("channel", channels.iter().map(String::as_str)),
+            undeclared: BTreeSet::new(),
             robot,
             world,
             known,
@@ -165,13 +171,28 @@ impl Bound<'_, '_> {
         })
     }
 
+    /// A fact; the first time that one is not declared, that is a fault with the line to add.
     pub(super) fn fact(&mut self, text: &Text) -> Option<FactId> {
         let value = text.filled(&self.arguments);
-        // A fact made of arguments is lacking where the arguments stand.
-        let is_made = value != text.written.value;
-        let span = if is_made { self.site.span } else { text.written.span };
-        let name = Name { value, key: text.written.key.clone(), span };
-        self.binder.known.world?.facts.find(&name, self.faults).map(FactId::from)
+        let facts = &self.binder.known.world?.facts;
+        if let Some(found) = facts.id(&value) {
+            return Some(found.into());
+        }
+        if self.binder.undeclared.insert(value.clone()) {
+            let line = match facts.names() {
+                [] => format!("`facts: {{{}: false}}` under `world:`", scalar(&value)),
+                _ => format!("`{}: false` under `facts:` of the `world:`", scalar(&value)),
+            };
+            let add = match facts.meant(&value) {
+                Some(meant) => format!("{meant} Else add {line}"),
+                None => format!("add {line}"),
+            };
+            let is_made = value != text.written.value;
+            let of_node =
+                if is_made { format!("; the node on line {} needs it", self.site.span.line) } else { String::new() };
+            self.faults.push_with(&text.written, facts.lacks(&value), format!("{add}{of_node}"));
+        }
+        None
     }
 
     pub(super) fn channel(&mut self, text: &Text) -> ChannelId {

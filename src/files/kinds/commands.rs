@@ -70,7 +70,7 @@ impl Bound<'_, '_> {
             }
         };
         let message = format!("controller `{name}` moves {can}");
-        let written = term.order.task();
-        self.faults.push(written, message);
+        let stays = "what is claimed alone and told nothing stays as it is: leave the command out".to_owned();
+        self.faults.push_or_with(term.order.task(), message, (task == Task::Stand).then_some(stays));
     }
 }

@@ -13,11 +13,16 @@ use std::time::Duration;
 pub(crate) use bind::{Binder, Site};
 pub(crate) use declare::{MAX_RETRIES, behavior_shape};
 
+use crate::document::PAPER_FILE;
 use crate::fault::Faults;
-use crate::parameter::{Argument, Parameter};
+use crate::names::refuse_argument;
+use crate::parameter::{Argument, Known, Parameter};
 use crate::reader::{Item, Name};
+use crate::types::Type;
 use ambidex_model::{PlaceId, Pose, TypeId};
-use terms::{Action, ClaimTarget, ClaimTerm, Command, ConditionTerm, Effect, Offset, PotentialTerm, Stand};
+use terms::{
+    Action, Base, ClaimTarget, ClaimTerm, Command, ConditionTerm, Effect, Offset, PotentialTerm, Stand, Table,
+};
 
 /// Every kind that the files declare, by name.
 #[derive(Debug, Default)]
@@ -91,15 +96,37 @@ impl Kinds {
             return;
         };
         for (name, item) in entries {
-            if self.by_name.contains_key(&name.value) || self.reserved.contains(&name.value.as_str()) {
-                let help = "`move`, `pick` and `place` are always there; every other name is yours, once".to_owned();
-                faults.push_with(&name, format!("there is a `{}` already", name.value), help);
+            if self.reserved.contains(&name.value.as_str()) {
+                let words: Vec<_> = self.reserved.iter().map(|word| format!("`{word}`")).collect();
+                let help = format!("what a node of the task can say already: {}", words.join(", "));
+                faults.push_with(&name, format!("a behavior cannot be called `{}`", name.value), help);
                 continue;
             }
+            if self.by_name.contains_key(&name.value) || self.broken.contains(&name.value) {
+                let message = format!("there is a behavior `{}` already", name.value);
+                faults.push_with(&name, message, self.declared_twice(&name.value));
+                continue;
+            }
+            refuse_argument(&name, faults);
             match Declared::read(name.clone(), item, faults) {
                 Some(declared) => drop(self.by_name.insert(name.value, declared)),
                 None => drop(self.broken.insert(name.value)),
             }
+        }
+    }
+
+    /// Where the name was used first, as far as that can be told.
+    fn declared_twice(&self, name: &str) -> &'static str {
+        match self.get(name).is_some_and(|kind| kind.name.span.file == PAPER_FILE) {
+            true => "`move`, `pick` and `place` are those of the paper, and always there: choose another name",
+            false => "each name is declared once in all the files of a mission: choose another name",
+        }
+    }
+
+    /// Warns or refuses where a table of potentials speaks of what is not there.
+    pub(crate) fn check_tables(&self, known: &Known<'_>, own_file: usize, faults: &mut Faults) {
+        for kind in self.by_name.values() {
+            kind.check_table(known, own_file, faults);
         }
     }
 
@@ -120,6 +147,25 @@ impl Kinds {
 }
 
 impl Declared {
+    /// Every key of a table is an argument that there can be. A library may speak of what only other missions have, and
+    /// a robot may be exchanged: there it is a warning, if the key looks misspelt.
+    fn check_table(&self, known: &Known<'_>, own_file: usize, faults: &mut Faults) {
+        let Base::Table(Table { by, values, .. }) = &self.potential.base else { return };
+        let ty = self.parameters[*by].ty;
+        for (name, _) in values {
+            let Some(names) = known.names(ty) else { continue };
+            let is_ours = name.span.file == own_file;
+            if is_ours && matches!(ty, Type::Object | Type::Place) {
+                names.find(name, faults);
+            } else if names.id(&name.value).is_none() {
+                let meant = names.meant(&name.value).or_else(|| is_ours.then(|| names.suggestion(&name.value)));
+                if meant.is_some() {
+                    faults.warn(name, names.lacks(&name.value), meant);
+                }
+            }
+        }
+    }
+
     /// What a node of it is called if it has no name of its own.
     pub(crate) fn label(&self, arguments: &[Option<Argument>]) -> String {
         match &self.label {

@@ -317,7 +317,14 @@ const BY: Custom<usize> = Custom(
         const WHAT: &str = "a parameter such as `$object`";
         let written = item.name(WHAT, reading.faults)?;
         if let Some(name) = template::parameter(&written.value) {
-            return reading.parameter(name, &written);
+            let found = reading.parameter(name, &written)?;
+            if reading.scope.parameters[found].1 != Type::Offset {
+                return Some(found);
+            }
+            reading
+                .faults
+                .push(&written, format!("`{}` is {}, and a table is by a name", written.value, Type::Offset.what()));
+            return None;
         }
         reading.faults.push(&written, format!("found `{}` instead of {WHAT}", written.value));
         None

@@ -3,6 +3,7 @@
 //! One check per file; what is wrong with a single value was told when that was read.
 
 mod facts;
+mod hands;
 mod heirs;
 mod shortage;
 mod stands;
@@ -17,6 +18,7 @@ pub(crate) fn check(mission: &MissionSpec, spans: &[SourceSpan], faults: &mut Fa
     heirs::check(&seen, faults);
     facts::check(&seen, faults);
     stands::check(&seen, faults);
+    hands::check(&seen, faults);
     shortage::check(&seen, faults);
 }
 

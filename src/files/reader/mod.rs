@@ -11,8 +11,8 @@ use crate::document::{Located, Node, SourceSpan, Value};
 use crate::fault::{At, Faults};
 use crate::quantity::Quantity;
 use crate::shape::Shape;
-use crate::text::{is_unprintable, shortened};
-use ambidex_model::suggestion;
+use crate::text::shortened;
+use ambidex_model::{is_obeyed, suggestion};
 
 /// Longest name, bytes of UTF-8.
 pub(crate) const MAX_NAME_BYTES: usize = 64;
@@ -200,15 +200,15 @@ impl<'a> Item<'a> {
                 let unit = dimension.units()[0].0;
                 let message = format!("`{}` is out of bounds", shortened(text));
                 let round = |bound: &f64| (bound * 1e5).round() / 1e5;
-                let help = format!("allowed: {} to {} {unit}", round(from), round(to)).trim_end().to_owned();
-                faults.push_with(self, message, help);
+                let bounds = format!("allowed: {} to {} {unit}", round(from), round(to)).trim_end().to_owned();
+                faults.push_with(self, message, after(quantity.meant(text), bounds));
                 None
             }
             Err(_) => {
                 let units: Vec<_> = dimension.units().iter().map(|unit| unit.0).collect();
                 let message = format!("found `{}` instead of {}", shortened(text), dimension.example());
                 let help = (units != [""]).then(|| format!("units: {}", units.join(", ")));
-                faults.push_or_with(self, message, help);
+                faults.push_or_with(self, message, help.map(|units| after(quantity.meant(text), units)));
                 None
             }
         }
@@ -333,6 +333,14 @@ impl<'a> Item<'a> {
     }
 }
 
+/// What is allowed, behind what was probably meant.
+fn after(meant: Option<String>, allowed: String) -> String {
+    match meant {
+        Some(meant) => format!("{meant} {}{}", allowed[..1].to_uppercase(), &allowed[1..]),
+        None => allowed,
+    }
+}
+
 /// A key stands in a map once, however it is quoted.
 fn refuse_repeated(entries: &[(Located<String>, Node)], faults: &mut Faults) {
     let mut seen = BTreeMap::new();
@@ -349,7 +357,7 @@ fn is_name(name: &Name, faults: &mut Faults) -> bool {
         "a name cannot be empty".to_owned()
     } else if text.len() > MAX_NAME_BYTES {
         format!("a name has at most {MAX_NAME_BYTES} bytes")
-    } else if text.chars().any(is_unprintable) {
+    } else if text.chars().any(is_obeyed) {
         "a name is one line of printable letters".to_owned()
     } else {
         return true;

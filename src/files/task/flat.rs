@@ -2,18 +2,18 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::node::{AND, MAY_RUN, NAMED, Node, OR, RETRIES, THEN, USE};
+use super::node::{AND, MAY_RUN, NAMED, Node, OR, OfAll, OfBehaviors, RETRIES, THEN, USE, word_for};
 use super::subtrees::{Filled, Named, Scope, Subtrees};
 use super::{Call, Draft, DraftKind, MAX_NODES, Surroundings};
 use crate::describe::{Described, Reads};
 use crate::document::SourceSpan;
 use crate::fault::Faults;
 use crate::kinds::{Declared, Kinds};
-use crate::parameter::{Argument, Known, Parameter, assign, warn_of_unused};
+use crate::parameter::{Argument, Known, Parameter, assign, example, warn_of_unused};
 use crate::reader::{Fields, Item, Name};
 use crate::scope::Reading;
 use crate::types::Type;
-use ambidex_model::{NodeId, Pose, suggestion};
+use ambidex_model::{NodeId, Pose, nearest, suggestion};
 
 /// Deepest tree: what files can nest.
 const MAX_LEVELS: usize = 64;
@@ -79,27 +79,60 @@ impl<'a> Flat<'a> {
             faults.push(&item, format!("more than {MAX_LEVELS} nodes one in another"));
             return;
         }
+        if item.is_scalar() {
+            self.add_word(item, under, faults);
+            return;
+        }
         let Some(fields) = item.fields(Node::shape(), faults) else { return };
         let Some(written) = Node::from_map(&fields, &mut Reading::new(faults)) else { return };
         let is = self.is(&written, &fields, faults);
-        let name = written.name.and_then(|item| self.name(item, under.scope, faults));
+        let name = written.of_all.name.and_then(|item| self.name(item, under.scope, faults));
         if !matches!(is, None | Some(Is::Behavior(..))) {
-            for item in [written.retries, written.timeout].into_iter().flatten() {
-                faults.push(&item, format!("`{}` belongs to behaviors such as move, pick and place", item.key));
+            for item in fields.among(&OfBehaviors::shape().keys().collect::<Vec<_>>()) {
+                let help = format!("beside `and`, `or`, `then` and `use` may stand: {}", listed(OfAll::shape().keys()));
+                let message = format!("`{}` belongs to behaviors such as move, pick and place", item.key);
+                faults.push_with(&item, message, help);
             }
         }
         if let Some(Is::Use(item)) = is {
             self.insert(item, fields.span(), name.as_ref().or(under.wish), under, faults);
             return;
         }
-        self.add_draft(is, &written, name, fields.span(), under, faults);
+        let more = &written.of_behaviors;
+        self.add_draft(is, more, name, fields.span(), under, faults);
+    }
+
+    /// Adds a node that is a word alone: a kind of behavior that needs no argument.
+    fn add_word(&mut self, item: Item<'_>, under: Under<'_>, faults: &mut Faults) {
+        let kinds = self.kinds;
+        let Some(word) = item.name("a node of the task", faults).filter(|word| !kinds.is_broken(&word.value)) else {
+            return;
+        };
+        let Some(kind) = kinds.get(&word.value) else {
+            let subtree = self.subtrees.get(&word.value).map(|(_, subtree)| &subtree.parameters);
+            let help = match subtree {
+                Some(parameters) => format!("write `{{{USE}: {}}}`", example(&word.value, parameters)),
+                None => self.kind_meant(&word.value),
+            };
+            faults.push_with(&word, no_kind(&word.value), help);
+            return;
+        };
+        if let Some(lacking) = kind.parameters.iter().find(|parameter| parameter.defaults.is_none()) {
+            let message =
+                format!("`{}` lacks its parameter `{}`, {}", word.value, lacking.name.value, lacking.ty.what());
+            faults.push_with(&word, message, format!("write `{}`", example(&word.value, &kind.parameters)));
+            return;
+        }
+        let nothing = Item::nothing(item.key, item.span);
+        let is = Some(Is::Behavior(kind, nothing));
+        self.add_draft(is, &OfBehaviors { retries: None, timeout: None }, None, item.span, under, faults);
     }
 
     /// Adds a node that is no `use`, and what is below it.
     fn add_draft(
         &mut self,
         is: Option<Is<'a, '_>>,
-        written: &Node<'_>,
+        written: &OfBehaviors<'_>,
         name: Option<Name>,
         span: SourceSpan,
         under: Under<'_>,
@@ -142,20 +175,34 @@ impl<'a> Flat<'a> {
         }
         let (known, unknown): (Vec<_>, Vec<_>) = fields.others().partition(|(key, _)| kinds.get(&key.value).is_some());
         found.extend(known.into_iter().filter_map(|(key, item)| Some(Is::Behavior(kinds.get(&key.value)?, item))));
-        let words = || [AND, OR, THEN, USE].into_iter().chain(kinds.names());
         for (key, _) in &unknown {
-            if found.is_empty() {
-                let message = format!("there is no kind of node `{}`", key.value);
-                faults.push_with((key.span, &key.value), message, suggestion(&key.value, "kind of node", words()));
-            } else {
-                fields.unknown(key, Node::shape().keys(), faults);
+            match found.first() {
+                None => faults.push_with((key.span, &key.value), no_kind(&key.value), self.kind_meant(&key.value)),
+                Some(first) => {
+                    let more = OfBehaviors::shape().keys().filter(|_| matches!(first, Is::Behavior(..)));
+                    fields.unknown(key, OfAll::shape().keys().chain(more), faults);
+                }
             }
         }
         if found.len() > 1 || (found.is_empty() && unknown.is_empty()) {
-            fields.not_one_of(found.len(), words(), faults);
+            fields.not_one_of(found.len(), self.words(), faults);
             return None;
         }
         found.pop()
+    }
+
+    /// All that a node can be.
+    fn words(&self) -> impl Iterator<Item = &str> {
+        [AND, OR, THEN, USE].into_iter().chain(self.kinds.names())
+    }
+
+    /// What was meant by a kind of node that there is not.
+    fn kind_meant(&self, found: &str) -> String {
+        let word = word_for(found).filter(|_| nearest(found, self.words()).is_none());
+        match word {
+            Some(word) => format!("did you mean `{word}`? Allowed: {}", listed(self.words())),
+            None => suggestion(found, "kind of node", self.words()),
+        }
     }
 
     fn name(&mut self, item: Item<'_>, scope: &Scope<'_>, faults: &mut Faults) -> Option<Name> {
@@ -264,6 +311,14 @@ impl<'a> Flat<'a> {
         let values = assign(&found.0, &found.1.parameters, arguments, name.span, faults)?;
         Some((found, values))
     }
+}
+
+fn no_kind(found: &str) -> String {
+    format!("there is no kind of node `{found}`")
+}
+
+fn listed<'a>(words: impl Iterator<Item = &'a str>) -> String {
+    words.map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ")
 }
 
 /// Checks every subtree by itself, used or not; who uses target comes back.

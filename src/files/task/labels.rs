@@ -6,13 +6,20 @@ use super::node::{AND, NAME, OR, THEN};
 use super::{Draft, DraftKind};
 use crate::fault::Faults;
 
+/// What stands above the task.
+const ROOT: &str = "root";
+
 /// Gives every node a name of its own, in preorder.
 pub(super) fn label(drafts: &[Draft], faults: &mut Faults) -> Vec<String> {
-    let mut taken = BTreeSet::from(["root".to_owned()]);
+    let mut taken = BTreeSet::from([ROOT.to_owned()]);
     // What stands in a subtree is used as often as the subtree is, so its names are only wishes.
     for name in drafts.iter().filter(|draft| !draft.is_used).filter_map(|draft| draft.name.as_ref()) {
         if !taken.insert(name.value.clone()) {
-            faults.push((name.span, NAME), format!("another node is called `{}`", name.value));
+            let message = match name.value.as_str() {
+                ROOT => format!("`{ROOT}` is what stands above every task"),
+                other => format!("another node is called `{other}`"),
+            };
+            faults.push_with((name.span, NAME), message, "choose another name");
         }
     }
     let mut words = BTreeMap::new();
@@ -22,7 +29,7 @@ pub(super) fn label(drafts: &[Draft], faults: &mut Faults) -> Vec<String> {
     let mut numbers = BTreeMap::new();
     let name = |draft: &Draft| {
         if let Some(DraftKind::Root) = draft.kind {
-            return "root".to_owned();
+            return ROOT.to_owned();
         }
         let written = draft.name.as_ref().map(|name| &name.value);
         if let Some(name) = written.filter(|_| !draft.is_used) {

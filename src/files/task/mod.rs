@@ -9,16 +9,17 @@ mod subtrees;
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-pub(crate) use node::{AND, OR, THEN};
+pub(crate) use node::{AND, OR, THEN, node_form};
 pub(crate) use subtrees::{Subtree, Subtrees};
 
 use crate::describe::Described;
 use crate::document::SourceSpan;
 use crate::fault::Faults;
 use crate::kinds::{Binder, Declared, Kinds, Site, Stop};
-use crate::parameter::{Argument, Known};
+use crate::parameter::{Argument, Known, warn_of_unused};
 use crate::reader::{Item, Name};
 use crate::robot::RobotFile;
+use crate::settings::Given;
 use crate::shape::Shape;
 use crate::world::Built;
 use ambidex_model::{NodeId, NodeKind, Topology, TreeSpec, TypeId};
@@ -128,14 +129,17 @@ pub(crate) fn build(
     task: Item<'_>,
     subtrees: &Subtrees<'_>,
     around: &Surroundings<'_>,
+    given: &Given,
     faults: &mut Faults,
 ) -> Option<BuiltTask> {
+    let before = faults.errors();
     let stands: Vec<_> = around.world.iter().flat_map(|world| &world.spec.places).map(|place| place.stand).collect();
     let mut flat = Flat::new(subtrees, around, &stands);
     flat.drafts.push(Draft::root(task.span));
     flat.parents.push(NodeId(0));
-    flat.add(task, Under::root(&Scope::default()), faults);
-    let Flat { drafts, parents, .. } = flat;
+    flat.add(task, Under::root(&Scope::of_mission(given)), faults);
+    let Flat { drafts, parents, used, .. } = flat;
+    warn_of_unused(&given.parameters, &used, before, faults);
     if drafts.len() > MAX_NODES {
         faults.push((drafts[0].span, task.key), format!("more than {MAX_NODES} nodes"));
         return None;

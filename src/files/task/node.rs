@@ -23,13 +23,14 @@ pub(super) const NAMED: Word = Word("a name");
 pub(super) const RETRIES: Count = Count(MAX_RETRIES);
 pub(super) const MAY_RUN: &Quantity = &TIMEOUT;
 
-const NODES: Later = Later(|| Form::List(Box::new(Form::Map(Node::shape))));
+const NODES: Later = Later(|| Form::List(Box::new(node_form())));
 const ARGUMENTS: Later = Later(|| Form::Arguments);
 
 described! {
     /// A node of a task; what stands in it is read once it is known what it is.
     pub(super) struct Node<'a>: "a node of the task",
-    "Exactly one of `and`, `or`, `then`, `use`, or a kind of behavior with its arguments: `move: shelf`.",
+    "Exactly one of `and`, `or`, `then`, `use`, or a kind of behavior with its arguments: `move: shelf`. A kind that needs \
+     no argument may stand alone, as a word.",
     others ARGUMENTS, known [
         ("move", "Drive to a place: `to`, `offset`, `scale_by`.", ARGUMENTS),
         ("pick", "Take an object: `object`, `at`.", ARGUMENTS),
@@ -40,11 +41,48 @@ described! {
         then: Option<Item<'a>> = maybe(THEN, "All of them, in this order.", NODES),
         subtree: Option<Item<'a>> =
             maybe(USE, "A subtree with its arguments: `use: {deliver: {object: cup}}`.", ARGUMENTS),
+        of_all: OfAll<'a> = all(OfAll),
+        of_behaviors: OfBehaviors<'a> = all(OfBehaviors),
+    }
+}
+
+described! {
+    /// What may stand beside whatever a node is.
+    pub(super) struct OfAll<'a>: "a node of the task", "What may be told of any node." {
         name: Option<Item<'a>> =
             maybe(NAME, "What it is called; without one after what it is.", Later(|| NAMED.form())),
+    }
+}
+
+described! {
+    /// What may stand beside a kind of behavior alone.
+    pub(super) struct OfBehaviors<'a>: "a behavior of the task", "What may be told of a behavior." {
         retries: Option<Item<'a>> =
             maybe("retries", "How often a behavior tries again after it failed.", Later(|| RETRIES.form())),
         timeout: Option<Item<'a>> =
             maybe(TIMEOUT_KEY, "How long a behavior may run.", Later(|| MAY_RUN.form())),
     }
+}
+
+/// How a node is written: a map, or the kind of a behavior alone.
+pub(crate) fn node_form() -> Form {
+    Form::Either(vec![Form::Word, Form::Map(Node::shape)])
+}
+
+/// What other tools call what a task can say.
+const ELSEWHERE: &[(&str, &[&str])] = &[
+    (THEN, &["sequence", "sequential", "seq", "serial", "steps", "chain"]),
+    (OR, &["fallback", "selector", "select", "choice", "alternative", "alternatives", "any", "one_of", "either"]),
+    (AND, &["parallel", "concurrent", "concurrence", "concurrently", "all", "both", "simultaneous", "unordered"]),
+    (USE, &["subtree", "subtask", "call", "run", "include"]),
+    ("move", &["navigate", "navigate_to", "goto", "go_to", "go", "drive", "drive_to", "move_to", "move_base"]),
+    ("pick", &["grasp", "grab", "take", "pick_up", "pickup", "get", "fetch"]),
+    ("place", &["put", "put_down", "drop", "set_down", "release"]),
+];
+
+/// The word for what another tool calls otherwise, however that is written.
+pub(super) fn word_for(elsewhere: &str) -> Option<&'static str> {
+    let plain = |text: &str| text.to_lowercase().replace(['_', '-', ' '], "");
+    let is_meant = |words: &&[&str]| words.iter().any(|word| plain(word) == plain(elsewhere));
+    ELSEWHERE.iter().find(|(_, words)| is_meant(words)).map(|(word, _)| *word)
 }

@@ -6,9 +6,10 @@ use super::node::{self, USE};
 use crate::describe::{Described, Later, described};
 use crate::document::{Located, Node, SourceSpan, Value};
 use crate::fault::Faults;
-use crate::parameter::{DEFAULT, PARAMETERS, Parameter};
+use crate::names::refuse_argument;
+use crate::parameter::{PARAMETERS, Parameter, refuse_open_defaults};
 use crate::reader::{Item, Name};
-use crate::shape::Form;
+use crate::settings::Given;
 use crate::template::{Piece, parameter, pieces};
 use crate::types::Type;
 use ambidex_model::suggestion;
@@ -23,7 +24,7 @@ described! {
             PARAMETERS,
             Vec::new()
         ),
-        task: Item<'a> = required("task", "What it does.", Later(|| Form::Map(node::Node::shape))),
+        task: Item<'a> = required("task", "What it does.", Later(node::node_form)),
     }
 }
 
@@ -73,9 +74,10 @@ impl<'a> Subtrees<'a> {
                 faults.push(&name, format!("there is a subtree `{}` already", name.value));
                 continue;
             }
+            refuse_argument(&name, faults);
             let before = faults.errors();
             let read = Subtree::take(item, faults);
-            refuse_open_defaults(read.iter().flat_map(|subtree| &subtree.parameters), faults);
+            refuse_open_defaults("a subtree", read.iter().flat_map(|subtree| &subtree.parameters), faults);
             match read.filter(|_| faults.errors() == before) {
                 Some(subtree) => drop(self.by_name.insert(name.value.clone(), (name, subtree))),
                 None => drop(self.broken.insert(name.value)),
@@ -163,21 +165,6 @@ fn never_ending<'a>(edges: impl Iterator<Item = (&'a str, &'a str)>) -> BTreeSet
     open.into_keys().collect()
 }
 
-/// Where a subtree is used nothing is known of a THEN around it: its defaults are values, and one each.
-fn refuse_open_defaults<'p>(parameters: impl Iterator<Item = &'p Parameter>, faults: &mut Faults) {
-    for parameter in parameters {
-        let defaults = parameter.defaults.as_deref().unwrap_or_default();
-        let open = defaults.iter().enumerate().find(|(index, default)| {
-            let text = Item::of(&parameter.name.value, default).text();
-            *index > 0 || text.is_some_and(|text| text.starts_with('$'))
-        });
-        if let Some((_, default)) = open {
-            let message = "a subtree has one plain value as a default".to_owned();
-            faults.push_with((default.span, DEFAULT), message, "several, `$before` and `$start` are for behaviors");
-        }
-    }
-}
-
 /// A shortest way of uses from a subtree back to itself.
 fn way_back<'a>(name: &str, uses: &'a Uses) -> Option<Vec<(&'a str, SourceSpan)>> {
     // By subtree: who uses it first, and where.
@@ -208,6 +195,11 @@ impl<'a> Scope<'a> {
     /// A subtree with its arguments, by parameter.
     pub(super) fn of(parameters: &'a [Parameter], values: Vec<Option<Node>>) -> Self {
         Self { parameters, values, is_subtree: true }
+    }
+
+    /// The task of a mission with the mission's parameters.
+    pub(super) fn of_mission(given: &'a Given) -> Self {
+        Self { parameters: &given.parameters, values: given.values.clone(), is_subtree: false }
     }
 
     /// A subtree that is only checked.

@@ -67,7 +67,7 @@ fn written(mission: &str, library: &str) -> InMemory {
 }
 
 fn load(mission: &str, library: &str) -> Result<Arc<MissionSpec>, FilesError> {
-    load_mission(&written(mission, library), PATH.as_ref(), None).map(|loaded| loaded.mission)
+    load_mission(&written(mission, library), PATH.as_ref(), None, &[]).map(|loaded| loaded.mission)
 }
 
 #[test]
@@ -102,8 +102,42 @@ type Mistake<'a> = (&'a str, &'a str, &'a str, usize, &'a str);
 const MISTAKES: &[Mistake<'_>] = &[
     ("mission.yaml", "include: [library.yaml]", "include: [libary.yaml]", 3, "cannot read"),
     ("mission.yaml", "include: [library.yaml]", "include: library.yaml", 3, "instead of a list of paths"),
-    ("mission.yaml", "  scan:\n", "  move:\n", 5, "there is a `move` already"),
-    ("mission.yaml", "  scan:\n", "  then:\n", 5, "there is a `then` already"),
+    (
+        "mission.yaml",
+        "  scan:\n",
+        "  move:\n",
+        5,
+        "there is a behavior `move` already `move`, `pick` and `place` are those of the paper",
+    ),
+    (
+        "mission.yaml",
+        "  scan:\n",
+        "  then:\n",
+        5,
+        "cannot be called `then` what a node of the task can say already: `and`, `or`",
+    ),
+    ("mission.yaml", "  scan:\n", "  use:\n", 5, "`use`, `name`, `retries`, `timeout`"),
+    ("mission.yaml", "  scan:\n", "  rest:\n", 5, "there is a behavior `rest` already each name is declared once"),
+    ("mission.yaml", "  scan:\n", "  $scan:\n", 5, "`$scan` stands for an argument"),
+    ("mission.yaml", "  twice:\n", "  $twice:\n", 20, "`$twice` stands for an argument"),
+    ("mission.yaml", "dusty: true", "$dusty: true", 30, "`$dusty` stands for an argument, and there is none here"),
+    ("mission.yaml", "pot: {", "$before: {", 29, "`$before` stands for an argument"),
+    ("mission.yaml", "values: {shelf: 3}", "values: {shlef: 3}", 10, "there is no place `shlef` did you mean `shelf`?"),
+    ("mission.yaml", "values: {shelf: 3}", "values: {cup: 3}", 10, "there is no place `cup` allowed: `shelf`, `table`"),
+    (
+        "mission.yaml",
+        "{clear: dusty}",
+        "{clear: foggy}",
+        13,
+        "no fact `foggy` add `foggy: false` under `facts:` of the `world:`",
+    ),
+    (
+        "mission.yaml",
+        "  facts: {clean shelf: false, clean table: false, dusty: true}\n",
+        "",
+        13,
+        "add `facts: {dusty: false}` under `world:`",
+    ),
     ("mission.yaml", "area: place,", "area: plaice,", 6, "did you mean `place`?"),
     (
         "mission.yaml",
@@ -154,7 +188,13 @@ const MISTAKES: &[Mistake<'_>] = &[
     ),
     ("mission.yaml", "    - use: {twice: shelf}", "    - use: {twice: shell}", 33, "did you mean `shelf`?"),
     ("mission.yaml", "- {rest: ,", "- {rest: now,", 35, "nothing: `rest` has no parameters"),
-    ("mission.yaml", "clean table: false,", "", 24, "no fact `clean table`"),
+    (
+        "mission.yaml",
+        "clean table: false,",
+        "",
+        13,
+        "no fact `clean table` add `clean table: false` under `facts:` of the `world:`; the node on line 25",
+    ),
     (
         "mission.yaml",
         "- {scan: $first, name: one of $second}",
@@ -209,13 +249,28 @@ fn what_uses_itself_on_the_way_is_told_once_and_a_bomb_of_uses_is_refused() {
 }
 
 #[test]
+fn a_library_may_speak_of_what_a_mission_does_not_have() {
+    let said = |values: &str| {
+        let library = format!(
+            "library: small\nbehaviors:\n  rest: {{claims: all, potential: 0.5}}\n  lay: {{parameters: {{what: object}}, \
+             potential: {{table: {{by: $what, values: {values}, otherwise: 1}}}}}}\n"
+        );
+        let loaded = load_mission(&written(MISSION, &library), PATH.as_ref(), None, &[]).expect("it is legal");
+        let said = loaded.warnings.iter().map(|fault| format!("{fault}; {}", fault.help().unwrap_or_default()));
+        said.collect::<Vec<_>>().join("; ")
+    };
+    assert_eq!(said("{cup: 2, bowl: 3}"), "");
+    assert_eq!(said("{cub: 2, bowl: 3}"), "cub: there is no object `cub`; did you mean `cup`?");
+}
+
+#[test]
 fn a_library_is_checked_by_itself() {
     let mut files = written(MISSION, LIBRARY);
     let path = Path::new("library.yaml");
-    let Checked::Library(names, _) = check(&files, path).unwrap() else { panic!("it is a library") };
+    let Checked::Library(names, _) = check(&files, path, &[]).unwrap() else { panic!("it is a library") };
     assert_eq!(names, ["rest"]);
     files.insert(path, format!("{LIBRARY}subtrees:\n  a:\n    parameters: {{x: object}}\n    task: {{move: $x}}\n"));
-    let error = check(&files, path).unwrap_err();
+    let error = check(&files, path, &[]).unwrap_err();
     assert_eq!(error.faults()[0].message(), "`$x` is an object, not a place");
 }
 
@@ -264,10 +319,28 @@ fn what_a_behavior_could_never_do_is_refused() {
                  [{claim: b, achieve: {drive_to: shelf}}, {claim: b, maintain: stand}]}";
     check_kind(twice, "{go: }", Some("maintain: `b` has a command already"));
     let by_start = "see: {parameters: {o: {type: object, default: $start}}, claims: {}, potential: 1, label: see $o}";
+    let still = "wait: {claims: {h: {resource: hand}}, potential: 1, commands: [{claim: h, maintain: stand}]}";
+    check_kind(still, "wait", Some("maintain: controller `arm` moves an arm, which can grasp, put"));
+    check_kind(&still.replace(", commands: [{claim: h, maintain: stand}]", ""), "wait", None);
     check_kind(by_start, "{see: cup}", Some("default: `$start` cannot be the default of an object"));
     let by_other = "see: {parameters: {p: place, q: {type: place, default: $p}}, claims: {}, potential: 1, \
                     goal: [{at: $p}, {at: $q}]}";
     check_kind(by_other, "{see: {p: shelf, q: shelf}}", Some("default: `$p` cannot be the default of a place"));
+}
+
+#[test]
+fn a_kind_that_needs_nothing_is_a_node_by_its_word() {
+    let rest = "rest: {potential: 1}";
+    check_kind(rest, "rest", None);
+    check_kind(rest, "{then: [rest, {move: shelf}, rest]}", None);
+    check_kind("rest: {parameters: {p: {type: number, default: 1}}, potential: $p}", "{or: [rest]}", None);
+    check_kind(
+        "rest: {parameters: {p: number}, potential: $p}",
+        "{or: [rest]}",
+        Some("`rest` lacks its parameter `p`"),
+    );
+    check_kind("rest: {potential: much}", "{or: [rest]}", Some("potential: found `much`"));
+    check_kind(rest, "{and: [{use: go}, go]}\nsubtrees: {go: {task: rest}}", Some("there is no kind of node `go`"));
 }
 
 #[test]

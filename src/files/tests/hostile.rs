@@ -54,7 +54,7 @@ fn what_is_no_file_is_not_waited_for() {
     for (include, words) in [("pipe.yaml", "no regular file"), ("/dev/zero", "no regular file"), (".", "directory")] {
         fs::write(folder.path().join("robot.yaml"), ROBOT).unwrap();
         fs::write(&path, GOOD.replace("world:", &format!("include: [{include}]\nworld:"))).unwrap();
-        let error = load_mission(&Disk, &path, None).unwrap_err();
+        let error = load_mission(&Disk, &path, None, &[]).unwrap_err();
         assert!(error.faults()[0].message().contains(words), "{include}: {error:?}");
     }
 }
@@ -63,7 +63,7 @@ fn what_is_no_file_is_not_waited_for() {
 fn what_is_not_utf8_is_told_with_its_place() {
     let at = GOOD.find("cup").unwrap();
     let files = written([&GOOD.as_bytes()[..at], b"\xe9", &GOOD.as_bytes()[at..]].concat(), ROBOT);
-    let error = load_mission(&files, PATH.as_ref(), None).unwrap_err();
+    let error = load_mission(&files, PATH.as_ref(), None, &[]).unwrap_err();
     let fault = &error.faults()[0];
     assert_eq!((fault.position(), fault.message()), (Some((9, 5)), "this is not UTF-8"));
 }

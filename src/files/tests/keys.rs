@@ -12,6 +12,7 @@ const MISSION: &str = "\
 mission: everything
 robot: robot.yaml
 include: [library.yaml]
+parameters: {thing: {type: object, default: cup}}
 behaviors:
   scan:
     label: scan $area $effort
@@ -55,7 +56,7 @@ task:
   then:
     - use: {twice: shelf}
     - or: [{move: shelf}, {wait: , name: rest, retries: 2, timeout: 1 min}]
-    - pick: cup
+    - pick: $thing
     - place: {object: cup, at: table}
 ";
 const LIBRARY: &str = "\
@@ -194,7 +195,7 @@ fn described_by(form: &Form, found: &mut BTreeSet<(&'static str, &'static str)>)
 fn said(path: &Path, text: String) -> Vec<(String, String)> {
     let mut files = files();
     files.insert(path, text);
-    let error = check(&files, path).err();
+    let error = check(&files, path, &[]).err();
     let faults = error.iter().flat_map(|error| error.faults());
     faults.map(|fault| (fault.key().to_owned(), fault.to_string())).collect()
 }

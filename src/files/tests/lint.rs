@@ -19,7 +19,7 @@ behaviors:
   wave: {claims: {hand: {type: gripper}}, potential: 1}
 ";
     let files = written(format!("{head}{declared}task:\n  {task}\n"), &robot(hands));
-    let faults = match load_mission(&files, PATH.as_ref(), None) {
+    let faults = match load_mission(&files, PATH.as_ref(), None, &[]) {
         Ok(loaded) => loaded.warnings,
         Err(error) => error.faults().to_vec(),
     };
@@ -91,4 +91,24 @@ fn a_base_that_may_leave() {
     check(2, "then: [{move: shelf}, {stay: }]", &[leaves]);
     check(2, "then: [{close: }, {stay: }]", &[]);
     check(2, "then: [{move: shelf}, {hold: }]", &[]);
+}
+
+#[test]
+fn a_hand_that_takes_and_does_not_reach() {
+    let said = |robot: &str, surface: &str| {
+        let table = format!("table: {{stand: [3, 2], surface: {surface}}}");
+        let text = GOOD.replace("table: {stand: [3, 2]}", &table);
+        let loaded = load_mission(&written(text, robot), PATH.as_ref(), None, &[]).expect("it is legal");
+        loaded.warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+    };
+    assert_eq!(said(&robot(1), "[0.5, 0, 0.75]"), "");
+    assert_eq!(
+        said(&robot(1), "[1.5, 0, 0.75]"),
+        "place cup: it can never run: no hand that can take cup reaches table"
+    );
+    let other = |robot: String| {
+        robot.replacen("shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9]", "shoulder: [1, 0, 0.8], tuck: [1, 0, 0.9]", 1)
+    };
+    assert_eq!(said(&other(robot(2)), "[1.5, 0, 0.75]"), "");
+    assert_eq!(said(&other(robot(2)), "[-0.7, 0, 0.75]"), "");
 }

@@ -6,6 +6,7 @@ mod keys;
 mod lint;
 mod mistakes;
 mod mutations;
+mod parameters;
 mod potentials;
 mod reference;
 mod shipped;
@@ -48,7 +49,7 @@ controllers:
 ";
 
 fn load(mission: &str, robot: &str) -> Result<std::sync::Arc<MissionSpec>, FilesError> {
-    load_mission(&written(mission, robot), PATH.as_ref(), None).map(|loaded| loaded.mission)
+    load_mission(&written(mission, robot), PATH.as_ref(), None, &[]).map(|loaded| loaded.mission)
 }
 
 /// A mission at [`PATH`] and the robot beside it.

@@ -74,7 +74,7 @@ fn shipped() -> BTreeMap<PathBuf, String> {
 
 /// Everything that is said of a file.
 fn said(files: &InMemory, path: &Path) -> (bool, Vec<Fault>) {
-    match check(files, path) {
+    match check(files, path, &[]) {
         Ok(_) => (true, Vec::new()),
         Err(error) => (false, error.faults().to_vec()),
     }

@@ -17,7 +17,7 @@ fn shipped(name: &str) -> PathBuf {
 }
 
 fn experiment_1() -> Arc<MissionSpec> {
-    load_mission(&Disk, &shipped("missions/experiment-1.yaml"), None).unwrap().mission
+    load_mission(&Disk, &shipped("missions/experiment-1.yaml"), None, &[]).unwrap().mission
 }
 
 fn stop(place: u32, x: f64, y: f64) -> Condition {
@@ -37,7 +37,7 @@ fn commands(spec: &MissionSpec, node: u32) -> Vec<(usize, Mode, Task)> {
 fn every_shipped_mission_loads() {
     for number in 1..=4 {
         let path = shipped(&format!("missions/experiment-{number}.yaml"));
-        let spec = load_mission(&Disk, &path, None).unwrap().mission;
+        let spec = load_mission(&Disk, &path, None, &[]).unwrap().mission;
         assert_eq!(spec.name, format!("experiment-{number}"));
         assert_eq!(spec.tree.leaves().count(), 16);
         let expected: Vec<String> = (1..=4)

@@ -43,11 +43,11 @@ fn reads(include: &str, act: impl Fn(&Counting)) -> Vec<String> {
 fn each_file_is_read_once() {
     let all = ["mission.yaml", "one.yaml", "robot.yaml", "two.yaml"];
     let path = Path::new(PATH);
-    assert_eq!(reads("one.yaml, two.yaml", |files| drop(load_mission(files, path, None).unwrap())), all);
-    assert_eq!(reads("one.yaml", |files| drop(check(files, path).unwrap())), all);
-    assert_eq!(reads("one.yaml, ./one.yaml", |files| drop(check(files, path).unwrap())), all);
+    assert_eq!(reads("one.yaml, two.yaml", |files| drop(load_mission(files, path, None, &[]).unwrap())), all);
+    assert_eq!(reads("one.yaml", |files| drop(check(files, path, &[]).unwrap())), all);
+    assert_eq!(reads("one.yaml, ./one.yaml", |files| drop(check(files, path, &[]).unwrap())), all);
     assert_eq!(
-        reads("robot.yaml, none.yaml", |files| drop(check(files, path).unwrap_err())),
+        reads("robot.yaml, none.yaml", |files| drop(check(files, path, &[]).unwrap_err())),
         ["mission.yaml", "none.yaml", "robot.yaml"]
     );
     let robot = Path::new("robot.yaml");

@@ -26,7 +26,7 @@ pub use lineage::{Lineage, NodeRange};
 pub use link::{ControllerState, FromController, PartEnd, ToController};
 pub use loss::Loss;
 pub use matching::match_claims;
-pub use names::{Names, make_legible};
+pub use names::{Names, is_obeyed, make_legible};
 pub use pose::Pose;
 pub use reason::Reason;
 pub use record::{

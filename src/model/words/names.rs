@@ -77,7 +77,8 @@ pub fn make_legible(text: &mut String) {
     }
 }
 
-fn is_obeyed(letter: char) -> bool {
+/// Whether a terminal obeys a letter instead of showing it, or turns what is seen around.
+pub fn is_obeyed(letter: char) -> bool {
     let turns =
         matches!(letter, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     letter.is_control() || turns || matches!(letter, '\u{2028}' | '\u{2029}')

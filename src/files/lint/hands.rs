@@ -1,0 +1,94 @@
+//! What is put somewhere can be taken by a hand that reaches there.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use ambidex_core::world::Geometry;
+
+use super::Seen;
+use crate::fault::Faults;
+use ambidex_model::{
+    BehaviorSpec, Condition, ControllerKind, EffectTerm, Location, NodeId, ObjectId, PlaceId, Pose, ResourceId, Task,
+};
+
+pub(super) fn check(seen: &Seen<'_>, faults: &mut Faults) {
+    let takers = takers(seen);
+    for leaf in seen.mission.tree.leaves() {
+        check_leaf(seen, leaf, &takers, faults);
+    }
+}
+
+fn check_leaf(seen: &Seen<'_>, leaf: NodeId, takers: &BTreeMap<ObjectId, BTreeSet<ResourceId>>, faults: &mut Faults) {
+    let behavior = seen.behavior(leaf);
+    for command in &behavior.commands {
+        let Task::Put(object, place) = command.task else { continue };
+        let Some(takers) = takers.get(&object) else { continue };
+        let reaches = |hand: &ResourceId| reaches(seen, *hand, object, place, stand(&behavior.precondition));
+        if takers.iter().any(reaches) {
+            continue;
+        }
+        let (object, place) = (seen.mission.names.object(object), seen.mission.names.place(place));
+        let message = format!("it can never run: no hand that can take {object} reaches {place}");
+        seen.warn(
+            leaf,
+            message,
+            "see `stand` and `surface` of the place, and `reach` and `shoulder` of the arms",
+            faults,
+        );
+    }
+}
+
+/// By object, the hands that hold it at the start or can take it from some place where it can lie.
+fn takers(seen: &Seen<'_>) -> BTreeMap<ObjectId, BTreeSet<ResourceId>> {
+    let mut takers: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
+    for (object, location) in seen.mission.start.objects.iter().enumerate() {
+        if let Location::In(hand) = location {
+            takers.entry(ObjectId::from(object)).or_default().insert(*hand);
+        }
+    }
+    for behavior in seen.behaviors() {
+        for command in &behavior.commands {
+            let Task::Grasp(object) = command.task else { continue };
+            let hands = seen.mission.robot.could_serve(behavior.claims[command.claim].selector, &[]);
+            let from = stand(&behavior.precondition);
+            let places = places(seen, object);
+            let can = |hand: &ResourceId| places.iter().any(|place| reaches(seen, *hand, object, *place, from));
+            takers.entry(object).or_default().extend(hands.into_iter().filter(can));
+        }
+    }
+    takers
+}
+
+/// Where an object can lie: where it does at the start, and wherever some behavior puts it.
+fn places(seen: &Seen<'_>, object: ObjectId) -> BTreeSet<PlaceId> {
+    let laid = |behavior: &BehaviorSpec| -> Vec<PlaceId> {
+        let place = |effect: &EffectTerm| match effect {
+            EffectTerm::Lies(of, place) if *of == object => Some(*place),
+            EffectTerm::Lies(..) | EffectTerm::Taken(..) | EffectTerm::Fact(..) | EffectTerm::Stands(_) => None,
+        };
+        behavior.effects.iter().filter_map(place).collect()
+    };
+    let start = match seen.mission.start.objects[object.index()] {
+        Location::At(place) => Some(place),
+        Location::In(_) | Location::Unknown => None,
+    };
+    start.into_iter().chain(seen.behaviors().flat_map(laid)).collect()
+}
+
+/// Whether a hand reaches an object at a place from a stand; of an unknown stand, and of what is no arm, so it seems.
+fn reaches(seen: &Seen<'_>, hand: ResourceId, object: ObjectId, place: PlaceId, from: Option<(Pose, f64)>) -> bool {
+    let robot = &seen.mission.robot;
+    let controller = robot.resources[hand.index()].controller.map(|id| robot.controllers[id.index()].kind);
+    let (Some(ControllerKind::Arm(arm)), Some((stand, tolerance_m))) = (controller, from) else { return true };
+    let spot = Geometry { robot, world: &seen.mission.world }.spot(object, place);
+    (stand.to_local(spot) - arm.shoulder).norm() <= arm.reach_m + tolerance_m
+}
+
+/// Where the base stands for a behavior, and how near to it counts, meters; none where nothing tells.
+fn stand(condition: &Condition) -> Option<(Pose, f64)> {
+    match condition {
+        Condition::All(parts) => parts.iter().find_map(stand),
+        Condition::At { stand, tolerance_m, .. } => Some((*stand, *tolerance_m)),
+        Condition::Never | Condition::Path { .. } | Condition::Held(_) | Condition::Free(_) => None,
+        Condition::Lies(..) | Condition::Fact(..) => None,
+    }
+}

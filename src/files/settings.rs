@@ -1,0 +1,95 @@
+//! Values that parameters of a mission get when it is started, from outside of its files.
+
+use std::str::FromStr;
+
+use crate::document::{self, Located, Node, SourceSpan, Value};
+use crate::fault::Faults;
+use crate::parameter::{Known, Parameter, example_value};
+use crate::reader::Item;
+use crate::types::Type;
+use ambidex_model::suggestion;
+
+/// The value of one parameter, as the command line tells it: `object=mug`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Setting {
+    /// The parameter.
+    pub name: String,
+    /// Its value as in a file; an offset as `[1 m, 0 m]`.
+    pub value: String,
+}
+
+/// Why a text is no setting.
+#[derive(Debug, thiserror::Error)]
+#[error("write NAME=VALUE, such as object=cup")]
+pub struct NoSetting;
+
+/// The parameters of a mission with what they stand for; none for a value that is lacking, which is a fault.
+#[derive(Debug, Default)]
+pub(crate) struct Given {
+    pub(crate) parameters: Vec<Parameter>,
+    pub(crate) values: Vec<Option<Node>>,
+}
+
+impl FromStr for Setting {
+    type Err = NoSetting;
+
+    fn from_str(text: &str) -> Result<Self, NoSetting> {
+        let (name, value) = text.split_once('=').ok_or(NoSetting)?;
+        let (name, value) = (name.trim().to_owned(), value.trim().to_owned());
+        if name.is_empty() { Err(NoSetting) } else { Ok(Self { name, value }) }
+    }
+}
+
+impl Given {
+    /// What is set, else the default; every value means something.
+    pub(crate) fn of(parameters: Vec<Parameter>, settings: &[Setting], known: &Known<'_>, faults: &mut Faults) -> Self {
+        let mut values: Vec<Option<Node>> = vec![None; parameters.len()];
+        for setting in settings {
+            let written = format!("--set {}={}", setting.name, setting.value);
+            let file = faults.open(&written, String::new());
+            let span = SourceSpan { file, ..SourceSpan::default() };
+            let names = || parameters.iter().map(|parameter| parameter.name.value.as_str());
+            let Some(index) = names().position(|name| name == setting.name) else {
+                let help = suggestion(&setting.name, "parameter", names());
+                faults.push_with((span, &written), format!("the mission has no parameter `{}`", setting.name), help);
+                continue;
+            };
+            let value = value(parameters[index].ty, &setting.value, span);
+            known.argument(Item::of(&written, &value), parameters[index].ty, faults);
+            if values[index].replace(value).is_some() {
+                faults.push((span, &written), format!("`{}` is set twice", setting.name));
+            }
+        }
+        for (parameter, value) in parameters.iter().zip(&mut values).filter(|(_, value)| value.is_none()) {
+            *value = parameter.defaults.as_ref().and_then(|defaults| defaults.first()).cloned();
+            let name = &parameter.name.value;
+            match value {
+                Some(value) => drop(known.argument(Item::of(name, value), parameter.ty, faults)),
+                None => {
+                    let help =
+                        format!("tell it with `--set {name}={}`, or give it a `default`", example_value(parameter.ty));
+                    faults.push_with(&parameter.name, format!("nothing tells {}: `{name}`", parameter.ty.what()), help);
+                }
+            }
+        }
+        Self { parameters, values }
+    }
+}
+
+/// A value that stands in no file: nothing in it has a line.
+fn value(ty: Type, text: &str, span: SourceSpan) -> Node {
+    let plain = || Value::Scalar { text: text.to_owned(), number: None };
+    let value = match ty {
+        Type::Offset => document::parse(span.file, text).map_or_else(|_| plain(), |node| node.value),
+        Type::Object | Type::Place | Type::Resource | Type::Kind | Type::Number | Type::Text => plain(),
+    };
+    placed(value, span)
+}
+
+fn placed(value: Value, span: SourceSpan) -> Node {
+    let value = match value {
+        Value::List(items) => Value::List(items.into_iter().map(|item| placed(item.value, span)).collect()),
+        Value::Null | Value::Scalar { .. } | Value::Map(_) => value,
+    };
+    Located { value, span }
+}
