@@ -39,7 +39,7 @@ fn a_plain_course_is_waiting_active_done() {
     let history = history(&sample::experiment_1());
     assert_eq!(phases(&history, "pick 1"), [(0.0, Phase::Waiting), (7.4, Phase::Active), (13.5, Phase::Done)]);
     assert_eq!(phases(&history, "move 1-1"), [(0.0, Phase::Waiting), (7.4, Phase::Skipped)]);
-    assert_eq!(history.span().1, seconds(77.7));
+    assert_eq!(history.last_moment(), seconds(77.7));
     assert_eq!(history.steps().len(), 10);
 }
 
@@ -55,10 +55,10 @@ fn what_fails_waits_again_until_it_fails_for_good() {
     ]);
     let retry = Phase::Failed { fault: again, is_final: false };
     let end = Phase::Failed { fault: Fault::TimedOut, is_final: true };
-    let course = [(1.0, Phase::Waiting), (1.0, Phase::Active), (2.0, retry), (2.0, Phase::Active), (4.0, end)];
+    let course = [(0.0, Phase::Waiting), (0.0, Phase::Active), (1.0, retry), (1.0, Phase::Active), (3.0, end)];
     assert_eq!(phases(&history, "move 1-1"), course);
-    assert_eq!(phases(&history, "place 1"), [(1.0, Phase::Waiting), (4.0, Phase::NotAsked)]);
-    assert_eq!(phases(&history, "place 2"), [(1.0, Phase::Waiting)], "another line waits on");
+    assert_eq!(phases(&history, "place 1"), [(0.0, Phase::Waiting), (3.0, Phase::NotAsked)]);
+    assert_eq!(phases(&history, "place 2"), [(0.0, Phase::Waiting)], "another line waits on");
 }
 
 #[test]
