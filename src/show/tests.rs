@@ -194,7 +194,7 @@ fn a_failure_names_leaf_moment_and_fault() {
 fn every_product_says_the_same_of_every_leaf() {
     for records in [experiment_1(), stalled(), failed(), failed()[..5].to_vec()] {
         let history = history(&records);
-        let snapshot = Snapshot::new(&history, Daemon::Unknown, history.now());
+        let snapshot = Snapshot::new(&history, Daemon::Gone, history.now());
         let tree = tree::text(history.header(), Some(&history), 120, &Palette::plain());
         for leaf in history.leaves() {
             let (name, state) = (history.names().node(leaf), history.state(leaf));
@@ -224,7 +224,10 @@ fn a_loss_is_told_with_its_own_moment() {
         Record::Ended { at: seconds(1.5), end: MissionEnd::ControllerLost(lost) },
     ];
     let text = summary(&history(&records), 80, &Palette::plain());
-    assert!(text.starts_with("experiment 1: failed\n  the controller left_arm was lost at 1.00 s: its process ended\n"), "{text}");
+    assert!(
+        text.starts_with("experiment 1: failed\n  the controller left_arm was lost at 1.00 s: its process ended\n"),
+        "{text}"
+    );
 }
 
 #[test]
@@ -249,7 +252,7 @@ fn a_tree_of_any_depth_is_drawn_at_once() {
     let text = tree::text(&header, None, 60, &Palette::plain());
     assert_eq!(text.lines().count(), 100_000);
     assert!(text.lines().all(|line| columns(line) <= 60), "{}", text.lines().last().unwrap());
-    let snapshot = Snapshot::new(&History::new(&header), Daemon::Unknown, Time::ZERO);
+    let snapshot = Snapshot::new(&History::new(&header), Daemon::Gone, Time::ZERO);
     let lines = snapshot.lines(80, 50, &Palette::plain());
     assert!(lines.len() <= 50 && lines.iter().any(|line| line.contains("not shown")), "{}", lines.join("\n"));
 }
