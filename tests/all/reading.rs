@@ -4,7 +4,7 @@ mod explain;
 mod trace;
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::fixtures::experiment_file;
 use crate::home::Home;
@@ -116,7 +116,9 @@ fn no_name_and_no_path_speaks_to_the_terminal() {
             &["timeline", log],
             &["status", "--log", log],
         ];
-        for verb in verbs {
+        // What is no log is a mission to `tree`, and told by whoever reads missions.
+        let is_log = Path::new(log).exists() && !log.contains("broken");
+        for verb in verbs.into_iter().filter(|verb| is_log || verb[0] != "tree") {
             let told = home.start(verb).wait();
             assert!(!speaks(&told.stdout) && !speaks(&told.stderr), "{verb:?}: {told:?}");
             assert!(!told.stdout.is_empty() || !told.stderr.is_empty(), "{verb:?}");

@@ -245,7 +245,7 @@ fn any_log_is_told_as_far_as_it_goes() {
     let stalled = parse(&status("run.jsonl", 0).stdout);
     assert_agrees(&stalled, &parse(&simulated.stdout));
     assert_eq!(stalled["daemon"]["state"], "gone");
-    assert_eq!(row(&stalled, "nodes", "pick 3")["reason"], "every gripper is held or full");
+    assert_eq!(row(&stalled, "nodes", "pick 3")["reason"], "was waiting: every gripper is held or full");
     let whole = fs::read_to_string(&log).expect("a log");
     home.write("cut.jsonl", &whole[..whole.len() / 2]);
     let cut = status("cut.jsonl", 4);
