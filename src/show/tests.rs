@@ -1,7 +1,7 @@
 //! Diagram, summary and tree of whole runs, as people see them without color.
 
 use ambidex_model::*;
-use ambidex_record::History;
+use ambidex_record::{History, LeafState};
 
 use super::explain::Account;
 use super::live::{rows, summary};
@@ -277,4 +277,46 @@ fn the_tree_shows_kinds_and_states() {
     let last = "   └─ object 4  then\n      ├─ move 4-1\n      ├─ pick 4\n      ├─ move 4-2\n      └─ place 4\n";
     let bare = tree::text(&header, None, 60, &Palette::plain());
     assert!(bare.ends_with(last), "\n{bare}");
+}
+
+/// Any of the four behaviors of object 4 would do, and the pick does.
+fn one_of_four() -> Vec<Record> {
+    let mut header = sample::header();
+    header.nodes[named("object 4").index()].kind = EntryKind::Or;
+    let completed = Some(Completion { node: named("object 4"), heir: None });
+    let consequences = Consequences { completed, failed: None };
+    let (at, leaf, end) = (seconds(5.0), named("pick 4"), End::Succeeded);
+    vec![
+        Record::Header(Box::new(header)),
+        decided(0.0, 1, vec![grant("pick 4", &[0, 1], &[3], &[])]),
+        Record::Released { at, leaf, end, consequences, changes: Vec::new() },
+        decided(5.0, 2, vec![grant("move 1-1", &[], &[0], &[])]),
+        released(10.0, "move 1-1", End::Canceled),
+        Record::Ended { at: seconds(10.0), end: MissionEnd::Canceled },
+    ]
+}
+
+#[test]
+fn a_way_that_was_not_needed_says_what_did_it() {
+    let records = one_of_four();
+    let history = history(&records);
+    let plain = Palette::plain();
+    let summary = summary(&history, 80, &plain);
+    assert!(summary.contains("\nnot needed\n  ∅ move 4-1  pick 4 did it\n  ∅ move 4-2  pick 4 did it\n"), "{summary}");
+    let tree = tree::text(history.header(), Some(&history), 80, &plain);
+    assert!(tree.contains("∅ move 4-1  not needed: pick 4 did it\n") && tree.contains("✓ pick 4\n"), "{tree}");
+    let timeline = timeline::text(&history, 80, &plain);
+    let row = timeline.lines().find(|line| line.starts_with(" move 4-1 ")).expect("a row");
+    assert!(row.contains("·∅ pick 4 did it"), "{timeline}");
+    assert!(timeline.contains("∅ not needed"), "{timeline}");
+    let snapshot = Snapshot::new(&history, Daemon::Gone, history.now());
+    let way = &snapshot.nodes[named("move 4-1").index()];
+    assert_eq!((way.state, way.reason.as_deref()), (LeafState::NotNeeded, Some("pick 4 did it")));
+    let mut account = Account::new(history.header(), "move 4-1", None).unwrap();
+    records.iter().for_each(|record| account.add(record));
+    let told = account.text(80, &plain).unwrap();
+    assert!(told.ends_with("5.00 s  It is not needed: pick 4 did it.\n"), "{told}");
+    for picture in [timeline::picture(&history), tree::picture(history.header(), Some(&history))] {
+        assert!(picture.contains("not needed") && picture.contains("pick 4 did it"), "{picture}");
+    }
 }

@@ -93,7 +93,7 @@ impl Place<'_> {
             shapes.push(Shape::line("channel", (begin, y - 1.5), (end, y - 1.5)).titled(&said));
             // At the end of a lane a name begins before its line rather than stand out of the lane.
             let x = begin.min(next - fit::width(name, CHANNEL)).max(free);
-            if let Some(text) = fit::shortened(name, CHANNEL, next - x) {
+            if let Some(text) = fit::shortened(name, CHANNEL, next - x + 0.01) {
                 shapes.push(Shape::text("channel-name", (x, y - 4.0), &text));
                 free = x + fit::width(&text, CHANNEL) + 4.0;
             }
