@@ -15,7 +15,8 @@ use crate::page::Page;
 pub struct ExplainArgs {
     /// The log: a file or an instance.
     pub log: Option<String>,
-    /// A behavior, or a node whose behaviors are meant; without it the story of the whole run is told.
+    /// A behavior, or a node whose behaviors are meant; * ? and [...] match as in a shell. Without it the story of the
+    /// whole run is told.
     pub node: Option<String>,
     /// Only this round.
     #[arg(long, value_name = "N", requires = "node")]

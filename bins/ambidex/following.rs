@@ -1,6 +1,6 @@
 //! A live journal and whose it is: finding it, reading on in it, and asking whether its daemon lives.
 
-use std::fs;
+use std::fs::{self, File, TryLockError};
 use std::io::ErrorKind;
 use std::path::PathBuf;
 use std::thread;
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use ambidex::link::{Instance, Present};
 use ambidex::model::{Record, Time, nearest};
-use ambidex::record::{History, JournalError};
+use ambidex::record::{History, JournalError, shown};
 use ambidex::runtime::log::{self, Follower, News};
 use ambidex::show::status::{Daemon, Snapshot};
 use miette::{IntoDiagnostic, Report, Result, miette};
@@ -47,45 +47,75 @@ impl Source {
     ///
     /// # Errors
     /// When there is no journal, or none that can be read.
-    pub fn follow(self) -> Result<Following> {
+    pub fn follow(&self) -> Result<Following> {
+        match self.look()? {
+            Some(following) => Ok(following),
+            None if self.is_default => Err(self.nothing(None)),
+            None => Err(Follower::open(&self.path).map(drop).into_diagnostic().expect_err("it is not there")),
+        }
+    }
+
+    /// The same; none where there is neither a journal nor a daemon as yet.
+    ///
+    /// # Errors
+    /// When there is a journal that cannot be read, or a daemon that writes another.
+    pub fn look(&self) -> Result<Option<Following>> {
         let by = Instant::now() + BEGIN_WITHIN;
         loop {
-            let present = self.ask()?;
-            let found = self.open(present)?;
+            let writer = self.ask()?;
+            let found = self.open(writer)?;
             let is_due = Instant::now() > by;
-            match found {
-                Some(following) if following.is_current() => return Ok(following),
-                None if present.is_none() || is_due => return Err(self.nothing(present)),
-                Some(following) if present.is_none() || is_due => return following.into_best(),
-                Some(_) | None => thread::sleep(BEGIN_POLL),
+            match (found, writer) {
+                (Some(following), _) if following.is_current() => return Ok(Some(following)),
+                (None, Writer::None) => return Ok(None),
+                (None, writer) if is_due => return Err(self.nothing(Some(writer))),
+                (Some(following), writer) if writer == Writer::None || is_due => {
+                    return following.into_best().map(Some);
+                }
+                (Some(_) | None, _) => thread::sleep(BEGIN_POLL),
             }
         }
     }
 
-    fn ask(&self) -> Result<Option<Present>> {
-        Ok(self.instance.as_ref().map(Instance::daemon).transpose().into_diagnostic()?.flatten())
+    /// What is waited for where nothing is there yet.
+    pub fn awaited(&self) -> String {
+        match &self.instance {
+            Some(instance) if self.is_default => format!("a daemon of instance \"{}\"", instance.name()),
+            Some(_) | None => shown(&self.path),
+        }
     }
 
-    /// None where an instance has no journal.
-    fn open(&self, present: Option<Present>) -> Result<Option<Following>> {
+    /// Whether somebody writes: an instance's daemon, or whoever holds the file.
+    fn ask(&self) -> Result<Writer> {
+        match &self.instance {
+            Some(instance) => Ok(instance.daemon().into_diagnostic()?.map_or(Writer::None, Writer::Daemon)),
+            None => match File::open(&self.path).map(|file| file.try_lock_shared()) {
+                Ok(Err(TryLockError::WouldBlock)) => Ok(Writer::Unnamed),
+                Ok(Err(TryLockError::Error(error))) => Err(error).into_diagnostic(),
+                // What cannot be opened is told by whoever reads it.
+                Ok(Ok(())) | Err(_) => Ok(Writer::None),
+            },
+        }
+    }
+
+    /// None where there is no journal.
+    fn open(&self, writer: Writer) -> Result<Option<Following>> {
         let follower = match Follower::open(&self.path) {
             Ok(follower) => follower,
-            Err(JournalError::Open { source, .. }) if self.is_default && source.kind() == ErrorKind::NotFound => {
-                return Ok(None);
-            }
+            Err(JournalError::Open { source, .. }) if source.kind() == ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(error).into_diagnostic(),
         };
         let (source, asked) = (self.clone(), Instant::now());
-        let mut following = Following { source, follower, history: None, present, asked, is_replaced: false };
+        let mut following = Following { source, follower, history: None, writer, asked, is_replaced: false };
         while following.read()? {}
         Ok(Some(following))
     }
 
     /// What is said where an instance has no journal.
-    fn nothing(&self, present: Option<Present>) -> Report {
+    fn nothing(&self, writer: Option<Writer>) -> Report {
         let name = self.instance.as_ref().map_or("default", Instance::name);
-        if let Some(Present { pid, .. }) = present {
-            let help = format!("{} is not there; name its log with --log FILE", self.path.display());
+        if let Some(Writer::Daemon(Present { pid, .. })) = writer {
+            let help = format!("{} is not there; name its log with --log FILE", shown(&self.path));
             return miette!(help = help, "the daemon of instance \"{name}\" (pid {pid}) logs elsewhere");
         }
         let known = log::instances();
@@ -109,13 +139,23 @@ fn described(name: &str) -> String {
     if daemon.is_some() { format!("{name} (running)") } else { name.to_owned() }
 }
 
+/// Who writes a journal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Writer {
+    /// The daemon of its instance.
+    Daemon(Present),
+    /// Somebody who holds the file.
+    Unnamed,
+    None,
+}
+
 /// A journal that is read on, and what it tells.
 #[derive(Debug)]
 pub struct Following {
     source: Source,
     follower: Follower,
     history: Option<History>,
-    present: Option<Present>,
+    writer: Writer,
     asked: Instant,
     is_replaced: bool,
 }
@@ -128,7 +168,7 @@ impl Following {
     pub fn catch_up(&mut self) -> Result<bool> {
         // Asked before reading: what a daemon that is gone has written is all there then.
         if self.asked.elapsed() > ASK_EVERY {
-            self.present = self.source.ask()?;
+            self.writer = self.source.ask()?;
             self.asked = Instant::now();
         }
         self.read()
@@ -169,17 +209,18 @@ impl Following {
 
     /// Whether the daemon that lives has written it.
     fn daemon(&self) -> Daemon {
-        match (&self.source.instance, self.present) {
-            (None, _) => Daemon::Unknown,
-            (Some(_), _) if self.is_replaced => Daemon::Gone,
-            (Some(_), Some(present)) if self.written() >= Some(present.since) => Daemon::Running { pid: present.pid },
-            (Some(_), _) => Daemon::Gone,
+        match self.writer {
+            Writer::Daemon(Present { pid, since }) if !self.is_replaced && self.written() >= Some(since) => {
+                Daemon::Running { pid: Some(pid) }
+            }
+            Writer::Unnamed if !self.is_replaced => Daemon::Running { pid: None },
+            Writer::Daemon(_) | Writer::Unnamed | Writer::None => Daemon::Gone,
         }
     }
 
     /// Whether it is a journal, and that of the daemon that lives if one does.
     fn is_current(&self) -> bool {
-        self.follower.header().is_some() && (self.present.is_none() || self.daemon() != Daemon::Gone)
+        self.follower.header().is_some() && (self.writer == Writer::None || self.daemon() != Daemon::Gone)
     }
 
     /// The journal though it may be of an earlier daemon; none came that is better.

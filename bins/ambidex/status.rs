@@ -1,6 +1,8 @@
 //! `ambidex status`: what a mission is at, from its journal alone, once or until it ends.
 
-use std::io::{self, IsTerminal, Write};
+mod screen;
+
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -14,10 +16,12 @@ use miette::{IntoDiagnostic, Result};
 
 use crate::exit::Exit;
 use crate::following::{Following, Source};
+use crate::log::say;
 use crate::page::is_read;
-use crate::terminal::{self, Display, WIDTH};
+use crate::terminal::{self, WIDTH};
 use crate::values;
 use crate::waiting::is_stopped;
+use screen::{Screen, Wish};
 
 /// How often news are looked for and drawn at most.
 const TICK: Duration = Duration::from_millis(100);
@@ -38,22 +42,22 @@ pub struct StatusArgs {
     /// Name of the robot's runtime [default: default].
     #[arg(long, value_parser = values::instance)]
     pub instance: Option<Instance>,
-    /// Follow the mission until it ends: in place on a terminal, else a text per change, at most ten in a second.
+    /// Follow the mission until it ends, and wait for it if nothing is there yet: on a terminal a page until `q`, else a
+    /// text per change, at most ten in a second.
     #[arg(long, short)]
     pub watch: bool,
     /// Print one object on stdout; with --watch one in a line per change.
     #[arg(long)]
     pub json: bool,
-    /// Read this log instead of the one of the instance; without --instance nobody knows whether its daemon lives.
+    /// Read this log instead of the one of the instance; without --instance its daemon lives while it holds the file.
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
 }
 
 /// Tells what a mission is at.
 pub fn status(args: &StatusArgs) -> Result<Exit> {
-    let mut following = Source::new(args.instance.clone(), args.log.clone()).follow()?;
-    let told = if args.watch { watch(&mut following, args.json)? } else { once(&following, args.json)? };
-    match told {
+    let source = Source::new(args.instance.clone(), args.log.clone());
+    match if args.watch { watch(&source, args.json)? } else { once(&source.follow()?, args.json)? } {
         Told::Ended(outcome) => {
             if args.watch && !args.json {
                 say(&format!("the mission ended: {}", outcome.word()));
@@ -85,34 +89,27 @@ fn once(following: &Following, is_json: bool) -> Result<Told> {
     Ok(told(&snapshot))
 }
 
-/// Tells every change until the mission ended, its daemon is gone, or nobody listens.
-fn watch(following: &mut Following, is_json: bool) -> Result<Told> {
+/// Tells every change until the mission ended, its daemon is gone, or nobody wants to see more.
+fn watch(source: &Source, is_json: bool) -> Result<Told> {
     let stop = Stop::on_signals().into_diagnostic()?;
-    let is_drawn = !is_json && io::stdout().is_terminal();
-    let mut size = terminal::size(io::stdout());
-    let display = is_drawn.then(Display::stdout);
-    let mut last = None;
+    let mut view = View::new(is_json)?;
+    let mut following = loop {
+        if let Some(following) = source.look()? {
+            break following;
+        }
+        view.wait_for(&source.awaited())?;
+        if let Some(told) = view.wish(&stop, TICK)? {
+            return Ok(told);
+        }
+    };
     let mut ended: Option<Instant> = None;
     loop {
         let is_behind = following.catch_up()?;
         if !is_behind && following.is_abandoned() {
             return Ok(Told::Gone);
         }
-        let news = following.snapshot().filter(|_| !is_behind);
-        if let Some(snapshot) = news {
-            let goes_on = match &display {
-                Some(display) => {
-                    let now = terminal::size(io::stdout());
-                    if std::mem::replace(&mut size, now) != now {
-                        display.start_over();
-                    }
-                    display.show(lines(&snapshot));
-                    true
-                }
-                None if last.as_ref() == Some(&snapshot) => true,
-                None if is_json => print(&json(&snapshot)?)?,
-                None => print(&(text(&snapshot) + "\n"))?,
-            };
+        if let Some(snapshot) = following.snapshot().filter(|_| !is_behind) {
+            let goes_on = view.show(&snapshot)?;
             let told = told(&snapshot);
             let is_over = match told {
                 Told::Ended(_) => has_left(&snapshot, *ended.get_or_insert_with(Instant::now)),
@@ -120,16 +117,74 @@ fn watch(following: &mut Following, is_json: bool) -> Result<Told> {
                 Told::SoFar | Told::Interrupted => false,
             };
             if is_over || !goes_on {
-                if let Some(display) = &display {
-                    display.leave(lines(&snapshot));
-                }
+                view.leave(&snapshot)?;
                 return Ok(told);
             }
-            last = Some(snapshot);
         }
-        if is_stopped(&stop, if is_behind { Duration::ZERO } else { TICK })? {
-            return Ok(Told::Interrupted);
+        if let Some(told) = view.wish(&stop, if is_behind { Duration::ZERO } else { TICK })? {
+            return Ok(told);
         }
+    }
+}
+
+/// Where changes are told: on a screen, or one after the other.
+struct View {
+    screen: Option<Screen>,
+    is_json: bool,
+    last: Option<Snapshot>,
+    is_waiting: bool,
+}
+
+impl View {
+    fn new(is_json: bool) -> Result<Self> {
+        let screen = if is_json { None } else { Screen::take().into_diagnostic()? };
+        Ok(Self { screen, is_json, last: None, is_waiting: false })
+    }
+
+    fn wait_for(&mut self, what: &str) -> Result<()> {
+        let said = format!("waiting for {what}");
+        match &mut self.screen {
+            Some(screen) => screen.show(vec![said, "q leaves".into()]).into_diagnostic()?,
+            None if self.is_waiting => {}
+            None => say(&said),
+        }
+        self.is_waiting = true;
+        Ok(())
+    }
+
+    /// Tells what is different; false if nobody listens any more.
+    fn show(&mut self, snapshot: &Snapshot) -> Result<bool> {
+        let goes_on = match &mut self.screen {
+            Some(screen) => is_read(screen.show(lines(snapshot)))?,
+            None if self.last.as_ref() == Some(snapshot) => true,
+            None if self.is_json => print(&json(snapshot)?)?,
+            None => print(&(text(snapshot) + "\n"))?,
+        };
+        self.last = Some(snapshot.clone());
+        Ok(goes_on)
+    }
+
+    /// What somebody wishes who looks at it; none to see more.
+    fn wish(&mut self, stop: &Stop, within: Duration) -> Result<Option<Told>> {
+        let wish = match &mut self.screen {
+            Some(screen) => screen.wish(stop, within).into_diagnostic()?,
+            None if is_stopped(stop, within)? => Wish::Stop,
+            None => Wish::Stay,
+        };
+        Ok(match wish {
+            Wish::Stay => None,
+            Wish::Leave => Some(Told::SoFar),
+            Wish::Stop => Some(Told::Interrupted),
+        })
+    }
+
+    /// Gives the terminal back with the last page on it.
+    fn leave(self, snapshot: &Snapshot) -> Result<()> {
+        if self.screen.is_some() {
+            drop(self.screen);
+            print(&text(snapshot))?;
+        }
+        Ok(())
     }
 }
 
@@ -145,12 +200,12 @@ fn told(snapshot: &Snapshot) -> Told {
     }
 }
 
-/// What a terminal has room for, without two lines: where the cursor rests, and where the end is told.
+/// What a terminal has room for, without the line in which the cursor rests.
 fn lines(snapshot: &Snapshot) -> Vec<String> {
     let (width, height) = terminal::size(io::stdout()).unwrap_or((WIDTH, HEIGHT));
     match width < MIN_WIDTH {
         true => vec!["…".to_owned()],
-        false => snapshot.lines(width, height.saturating_sub(2), &terminal::palette(&io::stdout())),
+        false => snapshot.lines(width, height.saturating_sub(1), &terminal::palette(&io::stdout())),
     }
 }
 
@@ -167,8 +222,4 @@ fn json(snapshot: &Snapshot) -> Result<String> {
 fn print(text: &str) -> Result<bool> {
     let mut stdout = io::stdout().lock();
     is_read(writeln!(stdout, "{text}").and_then(|()| stdout.flush()))
-}
-
-fn say(text: &str) {
-    drop(writeln!(io::stderr(), "{text}"));
 }

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use ambidex::link::Stop;
 use ambidex::model::{Header, Record, Time};
-use ambidex::record::{JournalError, Reader};
+use ambidex::record::{JournalError, Reader, shown};
 use ambidex::runtime::log::{Follower, News};
 use ambidex::show::conversation::{Conversation, Filters, Kind, Selection};
 use clap::Args;
@@ -39,25 +39,28 @@ pub struct TraceArgs {
     /// Only these rounds: N, A..B with both, A.. or ..B. What has none belongs to the one decided last.
     #[arg(long, value_name = "ROUNDS", value_parser = rounds)]
     pub round: Option<RangeInclusive<u32>>,
-    /// Only this kind of record; may be given several times.
+    /// Only this kind of record; may be given several times. Without it all kinds but feedback.
     #[arg(long, value_name = "KIND", value_parser = kinds())]
     pub kind: Vec<Kind>,
+    /// Besides, how far controllers say that they are, ten times in a second.
+    #[arg(long)]
+    pub feedback: bool,
     /// Only what is about this resource.
     #[arg(long, value_name = "NAME")]
     pub resource: Option<String>,
     /// Only what this controller says or is told.
     #[arg(long, value_name = "NAME")]
     pub controller: Option<String>,
-    /// Nothing before this moment, seconds of robot time.
+    /// Nothing before this moment, seconds of robot time since the mission began.
     #[arg(long, value_name = "SECONDS", value_parser = moment)]
     pub from: Option<Time>,
-    /// Nothing after this moment, seconds of robot time.
+    /// Nothing after this moment, seconds of robot time since the mission began.
     #[arg(long, value_name = "SECONDS", value_parser = moment)]
     pub to: Option<Time>,
     /// Go on reading while the log is written, until its mission is over or Ctrl-C.
     #[arg(long, short)]
     pub follow: bool,
-    /// Print JSON Lines: the records of the log, with names instead of ids.
+    /// Print JSON Lines: the records of the log, with its own times, and names instead of ids.
     #[arg(long)]
     pub json: bool,
 }
@@ -69,6 +72,7 @@ impl TraceArgs {
             resource: self.resource.clone(),
             controller: self.controller.clone(),
             kinds: self.kind.clone(),
+            with_feedback: self.feedback,
             rounds: self.round.clone(),
             from: self.from,
             to: self.to,
@@ -100,7 +104,7 @@ pub fn trace(args: &TraceArgs) -> Result<Exit> {
     })?;
     page.flush()?;
     if told == 0 {
-        eprintln!("the log has no record that is asked for");
+        log::say("the log has no record that is asked for");
     }
     Ok(Exit::Done)
 }
@@ -119,7 +123,7 @@ fn follow(args: &TraceArgs, path: &Path, page: &mut Page) -> Result<()> {
         if !follow_run(args, follower, &stop, page)? {
             break;
         }
-        eprintln!("a new run began in {}", path.display());
+        log::say(&format!("a new run began in {}", shown(path)));
     }
     Ok(())
 }
@@ -133,7 +137,7 @@ fn open(path: &Path, stop: &Stop) -> Result<Option<Follower>> {
             opened => return opened.map(Some).into_diagnostic(),
         }
         if !std::mem::replace(&mut has_said, true) {
-            eprintln!("waiting for {}", path.display());
+            log::say(&format!("waiting for {}", shown(path)));
         }
         if is_stopped(stop, POLL)? {
             return Ok(None);
@@ -170,7 +174,7 @@ fn follow_run(args: &TraceArgs, mut follower: Follower, stop: &Stop, page: &mut 
         }
     }
     if is_over && follower.is_within_a_line() {
-        eprintln!("the log was cut off in its last line; {count} records read");
+        log::say(&format!("the log was cut off in its last line; {count} records read"));
     }
     page.flush()?;
     Ok(false)

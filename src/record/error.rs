@@ -1,16 +1,25 @@
 //! What can go wrong with a journal.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+use ambidex_model::make_legible;
 
 /// Longest line that is read, bytes: a round of a hundred thousand leaves, each with its reason, is shorter.
 pub const MAX_LINE_BYTES: u64 = 64 << 20;
+
+/// A path as people may see it: nothing in it speaks to the terminal.
+pub fn shown(path: &Path) -> String {
+    let mut path = path.display().to_string();
+    make_legible(&mut path);
+    path
+}
 
 /// What can go wrong with a journal's file.
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
     /// The folder of a new journal cannot be made.
-    #[error("cannot create the folder {}", path.display())]
+    #[error("cannot create the folder {}", shown(path))]
     Folder {
         /// Where it should be.
         path: PathBuf,
@@ -18,7 +27,7 @@ pub enum JournalError {
         source: io::Error,
     },
     /// A new journal cannot be made.
-    #[error("cannot create the journal {}", path.display())]
+    #[error("cannot create the journal {}", shown(path))]
     Create {
         /// The journal's file.
         path: PathBuf,
@@ -38,7 +47,7 @@ pub enum JournalError {
         path: PathBuf,
     },
     /// A record cannot be written.
-    #[error("cannot write to the journal {}", path.display())]
+    #[error("cannot write to the journal {}", shown(path))]
     Write {
         /// The journal's file.
         path: PathBuf,
@@ -46,7 +55,7 @@ pub enum JournalError {
         source: io::Error,
     },
     /// A journal cannot be opened.
-    #[error("cannot open the journal {}", path.display())]
+    #[error("cannot open the journal {}", shown(path))]
     Open {
         /// The journal's file.
         path: PathBuf,
@@ -54,7 +63,7 @@ pub enum JournalError {
         source: io::Error,
     },
     /// A journal cannot be read on.
-    #[error("cannot read the journal {} at line {line}", path.display())]
+    #[error("cannot read the journal {} at line {line}", shown(path))]
     Read {
         /// The journal's file.
         path: PathBuf,
@@ -64,13 +73,13 @@ pub enum JournalError {
         source: io::Error,
     },
     /// The first line is no header.
-    #[error("{} is no journal: its first line is not a header", path.display())]
+    #[error("{} is no journal: its first line is not a header", shown(path))]
     NoHeader {
         /// What was to be read.
         path: PathBuf,
     },
     /// The journal has another form.
-    #[error("the journal {} has version {found}; this program reads version {known}", path.display())]
+    #[error("the journal {} has version {found}; this program reads version {known}", shown(path))]
     Version {
         /// The journal's file.
         path: PathBuf,
@@ -80,7 +89,7 @@ pub enum JournalError {
         known: u32,
     },
     /// A line is no record.
-    #[error("line {line} of the journal {} is not a record", path.display())]
+    #[error("line {line} of the journal {} is not a record", shown(path))]
     Line {
         /// The journal's file.
         path: PathBuf,
@@ -90,7 +99,7 @@ pub enum JournalError {
         source: serde_json::Error,
     },
     /// A header stands where none may.
-    #[error("line {line} of the journal {} is a second header", path.display())]
+    #[error("line {line} of the journal {} is a second header", shown(path))]
     SecondHeader {
         /// The journal's file.
         path: PathBuf,
@@ -98,7 +107,7 @@ pub enum JournalError {
         line: u64,
     },
     /// A line is longer than any record.
-    #[error("line {line} of the journal {} is longer than {MAX_LINE_BYTES} bytes", path.display())]
+    #[error("line {line} of the journal {} is longer than {MAX_LINE_BYTES} bytes", shown(path))]
     TooLong {
         /// The journal's file.
         path: PathBuf,

@@ -8,7 +8,7 @@ mod reader;
 pub mod samples;
 mod writer;
 
-pub use error::{JournalError, MAX_LINE_BYTES};
+pub use error::{JournalError, MAX_LINE_BYTES, shown};
 pub use history::{
     ActiveCommand, ControllerView, Controllers, Counts, Failures, Held, History, Lane, LastError, LeafHistory,
     LeafState, MissionOutcome, MissionReport, Phase, Presence, Step,

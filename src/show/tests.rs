@@ -1,7 +1,7 @@
 //! Diagram, summary and tree of whole runs, as people see them without color.
 
 use ambidex_model::*;
-use ambidex_record::History;
+use ambidex_record::{History, LeafState};
 
 use super::explain::Account;
 use super::live::{rows, summary};
@@ -72,7 +72,7 @@ fn nothing_is_drawn_of_nothing() {
             assert_eq!(rows(&empty, width, &palette).len(), 1);
         }
     }
-    assert_eq!(empty.open().count(), 0);
+    assert_eq!(empty.causes(), []);
     assert_eq!(History::of(&experiment_1()[1..]).map(drop), None);
     let waiting = history(&experiment_1()[..1]);
     let text = timeline::text(&waiting, 40, &Palette::plain());
@@ -115,6 +115,7 @@ fn stalled() -> Vec<Record> {
         released(8.0, "move 1-1", End::Succeeded),
         decided(8.0, 2, vec![grant("pick 1", &[0, 1], &[2], &[])]),
         released(14.0, "pick 1", End::Succeeded),
+        Record::World { at: seconds(14.0), change: Change::Object(ObjectId(0), Location::In(ResourceId(2))) },
         Record::Decided {
             at: seconds(14.0),
             round: 3,
@@ -133,7 +134,7 @@ fn stalled() -> Vec<Record> {
 }
 
 #[test]
-fn a_stall_says_why_of_every_leaf() {
+fn a_stall_says_what_is_a_cause_and_what_is_still_held() {
     let text = summary(&history(&stalled()), 60, &Palette::plain());
     check(
         &text,
@@ -142,25 +143,16 @@ experiment 1: stalled
   nothing runs and nothing can
   2 steps in 14.0 s of robot time, 3 rounds, 0 messages
   between nodes
+  left_gripper still holds object 1
 
    1  move 1-1
    2  pick 1
 
 what cannot run, and why
   ○ move 1-2  no free path leads to counter
-  ○ place 1   its turn comes after move 1-2
   ○ move 2-1  no gripper would be available to it there
-  ○ pick 2    its turn comes after move 2-1
-  ○ move 2-2  its turn comes after move 2-1
-  ○ place 2   its turn comes after move 2-1
   ○ move 3-1  no free path leads to sink
-  ○ pick 3    its turn comes after move 3-1
-  ○ move 3-2  its turn comes after move 3-1
-  ○ place 3   its turn comes after move 3-1
   ○ move 4-1  no free path leads to cart
-  ○ pick 4    its turn comes after move 4-1
-  ○ move 4-2  its turn comes after move 4-1
-  ○ place 4   its turn comes after move 4-1
 ",
     );
 }
@@ -202,7 +194,7 @@ fn a_failure_names_leaf_moment_and_fault() {
 fn every_product_says_the_same_of_every_leaf() {
     for records in [experiment_1(), stalled(), failed(), failed()[..5].to_vec()] {
         let history = history(&records);
-        let snapshot = Snapshot::new(&history, Daemon::Unknown, history.now());
+        let snapshot = Snapshot::new(&history, Daemon::Gone, history.now());
         let tree = tree::text(history.header(), Some(&history), 120, &Palette::plain());
         for leaf in history.leaves() {
             let (name, state) = (history.names().node(leaf), history.state(leaf));
@@ -232,7 +224,10 @@ fn a_loss_is_told_with_its_own_moment() {
         Record::Ended { at: seconds(1.5), end: MissionEnd::ControllerLost(lost) },
     ];
     let text = summary(&history(&records), 80, &Palette::plain());
-    assert!(text.starts_with("experiment 1: failed\n  the controller left_arm was lost at 1.00 s\n"), "{text}");
+    assert!(
+        text.starts_with("experiment 1: failed\n  the controller left_arm was lost at 1.00 s: its process ended\n"),
+        "{text}"
+    );
 }
 
 #[test]
@@ -257,7 +252,7 @@ fn a_tree_of_any_depth_is_drawn_at_once() {
     let text = tree::text(&header, None, 60, &Palette::plain());
     assert_eq!(text.lines().count(), 100_000);
     assert!(text.lines().all(|line| columns(line) <= 60), "{}", text.lines().last().unwrap());
-    let snapshot = Snapshot::new(&History::new(&header), Daemon::Unknown, Time::ZERO);
+    let snapshot = Snapshot::new(&History::new(&header), Daemon::Gone, Time::ZERO);
     let lines = snapshot.lines(80, 50, &Palette::plain());
     assert!(lines.len() <= 50 && lines.iter().any(|line| line.contains("not shown")), "{}", lines.join("\n"));
 }
@@ -269,17 +264,59 @@ fn the_tree_shows_kinds_and_states() {
     let header = sample::header();
     let text = tree::text(&header, Some(&history), 60, &Palette::plain());
     let expected = "\
-root
-└─ all objects  and
-   ├─ object 1  then
+● root
+└─ ● all objects  and
+   ├─ ● object 1  then
    │  ├─ ✓ move 1-1
    │  ├─ ● pick 1
    │  ├─ ○ move 1-2
    │  └─ ○ place 1
-   ├─ object 2  then
+   ├─ ○ object 2  then
 ";
     assert!(text.starts_with(expected), "\n{text}");
     let last = "   └─ object 4  then\n      ├─ move 4-1\n      ├─ pick 4\n      ├─ move 4-2\n      └─ place 4\n";
     let bare = tree::text(&header, None, 60, &Palette::plain());
     assert!(bare.ends_with(last), "\n{bare}");
+}
+
+/// Any of the four behaviors of object 4 would do, and the pick does.
+fn one_of_four() -> Vec<Record> {
+    let mut header = sample::header();
+    header.nodes[named("object 4").index()].kind = EntryKind::Or;
+    let completed = Some(Completion { node: named("object 4"), heir: None });
+    let consequences = Consequences { completed, failed: None };
+    let (at, leaf, end) = (seconds(5.0), named("pick 4"), End::Succeeded);
+    vec![
+        Record::Header(Box::new(header)),
+        decided(0.0, 1, vec![grant("pick 4", &[0, 1], &[3], &[])]),
+        Record::Released { at, leaf, end, consequences, changes: Vec::new() },
+        decided(5.0, 2, vec![grant("move 1-1", &[], &[0], &[])]),
+        released(10.0, "move 1-1", End::Canceled),
+        Record::Ended { at: seconds(10.0), end: MissionEnd::Canceled },
+    ]
+}
+
+#[test]
+fn a_way_that_was_not_needed_says_what_did_it() {
+    let records = one_of_four();
+    let history = history(&records);
+    let plain = Palette::plain();
+    let summary = summary(&history, 80, &plain);
+    assert!(summary.contains("\nnot needed\n  ∅ move 4-1  pick 4 did it\n  ∅ move 4-2  pick 4 did it\n"), "{summary}");
+    let tree = tree::text(history.header(), Some(&history), 80, &plain);
+    assert!(tree.contains("∅ move 4-1  not needed: pick 4 did it\n") && tree.contains("✓ pick 4\n"), "{tree}");
+    let timeline = timeline::text(&history, 80, &plain);
+    let row = timeline.lines().find(|line| line.starts_with(" move 4-1 ")).expect("a row");
+    assert!(row.contains("·∅ pick 4 did it"), "{timeline}");
+    assert!(timeline.contains("∅ not needed"), "{timeline}");
+    let snapshot = Snapshot::new(&history, Daemon::Gone, history.now());
+    let way = &snapshot.nodes[named("move 4-1").index()];
+    assert_eq!((way.state, way.reason.as_deref()), (LeafState::NotNeeded, Some("pick 4 did it")));
+    let mut account = Account::new(history.header(), "move 4-1", None).unwrap();
+    records.iter().for_each(|record| account.add(record));
+    let told = account.text(80, &plain).unwrap();
+    assert!(told.ends_with("5.00 s  It is not needed: pick 4 did it.\n"), "{told}");
+    for picture in [timeline::picture(&history), tree::picture(history.header(), Some(&history))] {
+        assert!(picture.contains("not needed") && picture.contains("pick 4 did it"), "{picture}");
+    }
 }

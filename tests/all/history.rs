@@ -122,7 +122,7 @@ fn whole(records: &[Record], history: &History) {
     let mut now = History::new(history.header());
     records.iter().for_each(|record| now.apply(record));
     assert_eq!(now.skipped(), history.skipped());
-    assert_eq!((now.step_count(), now.span()), (history.steps().len(), history.span()));
+    assert_eq!((now.step_count(), now.last_moment()), (history.steps().len(), history.last_moment()));
     for leaf in now.leaves() {
         let (short, long) = (now.leaf(leaf).expect("a leaf"), history.leaf(leaf).expect("a leaf"));
         assert!(short.phases().is_empty() && short.state() == long.state());

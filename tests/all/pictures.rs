@@ -107,7 +107,7 @@ fn check(run: Node, x: &impl Fn(Time) -> f64, records: &[Record]) {
     let rows = bands(run, "row");
     let named: Vec<(&str, NodeId)> = history.leaves().map(|leaf| (header.names.node(leaf), leaf)).collect();
     assert!(rows.iter().map(|row| row.0).eq(named.iter().map(|(name, _)| *name)));
-    let (_, end) = history.span();
+    let end = history.last_moment();
     let sides = |&(from, to): &(Time, Option<Time>)| (x(from), x(to.unwrap_or(end)));
     for ((name, row), (_, leaf)) in rows.into_iter().zip(named) {
         let runs = runs(&history, leaf);

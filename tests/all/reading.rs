@@ -4,7 +4,7 @@ mod explain;
 mod trace;
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::fixtures::experiment_file;
 use crate::home::Home;
@@ -40,7 +40,7 @@ fn a_log_that_was_cut_off_is_read_to_the_cut() {
     fs::write(&log, &whole[..whole.len() - 10]).expect("a file");
     let log = log.to_str().expect("a path");
     let said = format!("the log was cut off in its last line; {} records read", lines - 1);
-    let trace = home.start(["trace", log]).ends(0);
+    let trace = home.start(["trace", "--feedback", log]).ends(0);
     assert_eq!(trace.words(), said);
     assert_eq!(trace.stdout.lines().count(), lines - 1);
     let story = home.start(["explain", log]).ends(0);
@@ -79,6 +79,49 @@ fn a_log_is_found_by_its_instance_and_the_newest_by_nothing() {
     assert!(printed(&home, "trace", "simulate", &["--kind", "ended"]).contains("the mission is over: done"));
     let newest = home.start(["explain"]).ends(0);
     assert!(newest.stdout.starts_with("experiment-2 on pr2") && newest.words().ends_with("journal.jsonl"));
+    let told = "log: experiment-2, written just now: ";
+    assert!(newest.words().starts_with(told), "whose log it is, since a later attempt may have left none: {newest:?}");
     let nothing = Home::new().start(["trace"]).ends(2);
     assert!(nothing.words().contains("no run has left a log"), "{nothing:?}");
+}
+
+/// Letters at which a terminal does something.
+fn speaks(text: &str) -> bool {
+    text.chars().any(|letter| letter.is_control() && letter != '\n')
+}
+
+#[test]
+fn no_name_and_no_path_speaks_to_the_terminal() {
+    let (home, log) = simulated(1);
+    let mut text = fs::read_to_string(&log).expect("a log");
+    for name in ["experiment-1", "pr2", "greedy", "move 1-1", "pick 1", "all", "base", "left_arm", "left_gripper"] {
+        text = text.replacen(&format!("\"{name}\""), &format!("\"\\u001b[2J\\u0007{name}\""), 1);
+    }
+    for list in ["objects", "places", "channels", "types"] {
+        text = text.replacen(&format!("\"{list}\":[\""), &format!("\"{list}\":[\"\\u001b]0;\\u0007"), 1);
+    }
+    let cut = home.write("cut.jsonl", &text[..text.len() * 2 / 3]);
+    let odd = home.write("odd\u{1b}[2J\u{7}.jsonl", &text);
+    let missing = home.path("no\u{1b}[2J\u{7}.jsonl");
+    let broken = home.write("broken\u{1b}[2J\u{7}.jsonl", "mission: tea\n");
+    for log in [&cut, &odd, &missing, &broken] {
+        let log = log.to_str().expect("a path");
+        let verbs: [&[&str]; 8] = [
+            &["trace", "--feedback", log],
+            &["trace", "--json", log],
+            &["trace", log, "--node", "\u{1b}[2J"],
+            &["explain", log],
+            &["explain", log, "*"],
+            &["tree", log],
+            &["timeline", log],
+            &["status", "--log", log],
+        ];
+        // What is no log is a mission to `tree`, and told by whoever reads missions.
+        let is_log = Path::new(log).exists() && !log.contains("broken");
+        for verb in verbs.into_iter().filter(|verb| is_log || verb[0] != "tree") {
+            let told = home.start(verb).wait();
+            assert!(!speaks(&told.stdout) && !speaks(&told.stderr), "{verb:?}: {told:?}");
+            assert!(!told.stdout.is_empty() || !told.stderr.is_empty(), "{verb:?}");
+        }
+    }
 }

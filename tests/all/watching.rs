@@ -1,11 +1,15 @@
 //! `ambidex status` beside real daemons and controllers, and on logs of any kind.
 
-use std::fs;
+use std::fs::{self, File};
+use std::io::{Read, Write};
+use std::thread;
 use std::time::Duration;
 
 use ambidex::link::Instance;
 use ambidex::model::JOURNAL_VERSION;
 use rustix::process::Signal;
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{LocalModes, Winsize, tcgetattr, tcsetwinsize};
 use serde_json::Value;
 
 use crate::fixtures::{HANDS_FULL, experiment_file, mission};
@@ -139,6 +143,24 @@ fn whoever_watches_sees_every_phase_and_ends_with_the_mission() {
 }
 
 #[test]
+fn whoever_watches_waits_for_a_daemon_that_is_not_there_yet() {
+    let home = Home::new();
+    let mut watch = home.status(&["--json", "--watch"]);
+    watch.says("waiting for a daemon of instance");
+    let log = home.path("later.jsonl");
+    let mut other = home.start(["status", "--watch", "--log", log.to_str().expect("a path")]);
+    other.says("waiting for");
+    fs::write(&log, "mission: tea\n").expect("a file");
+    assert!(other.ends(2).words().contains("is no journal"));
+    let daemon = home.daemon(&experiment_file(1), &["--quiet", "--speed", "100"]);
+    let controllers = controllers(&home);
+    daemon.ends(0);
+    controllers.into_iter().for_each(|controller| drop(controller.ends(0)));
+    assert_eq!(watch.ends(0).stdout.lines().next_back().map(parse).expect("a line")["outcome"], "done");
+    home.is_empty();
+}
+
+#[test]
 fn a_killed_daemon_is_told_as_gone() {
     let home = Home::new();
     let mut daemon = daemon(&home, "2");
@@ -181,7 +203,10 @@ fn a_lost_controller_is_told_with_the_end() {
     assert_agrees(&told, &report);
     let base = row(&told, "controllers", "base");
     assert_eq!(base["health"], "ERROR");
-    assert!(base["why"].as_str().is_some_and(|why| why.starts_with("lost at ")), "{base}");
+    assert!(
+        base["why"].as_str().is_some_and(|why| why.starts_with("lost at ") && why.ends_with(": its process ended")),
+        "{base}"
+    );
     assert!(told["why"].as_str().is_some_and(|why| why.starts_with("the controller base was lost")), "{told}");
 }
 
@@ -219,12 +244,20 @@ fn any_log_is_told_as_far_as_it_goes() {
     };
     let stalled = parse(&status("run.jsonl", 0).stdout);
     assert_agrees(&stalled, &parse(&simulated.stdout));
-    assert_eq!(stalled["daemon"]["state"], "unknown");
-    assert_eq!(row(&stalled, "nodes", "pick 3")["reason"], "every gripper is held or full");
+    assert_eq!(stalled["daemon"]["state"], "gone");
+    assert_eq!(row(&stalled, "nodes", "pick 3")["reason"], "was waiting: every gripper is held or full");
     let whole = fs::read_to_string(&log).expect("a log");
     home.write("cut.jsonl", &whole[..whole.len() / 2]);
-    let cut = parse(&status("cut.jsonl", 0).stdout);
-    assert_eq!((&cut["phase"], &cut["outcome"]), (&"running".into(), &Value::Null));
+    let cut = status("cut.jsonl", 4);
+    assert!(cut.words().contains("the daemon is gone (crashed or killed)"), "{cut:?}");
+    let cut = parse(&cut.stdout);
+    assert_eq!((&cut["phase"], &cut["outcome"]), (&"gone".into(), &Value::Null));
+    let writer = fs::File::open(home.path("cut.jsonl")).expect("a log");
+    writer.lock().expect("the log is held");
+    let written = parse(&status("cut.jsonl", 0).stdout);
+    assert_eq!((&written["phase"], &written["daemon"]["state"]), (&"running".into(), &"running".into()));
+    drop(writer);
+    status("cut.jsonl", 4);
     let version = format!("\"version\":{JOURNAL_VERSION}");
     home.write("newer.jsonl", &whole.replacen(&version, "\"version\":77", 1));
     let said = status("newer.jsonl", 2).words();
@@ -236,4 +269,66 @@ fn any_log_is_told_as_far_as_it_goes() {
     assert!(status("empty.jsonl", 2).words().contains("is no journal"));
     assert!(status("missing.jsonl", 2).words().contains("missing.jsonl"));
     home.is_empty();
+}
+
+/// A terminal of 24 lines: whoever looks at it, and what a process gets as its own.
+fn terminal() -> (File, File) {
+    let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");
+    grantpt(&master).and_then(|()| unlockpt(&master)).expect("a terminal");
+    let path = ptsname(&master, Vec::new()).expect("a name");
+    let slave = File::options().read(true).write(true).open(path.to_str().expect("a path")).expect("a terminal");
+    tcsetwinsize(&slave, Winsize { ws_row: 24, ws_col: 100, ws_xpixel: 0, ws_ypixel: 0 }).expect("a size");
+    (File::from(master), slave)
+}
+
+/// A mission is watched in a terminal until something is done to it; what the terminal then has shown.
+fn watched(code: i32, act: impl FnOnce(&mut File, &Process)) -> String {
+    let home = Home::new();
+    let args = ["simulate", "--quiet", "--log"].map(AsRef::as_ref);
+    let log = home.path("run.jsonl");
+    home.start(args.into_iter().chain([log.as_os_str(), experiment_file(1).as_os_str()])).ends(0);
+    let whole = fs::read_to_string(&log).expect("a log");
+    let cut = home.write("cut.jsonl", &whole[..whole.len() / 2]);
+    let writer = File::open(&cut).expect("a log");
+    writer.lock().expect("the log is held");
+    let (mut looks, own) = terminal();
+    let before = tcgetattr(&own).expect("modes").local_modes;
+    let args = ["status", "--watch", "--log"].map(AsRef::as_ref);
+    let process = home.start_with(args.into_iter().chain([cut.as_os_str()]), |command| {
+        let end = || own.try_clone().expect("a terminal");
+        command.stdin(end()).stdout(end()).stderr(end());
+    });
+    let mut seen = Vec::new();
+    while !String::from_utf8_lossy(&seen).contains("\u{1b}[J") {
+        let mut some = [0; 4096];
+        let count = looks.read(&mut some).expect("something is shown");
+        seen.extend(&some[..count]);
+    }
+    let modes = tcgetattr(&own).expect("modes").local_modes;
+    assert!(!modes.intersects(LocalModes::ECHO | LocalModes::ICANON), "{modes:?}");
+    act(&mut looks, &process);
+    process.ends(code);
+    assert_eq!(tcgetattr(&own).expect("modes").local_modes, before, "the terminal is as it was");
+    drop(own);
+    let rest = thread::spawn(move || {
+        let mut some = [0; 4096];
+        // What is at the other end of a terminal that is closed is an error, not the end.
+        while let Ok(count @ 1..) = looks.read(&mut some) {
+            seen.extend(&some[..count]);
+        }
+        seen
+    });
+    String::from_utf8(rest.join().expect("all is read")).expect("a text")
+}
+
+#[test]
+fn a_page_in_a_terminal_ends_with_q_and_is_gone_then() {
+    let check = |code: i32, act: fn(&mut File, &Process)| {
+        let shown = watched(code, act);
+        assert!(shown.starts_with("\u{1b}[?1049h") && shown.trim_end().ends_with("\u{1b}[?1049l"), "{shown:?}");
+        assert_eq!(shown.matches("\u{1b}[H").count(), 1, "what is typed changes nothing: {shown:?}");
+    };
+    check(0, |looks, _| looks.write_all(b"\n\nx q").expect("keys are taken"));
+    check(130, |looks, _| looks.write_all(b"\x03").expect("keys are taken"));
+    check(130, |_, process| process.signal(Signal::TERM));
 }

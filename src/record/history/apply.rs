@@ -10,38 +10,42 @@ use super::{History, Phase, Step};
 impl History {
     /// Takes the next record.
     pub fn apply(&mut self, record: &Record) {
-        self.now = record.at();
+        if let Record::Decided { at, .. } = record {
+            self.begun.get_or_insert(*at);
+        }
+        let at = self.moment(record.at());
+        self.now = at;
         self.controllers.forget_ended();
         match record {
             Record::Header(_) => {}
             Record::Sent { from, message, .. } => self.sent(*from, message),
-            Record::Decided { at, round, granted, refused, reopened } => {
+            Record::Decided { round, granted, refused, reopened, .. } => {
                 self.rounds = *round;
-                if let Some(past) = self.past.as_mut().filter(|past| past.rounds.last() != Some(at)) {
-                    past.rounds.push(*at);
+                if let Some(past) = self.past.as_mut().filter(|past| past.rounds.last() != Some(&at)) {
+                    past.rounds.push(at);
                 }
-                granted.iter().for_each(|grant| self.grant(*at, grant));
+                granted.iter().for_each(|grant| self.grant(at, grant, refused));
                 refused.iter().for_each(|blocked| self.refuse(blocked));
-                reopened.iter().for_each(|reopened| self.reopen(*at, reopened));
+                reopened.iter().for_each(|reopened| self.reopen(at, reopened));
             }
-            Record::Released { at, leaf, end, consequences, changes } => {
-                self.release(*at, *leaf, *end, *consequences);
+            Record::Released { leaf, end, consequences, changes, .. } => {
+                self.release(at, *leaf, *end, *consequences);
                 changes.iter().for_each(|change| self.change(*change));
             }
             Record::World { change, .. } => self.change(*change),
-            Record::Resource { at, resource, state } => {
+            Record::Resource { resource, state, .. } => {
                 if let Some(known) = self.resources.get_mut(resource.index()) {
                     known.clone_from(state);
                 }
                 if let Some(lane) = self.past.as_mut().and_then(|past| past.lanes.get_mut(resource.index())) {
-                    lane.change(*at, state);
+                    lane.change(at, state);
                 }
             }
-            Record::Controller { at, controller, message } => {
-                self.controllers.apply(*at, *controller, message);
-                self.hear(*at, *controller, message);
+            Record::Controller { controller, message, .. } => {
+                self.controllers.apply(at, *controller, message);
+                self.hear(at, *controller, message);
             }
-            Record::Ended { at, end } => self.finish(*at, *end),
+            Record::Ended { end, .. } => self.finish(at, *end),
         }
     }
 
@@ -65,16 +69,15 @@ impl History {
         }
     }
 
-    fn grant(&mut self, at: Time, grant: &Grant) {
+    fn grant(&mut self, at: Time, grant: &Grant, refused: &[Blocked]) {
         let leaf = grant.leaf();
-        for skipped in self.skipped_by(grant) {
-            self.states.enter(skipped, at, Phase::Skipped);
+        for skipped in self.skipped_by(grant, refused) {
+            self.states.skip(skipped, at);
         }
         let Some(history) = self.states.leaf_mut(leaf) else { return };
         (history.reason, history.last_end) = (None, None);
         self.states.enter(leaf, at, Phase::Active);
         self.running.insert(leaf, grant.clone());
-        self.first_grant = Some(self.first_grant.map_or(at, |first| first.min(at)));
         let is_new = std::mem::take(&mut self.is_step_over);
         self.step_count += usize::from(is_new);
         let Some(past) = &mut self.past else { return };
@@ -119,8 +122,8 @@ impl History {
     fn hear(&mut self, at: Time, controller: ControllerId, message: &ControllerMessage) {
         let message = match message {
             ControllerMessage::Heard { message } => message,
-            ControllerMessage::Lost { .. } => {
-                self.lost.insert(controller, at);
+            ControllerMessage::Lost { why } => {
+                self.lost.insert(controller, (at, *why));
                 return;
             }
             ControllerMessage::Attached
@@ -160,7 +163,7 @@ impl History {
     fn finish(&mut self, at: Time, end: MissionEnd) {
         if *self.end.get_or_insert(end) == MissionEnd::Done {
             for leaf in self.met() {
-                self.states.enter(leaf, at, Phase::Skipped);
+                self.states.skip(leaf, at);
             }
             self.states.complete(at);
         }

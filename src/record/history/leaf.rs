@@ -20,9 +20,12 @@ pub enum LeafState {
     Failed,
     /// It was told to end.
     Canceled,
-    /// It is not to run any more: a node above it failed or is complete without it.
+    /// It is not to run any more: a node above it failed.
     #[strum(serialize = "not asked")]
     NotAsked,
+    /// It is not to run any more: a node above it is done without it.
+    #[strum(serialize = "not needed")]
+    NotNeeded,
 }
 
 impl LeafState {
@@ -65,8 +68,10 @@ pub enum Phase {
     Canceled,
     /// It was done and is not any more.
     Reopened,
-    /// A node above it failed or is complete without it.
+    /// A node above it failed.
     NotAsked,
+    /// A node above it is done without it.
+    NotNeeded,
 }
 
 impl Phase {
@@ -80,6 +85,7 @@ impl Phase {
             Self::Failed { is_final: true, .. } => LeafState::Failed,
             Self::Canceled => LeafState::Canceled,
             Self::NotAsked => LeafState::NotAsked,
+            Self::NotNeeded => LeafState::NotNeeded,
         }
     }
 

@@ -1,6 +1,7 @@
 //! What the records of a run come to: the one fold that everything asks that reads a log.
 
 mod apply;
+mod causes;
 mod controllers;
 mod leaf;
 mod leases;
@@ -8,12 +9,14 @@ mod report;
 mod states;
 #[cfg(test)]
 mod tests;
+mod ways;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use ambidex_model::{
-    ControllerId, Grant, Header, Location, MissionEnd, Names, NodeId, Pose, Reason, Record, Resource, Time, WorldState,
+    Blocked, ControllerId, Grant, Header, Location, Loss, MissionEnd, Names, NodeId, Pose, Reason, Record, Resource,
+    Time, WorldState,
 };
 
 pub use controllers::{ActiveCommand, ControllerView, Controllers, LastError, Presence};
@@ -24,6 +27,8 @@ pub use states::Counts;
 use states::LeafStates;
 
 /// What a run is at after some of its records, and where it is kept also what it was at before.
+///
+/// All its times are since the mission began, which is when root decided first; what was before is at 0.
 ///
 /// Ids that the header does not have are passed over.
 #[derive(Debug, Clone)]
@@ -36,13 +41,13 @@ pub struct History {
     is_base_known: bool,
     controllers: Controllers,
     potentials: Vec<Option<f64>>,
-    lost: BTreeMap<ControllerId, Time>,
+    lost: BTreeMap<ControllerId, (Time, Loss)>,
+    begun: Option<Time>,
     now: Time,
     rounds: u32,
     messages: u64,
     step_count: usize,
     is_step_over: bool,
-    first_grant: Option<Time>,
     last_release: Option<Time>,
     end: Option<MissionEnd>,
     past: Option<Past>,
@@ -107,12 +112,12 @@ impl History {
             controllers: Controllers::default(),
             potentials: vec![None; header.nodes.len()],
             lost: BTreeMap::new(),
+            begun: None,
             now: Time::ZERO,
             rounds: 0,
             messages: 0,
             step_count: 0,
             is_step_over: true,
-            first_grant: None,
             last_release: None,
             end: None,
             past,
@@ -128,6 +133,11 @@ impl History {
     /// What everything is called.
     pub fn names(&self) -> &Names {
         &self.header.names
+    }
+
+    /// A moment of a record as time since the mission began; 0 for what was before.
+    pub fn moment(&self, at: Time) -> Time {
+        self.begun.map_or(Time::ZERO, |begun| Time::ZERO + (at - begun))
     }
 
     /// Time of the last record.
@@ -155,16 +165,14 @@ impl History {
         self.end
     }
 
-    /// Robot seconds from the first grant to the last release.
+    /// Robot seconds from the beginning to the last release.
     pub fn makespan_s(&self) -> f64 {
-        self.first_grant.zip(self.last_release).map_or(0.0, |(first, last)| (last - first).as_secs_f64())
+        self.last_release.unwrap_or_default().seconds()
     }
 
-    /// From the first grant, since waiting for controllers says nothing of the task, to the last release, or to the
-    /// last record where something runs on.
-    pub fn span(&self) -> (Time, Time) {
-        let end = self.last_release.filter(|_| self.running.is_empty()).unwrap_or(self.now);
-        (self.first_grant.unwrap_or_default(), end)
+    /// The last release, or the last record where something runs on.
+    pub fn last_moment(&self) -> Time {
+        self.last_release.filter(|_| self.running.is_empty()).unwrap_or(self.now)
     }
 
     /// What runs, each with what it was granted.
@@ -192,8 +200,8 @@ impl History {
         &self.controllers
     }
 
-    /// When a controller was lost last.
-    pub fn lost_at(&self, controller: ControllerId) -> Option<Time> {
+    /// When a controller was lost last, and how that was seen.
+    pub fn lost(&self, controller: ControllerId) -> Option<(Time, Loss)> {
         self.lost.get(&controller).copied()
     }
 
@@ -229,21 +237,25 @@ impl History {
         told.or_else(|| self.not_asked(leaf))
     }
 
-    /// Every leaf that is not done and does not run, in tree order, with why.
-    pub fn open(&self) -> impl Iterator<Item = (NodeId, Option<Reason>)> {
-        let is_open = |leaf: &NodeId| self.state(*leaf).is_open();
-        self.leaves().filter(is_open).map(|leaf| (leaf, self.reason(leaf)))
-    }
-
     /// What stands before a leaf in a THEN, or the way that an OR went instead of it.
     pub fn not_asked(&self, leaf: NodeId) -> Option<Reason> {
         self.states.not_asked(leaf)
     }
 
-    /// The leaves that a grant skips and that were not done before.
-    pub fn skipped_by(&self, grant: &Grant) -> Vec<NodeId> {
-        let is_open = |leaf: &NodeId| self.leaf(*leaf).is_some_and(|leaf| leaf.state().is_open());
-        grant.skipped(self.header.nodes.len()).filter(is_open).collect()
+    /// The child by which an OR above a node is done, where the node lies below another one.
+    pub fn instead_of(&self, node: NodeId) -> Option<NodeId> {
+        self.states.instead_of(node)
+    }
+
+    /// The topmost ways that ORs did not need, in tree order, each with the child that did it.
+    pub fn ways_left(&self) -> Vec<(NodeId, NodeId)> {
+        self.states.ways_left()
+    }
+
+    /// The leaves that a grant skips and that were not done before; of an OR those of one way. `refused` is what was
+    /// decided with the grant.
+    pub fn skipped_by(&self, grant: &Grant, refused: &[Blocked]) -> Vec<NodeId> {
+        self.states.skipped_by(grant, refused)
     }
 
     /// The leaves that count as skipped once the mission is done: their goal is met though nobody went on from it.

@@ -20,7 +20,7 @@ pub struct MissionReport {
     pub rounds: u32,
     /// How many messages went between nodes.
     pub messages: u64,
-    /// Robot seconds from the first grant to the last release.
+    /// Robot seconds from the first decision to the last release.
     pub makespan_s: f64,
 }
 

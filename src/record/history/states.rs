@@ -1,6 +1,6 @@
 //! What every node is: leaves as the records tell, composites as their leaves and the records' consequences say.
 
-use ambidex_model::{Consequences, EntryKind, Header, NodeId, Reason, Time, Topology};
+use ambidex_model::{Consequences, EntryKind, Header, NodeId, Time, Topology};
 
 use super::leaf::{LeafHistory, LeafState, Phase};
 
@@ -8,8 +8,8 @@ use super::leaf::{LeafHistory, LeafState, Phase};
 #[derive(Debug, Clone)]
 pub(super) struct LeafStates {
     pub(super) topology: Topology,
-    nodes: Vec<Node>,
-    leaves: Vec<LeafHistory>,
+    pub(super) nodes: Vec<Node>,
+    pub(super) leaves: Vec<LeafHistory>,
     entered: u64,
     keeps_past: bool,
     is_over: bool,
@@ -17,19 +17,18 @@ pub(super) struct LeafStates {
 
 /// A node as its leaves make it.
 #[derive(Debug, Clone, Copy)]
-struct Node {
-    kind: Kind,
-    counts: Counts,
+pub(super) struct Node {
+    pub(super) kind: Kind,
+    pub(super) counts: Counts,
     children: u32,
     done_children: u32,
     is_complete: bool,
-    is_failed: bool,
-    has_run: bool,
-    has_succeeded: bool,
+    pub(super) is_failed: bool,
+    pub(super) has_run: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+pub(super) enum Kind {
     Leaf,
     /// Done when one child is.
     Or,
@@ -52,8 +51,10 @@ pub struct Counts {
     pub active: usize,
     /// Told to end when they ran last.
     pub canceled: usize,
-    /// Not to run any more.
+    /// Not to run any more since a node above failed.
     pub not_asked: usize,
+    /// Not to run any more since a node above is done without it.
+    pub not_needed: usize,
 }
 
 impl Counts {
@@ -65,6 +66,7 @@ impl Counts {
             LeafState::Skipped => &mut [&mut self.done, &mut self.skipped],
             LeafState::Canceled => &mut [&mut self.canceled],
             LeafState::NotAsked => &mut [&mut self.not_asked],
+            LeafState::NotNeeded => &mut [&mut self.not_needed],
         };
         numbers.iter_mut().for_each(|number| **number = number.saturating_add_signed(change));
     }
@@ -86,7 +88,6 @@ impl LeafStates {
             is_complete: false,
             is_failed: false,
             has_run: false,
-            has_succeeded: false,
         };
         let mut nodes: Vec<Node> = header.nodes.iter().map(|entry| node(&entry.kind)).collect();
         for index in (1..nodes.len()).rev() {
@@ -125,7 +126,8 @@ impl LeafStates {
             Counts { of: 1.., done, skipped, .. } if self.is_done(node) && done == skipped => LeafState::Skipped,
             Counts { of: 1.., .. } if self.is_done(node) => LeafState::Done,
             Counts { canceled: 1.., .. } if self.is_over => LeafState::Canceled,
-            Counts { of: of @ 1.., not_asked, .. } if of == not_asked => LeafState::NotAsked,
+            Counts { of: of @ 1.., not_needed, .. } if of == not_needed => LeafState::NotNeeded,
+            Counts { of: of @ 1.., not_asked, not_needed, .. } if of == not_asked + not_needed => LeafState::NotAsked,
             Counts { .. } => LeafState::Waiting,
         }
     }
@@ -141,7 +143,6 @@ impl LeafStates {
             node.counts.count(before, -1);
             node.counts.count(phase.state(), 1);
             node.has_run |= phase == Phase::Active;
-            node.has_succeeded |= phase == Phase::Done;
         }
         self.tell_parent(leaf, was_done);
     }
@@ -150,12 +151,22 @@ impl LeafStates {
     pub(super) fn settle(&mut self, leaf: NodeId, at: Time, consequences: Consequences) {
         if let Some(completed) = consequences.completed {
             self.mark(leaf, completed.node, |node| node.is_complete = true);
+            self.enter_all(completed.node, at, LeafState::Waiting, Phase::NotNeeded, |_, _| true);
         }
         if let Some(failed) = consequences.failed {
             self.mark(leaf, failed, |node| node.is_failed = true);
+            self.enter_all(failed, at, LeafState::Waiting, Phase::NotAsked, |_, _| true);
         }
-        for top in consequences.completed.map(|completed| completed.node).into_iter().chain(consequences.failed) {
-            self.enter_all(top, at, LeafState::Waiting, Phase::NotAsked, |_, _| true);
+    }
+
+    /// A leaf is done without having run; an OR above it may need its other ways no more.
+    pub(super) fn skip(&mut self, leaf: NodeId, at: Time) {
+        self.enter(leaf, at, Phase::Skipped);
+        for node in self.path(leaf).collect::<Vec<_>>() {
+            if self.nodes[node.index()].kind == Kind::Or && self.is_done(node) {
+                self.nodes[node.index()].is_complete = true;
+                self.enter_all(node, at, LeafState::Waiting, Phase::NotNeeded, |_, _| true);
+            }
         }
     }
 
@@ -177,14 +188,14 @@ impl LeafStates {
             !states.path(leaf).any(is_settled)
         };
         if let Some(top) = top {
-            self.enter_all(top, at, LeafState::NotAsked, Phase::Waiting, is_open);
+            self.enter_all(top, at, LeafState::NotNeeded, Phase::Waiting, is_open);
         }
     }
 
     /// The task is complete, whatever was left of it.
     pub(super) fn complete(&mut self, at: Time) {
         self.nodes.iter_mut().take(2).for_each(|node| node.is_complete = true);
-        self.enter_all(NodeId(0), at, LeafState::Waiting, Phase::NotAsked, |_, _| true);
+        self.enter_all(NodeId(0), at, LeafState::Waiting, Phase::NotNeeded, |_, _| true);
     }
 
     /// Nothing is tried again.
@@ -193,32 +204,7 @@ impl LeafStates {
         self.leaves.iter_mut().for_each(LeafHistory::give_up);
     }
 
-    /// Leaves whose goal is met though they were not needed: done in the end, unless an OR above went another way.
-    pub(super) fn met(&self) -> Vec<NodeId> {
-        let leaves = self.leaves.iter().enumerate();
-        let met = leaves.filter(|(_, leaf)| leaf.reason == Some(Reason::Satisfied) && leaf.state().is_open());
-        met.map(|(leaf, _)| NodeId::from(leaf)).filter(|leaf| !self.is_way_not_taken(*leaf)).collect()
-    }
-
-    /// Why a leaf was never asked: what stands before it in a THEN, or the way that an OR went instead.
-    pub(super) fn not_asked(&self, leaf: NodeId) -> Option<Reason> {
-        self.path(leaf).find_map(|node| {
-            let parent = self.topology.parent(node);
-            let mut siblings = self.topology.children(parent).filter(|sibling| *sibling != node);
-            match self.nodes[parent.index()].kind {
-                Kind::All { is_ordered: true } => {
-                    let before = siblings.take_while(|sibling| *sibling < node);
-                    before.into_iter().find(|before| !self.is_done(*before)).map(|after| Reason::NotItsTurn { after })
-                }
-                Kind::Or => {
-                    siblings.find(|sibling| self.has_begun(*sibling)).map(|chosen| Reason::Alternative { chosen })
-                }
-                Kind::All { is_ordered: false } | Kind::Leaf => None,
-            }
-        })
-    }
-
-    fn is_done(&self, node: NodeId) -> bool {
+    pub(super) fn is_done(&self, node: NodeId) -> bool {
         let Node { kind, children, done_children, is_complete, .. } = self.nodes[node.index()];
         match kind {
             Kind::Leaf => self.leaves[node.index()].state().is_done(),
@@ -227,21 +213,8 @@ impl LeafStates {
         }
     }
 
-    fn has_begun(&self, node: NodeId) -> bool {
-        let Node { counts, has_run, .. } = self.nodes[node.index()];
-        has_run || counts.done > 0
-    }
-
-    fn is_way_not_taken(&self, leaf: NodeId) -> bool {
-        let succeeded = |node: NodeId| self.nodes[node.index()].has_succeeded;
-        self.path(leaf).any(|node| {
-            let parent = self.topology.parent(node);
-            self.nodes[parent.index()].kind == Kind::Or && succeeded(parent) && !succeeded(node)
-        })
-    }
-
     /// A node and all above it but the root, which has no parent.
-    fn path(&self, node: NodeId) -> impl Iterator<Item = NodeId> {
+    pub(super) fn path(&self, node: NodeId) -> impl Iterator<Item = NodeId> {
         let is_known = node.index() < self.nodes.len();
         std::iter::successors(Some(node).filter(|_| is_known), |node| (node.0 > 0).then(|| self.topology.parent(*node)))
     }

@@ -84,7 +84,7 @@ fn check(records: &[Record], expected: [LeafState; 7]) {
 
 #[test]
 fn composites_are_what_their_leaves_make_them() {
-    use LeafState::{Active, Done, NotAsked, Skipped, Waiting};
+    use LeafState::{Active, Done, NotNeeded, Skipped, Waiting};
     let [begun, first] = [granted(1, A), succeeded(2, A, A)];
     check(&[], [Waiting; 7]);
     check(std::slice::from_ref(&begun), [Active, Active, Active, Waiting, Waiting, Waiting, Waiting]);
@@ -93,7 +93,7 @@ fn composites_are_what_their_leaves_make_them() {
     check(std::slice::from_ref(&skip), [Active, Active, Skipped, Active, Waiting, Waiting, Waiting]);
     check(&[skip, succeeded(2, B, THEN)], [Waiting, Done, Skipped, Done, Waiting, Waiting, Waiting]);
     let way = [granted(1, D), succeeded(2, D, OR)];
-    check(&way, [Waiting, Waiting, Waiting, Waiting, Done, NotAsked, Done]);
+    check(&way, [Waiting, Waiting, Waiting, Waiting, Done, NotNeeded, Done]);
 }
 
 #[test]
@@ -117,11 +117,11 @@ fn what_is_done_no_more_opens_what_is_above_it() {
     let way = [granted(1, C), succeeded(2, C, OR), decided(3, &[], Some(C), &[])];
     check(&way, [Waiting; 7]);
     let again = [&way[..], &[granted(4, D), succeeded(5, D, OR)]].concat();
-    check(&again, [Waiting, Waiting, Waiting, Waiting, Done, LeafState::NotAsked, Done]);
+    check(&again, [Waiting, Waiting, Waiting, Waiting, Done, LeafState::NotNeeded, Done]);
     let reopened = history(&way);
     assert_eq!(reopened.leaf(C).and_then(|leaf| leaf.reopened()).map(|reopened| reopened.holder), Some(THEN));
     let phases = history(&again).leaf(C).expect("a leaf").phases().to_vec();
-    let expected = [Phase::Active, Phase::Done, Phase::Reopened, Phase::NotAsked];
+    let expected = [Phase::Active, Phase::Done, Phase::Reopened, Phase::NotNeeded];
     assert!(phases.iter().map(|(_, phase)| *phase).eq(expected), "{phases:?}");
 }
 
@@ -138,7 +138,63 @@ fn what_is_done_stays_done_whatever_it_is_refused_for() {
 fn what_is_met_in_the_end_is_skipped_but_for_ways_that_an_or_did_not_take() {
     let met = [A, B, C].map(|leaf| (leaf, Reason::Satisfied));
     let records = [decided(1, &[(D, &[])], None, &met), succeeded(2, D, TASK), over(MissionEnd::Done)];
-    assert_eq!(history(&records).skipped(), [(A, Time(99)), (B, Time(99))]);
+    assert_eq!(history(&records).skipped(), [(A, Time(98)), (B, Time(98))]);
+}
+
+#[test]
+fn of_an_or_one_way_is_skipped_and_the_others_are_not_needed() {
+    let met = [C, D].map(|leaf| (leaf, Reason::Satisfied));
+    let check = |records: &[Record], skipped: &[NodeId], rest: NodeId, by: NodeId| {
+        let history = history(records);
+        assert!(history.skipped().iter().map(|(leaf, _)| *leaf).eq(skipped.iter().copied()), "{:?}", history.skipped());
+        assert_eq!((history.state(rest), history.instead_of(rest)), (LeafState::NotNeeded, Some(by)));
+    };
+    let past_the_or = |met: &[(NodeId, Reason)]| {
+        let mut skip = decided(1, &[(A, &[OR])], None, met);
+        let Record::Decided { granted, .. } = &mut skip else { panic!("a decision") };
+        Arc::make_mut(&mut granted[0].request).skips[0].to = NodeId(8);
+        skip
+    };
+    check(&[past_the_or(&met)], &[C], D, C);
+    check(&[past_the_or(&met[1..])], &[D], C, D);
+    let at_the_end = [decided(1, &[(B, &[A])], None, &met), succeeded(2, B, THEN), over(MissionEnd::Done)];
+    check(&at_the_end, &[A, C], D, C);
+}
+
+#[test]
+fn what_ran_in_a_way_that_was_left_is_not_skipped() {
+    let way = [granted(1, C), succeeded(2, C, C), decided(3, &[], Some(C), &[])];
+    let other = [decided(4, &[(D, &[])], None, &[(C, Reason::Satisfied)]), succeeded(5, D, OR)];
+    let rest = [granted(6, A), succeeded(7, A, A), granted(8, B), succeeded(9, B, TASK), over(MissionEnd::Done)];
+    let history = history(&[&way[..], &other, &rest].concat());
+    assert_eq!((history.skipped(), history.state(C)), (vec![], LeafState::NotNeeded));
+}
+
+#[test]
+fn time_begins_with_the_first_decision() {
+    let attached = |at, message| Record::Controller { at: Time(at), controller: ControllerId(0), message };
+    let before = [attached(3, ControllerMessage::Attached), attached(5, ControllerMessage::Lost { why: Loss::Silent })];
+    let waiting = history(&before);
+    assert_eq!((waiting.now(), waiting.lost(ControllerId(0))), (Time(0), Some((Time(0), Loss::Silent))));
+    let records = [&before[..], &[decided(7, &[], None, &[]), granted(8, A), succeeded(9, A, A)]].concat();
+    let history = history(&records);
+    let leaf = history.leaf(A).expect("a leaf");
+    assert_eq!((leaf.since(), leaf.phases()[0], history.steps()[0].at), (Time(2), (Time(1), Phase::Active), Time(1)));
+    assert_eq!((history.now(), history.last_moment(), history.makespan_s()), (Time(2), Time(2), 2e-6));
+    assert_eq!([6, 7, 9].map(|at| history.moment(Time(at))), [0, 0, 2].map(Time));
+}
+
+#[test]
+fn only_what_is_a_cause_is_named_as_one() {
+    let check = |refused: &[(NodeId, Reason)], expected: &[NodeId]| {
+        let causes = history(&[decided(1, &[], None, refused), over(MissionEnd::Stalled)]).causes();
+        assert!(causes.iter().map(|(leaf, _)| *leaf).eq(expected.iter().copied()), "{causes:?}");
+    };
+    let full = || Reason::NoneFree { of: TypeId(0) };
+    check(&[(A, full()), (C, Reason::Satisfied)], &[A]);
+    check(&[(A, Reason::Satisfied), (B, full())], &[B]);
+    check(&[(A, full()), (C, Reason::Outdone { by: A }), (D, Reason::Alternative { chosen: C })], &[A, D]);
+    check(&[(C, full()), (D, Reason::Alternative { chosen: C })], &[B, C]);
 }
 
 #[test]
@@ -173,7 +229,7 @@ fn a_log_can_hold_anything() {
         Record::Sent { at, round: 1, from: NodeId(far), to: NodeId(far), message: Message::Activation },
         over(MissionEnd::Failed(NodeId(far))),
     ]);
-    assert_eq!(history.skipped().len(), 3, "a skip is no longer than the tree");
+    assert_eq!(history.skipped().len(), 2, "a skip is no longer than the tree");
     assert_eq!(history.state(NodeId(far)), LeafState::Waiting);
     assert_eq!(history.base(), None, "nobody told");
 }

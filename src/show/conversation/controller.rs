@@ -11,7 +11,7 @@ pub(super) fn said(message: &ControllerMessage, names: &Names) -> (String, bool)
         ControllerMessage::Joined { id, .. } => (format!("shares goal {}", format::goal(*id)), false),
         ControllerMessage::Heard { message } => (heard(message), true),
         ControllerMessage::Refused { why, .. } => (format!("something that is not used: {why}"), true),
-        ControllerMessage::Lost { .. } => ("lost".into(), true),
+        ControllerMessage::Lost { why } => (format!("lost: {why}"), true),
     }
 }
 

@@ -60,7 +60,7 @@ impl Conversation {
         self.selection.has(record, round, &self.history)
     }
 
-    /// The record that was just taken as one line, without its end.
+    /// The record that was just taken as one line, without its end; its time is since the mission began.
     pub fn line(&self, record: &Record, palette: &Palette) -> String {
         if let Record::Header(header) = record {
             return Palette::paint(palette.strong, begins(header));
@@ -69,13 +69,13 @@ impl Conversation {
         let width = self.name_columns;
         let round = round.map_or(String::new(), |round| format!("r{round}"));
         let arrow = if to.is_some() { '→' } else { ' ' };
-        let head = format!("{} {round:>5}", time(record.at()));
+        let head = format!("{} {round:>5}", time(self.history.now()));
         let pair = format!("{from:>width$} {arrow} {:<width$}", to.unwrap_or_default());
         let said = Palette::paint(style(record, palette), said);
         format!("{}  {pair}  {said}", Palette::paint(palette.faint, head))
     }
 
-    /// The record as one line of JSON with names where the journal has ids, without its end.
+    /// The record as one line of JSON with names where the journal has ids, without its end; its times are the journal's.
     ///
     /// # Errors
     /// Never with a record that came out of a journal.

@@ -2,14 +2,13 @@
 
 use std::ops::RangeInclusive;
 
-use glob::Pattern;
-
 use ambidex_model::{ControllerId, Header, Record, ResourceId, Time};
 use ambidex_record::History;
 
 use super::kind::Kind;
 use super::subjects;
 use crate::Unknown;
+use crate::text::matching;
 
 /// Filters as a person gives them; what is left out selects all, what is given must all be so.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -20,13 +19,15 @@ pub struct Filters {
     pub resource: Option<String>,
     /// A controller that says it or is told.
     pub controller: Option<String>,
-    /// Any of these kinds; empty for all.
+    /// Any of these kinds; empty for all but feedback.
     pub kinds: Vec<Kind>,
+    /// Feedback besides.
+    pub with_feedback: bool,
     /// Rounds; what has none belongs to the one that was decided last.
     pub rounds: Option<RangeInclusive<u32>>,
-    /// Not before this moment.
+    /// Not before this moment since the mission began.
     pub from: Option<Time>,
-    /// Not after this moment.
+    /// Not after this moment since the mission began.
     pub to: Option<Time>,
 }
 
@@ -53,7 +54,7 @@ impl Selection {
             found.as_ref().map(position).transpose()
         };
         Ok(Self {
-            nodes: filters.node.as_ref().map(|pattern| matching(pattern, &names.nodes)).transpose()?,
+            nodes: filters.node.as_ref().map(|pattern| matching("node", pattern, &names.nodes)).transpose()?,
             resource: position("resource", &filters.resource, &names.resources)?.map(ResourceId::from),
             controller: position("controller", &filters.controller, &names.controllers)?.map(ControllerId::from),
             rest: filters.clone(),
@@ -62,9 +63,10 @@ impl Selection {
 
     /// Whether a record is wanted; `round` is its own or the one that was decided last.
     pub(super) fn has(&self, record: &Record, round: u32, history: &History) -> bool {
-        let Filters { kinds, rounds, from, to, .. } = &self.rest;
-        let at = record.at();
-        (kinds.is_empty() || kinds.contains(&Kind::of(record)))
+        let Filters { kinds, rounds, from, to, with_feedback, .. } = &self.rest;
+        let (at, kind) = (history.now(), Kind::of(record));
+        let is_kind = if kinds.is_empty() { kind != Kind::Feedback } else { kinds.contains(&kind) };
+        (is_kind || (*with_feedback && kind == Kind::Feedback))
             && rounds.as_ref().is_none_or(|rounds| rounds.contains(&round))
             && from.is_none_or(|from| at >= from)
             && to.is_none_or(|to| at <= to)
@@ -72,15 +74,4 @@ impl Selection {
             && self.controller.is_none_or(|controller| subjects::of_controller(record, controller))
             && self.nodes.as_ref().is_none_or(|marks| subjects::of_node(record, history, marks))
     }
-}
-
-/// Which names a pattern matches; one that is a name matches that.
-fn matching(pattern: &str, names: &[String]) -> Result<Vec<bool>, Unknown> {
-    let glob = Pattern::new(pattern).ok();
-    let is_match = |name: &String| name == pattern || glob.as_ref().is_some_and(|glob| glob.matches(name));
-    let matches: Vec<bool> = names.iter().map(is_match).collect();
-    if !matches.contains(&true) {
-        return Err(Unknown::new("node", pattern, names));
-    }
-    Ok(matches)
 }

@@ -117,39 +117,43 @@ fn selected(filters: &Filters, records: &[Record]) -> Vec<String> {
 
 const ALL: &str = "\
 experiment 1 on pr2, greedy: 22 nodes with 16 behaviors
-    9.000 s             left_arm → dispatch       attached
-    7.400 s    r2    all objects → object 1       activation
-    7.400 s    r2         pick 1 → object 1       asks with potential 9.000 for base for \"at shelf\", left_gripper or right_gripper alone; skips move 1-1; an intention is kept for it
-    7.400 s    r2       move 3-1 → object 3       cannot: the base does not stand at shelf
-    7.400 s    r2           root                  grants pick 1 left_gripper alone, base and head for \"at shelf\" (skipping move 1-1); not move 3-1: outbid by move 2-1 for base (0.500 against 0.250)
-    7.400 s    r2       object 1 → pick 1         granted
-    7.400 s    r2       object 3 → move 3-1       refused: outbid by move 2-1 for base (0.500 against 0.250)
-    9.000 s               pick 1 → left_arm       goal 1.7: grasp object 1
-    9.000 s               pick 1 → head           goal 1.7: look at (0.50, 0.25, 0.75), until told to stop
-    9.000 s               pick 2 → head           shares goal 1.7
-    9.000 s             left_arm → pick 1         accepted goal 1.7
-    9.000 s                 head → pick 1 + pick 2  goal 1.7 is at 25 %
-    9.000 s             left_arm → pick 1         goal 1.7 succeeded after 1.60 s
-    7.400 s    r2         pick 1 → object 1       pick 1 succeeded; object 1 is complete
-    9.000 s                 root                  pick 2 failed: right_arm gave up
-    9.500 s                world                  object 3 is at counter now
-    7.400 s    r2       object 1 → move 1-1       move 1-1 is done no more
-   10.000 s                 root                  the mission is over: failed at pick 2
+    0.000 s             left_arm → dispatch       attached
+    0.000 s    r2    all objects → object 1       activation
+    0.000 s    r2         pick 1 → object 1       asks with potential 9.000 for base for \"at shelf\", left_gripper or right_gripper alone; skips move 1-1; an intention is kept for it
+    0.000 s    r2       move 3-1 → object 3       cannot: the base does not stand at shelf
+    0.000 s    r2           root                  grants pick 1 left_gripper alone, base and head for \"at shelf\" (skipping move 1-1); not move 3-1: outbid by move 2-1 for base (0.500 against 0.250)
+    0.000 s    r2       object 1 → pick 1         granted
+    0.000 s    r2       object 3 → move 3-1       refused: outbid by move 2-1 for base (0.500 against 0.250)
+    1.600 s               pick 1 → left_arm       goal 1.7: grasp object 1
+    1.600 s               pick 1 → head           goal 1.7: look at (0.50, 0.25, 0.75), until told to stop
+    1.600 s               pick 2 → head           shares goal 1.7
+    1.600 s             left_arm → pick 1         accepted goal 1.7
+    1.600 s                 head → pick 1 + pick 2  goal 1.7 is at 25 %
+    1.600 s             left_arm → pick 1         goal 1.7 succeeded after 1.60 s
+    0.000 s    r2         pick 1 → object 1       pick 1 succeeded; object 1 is complete
+    1.600 s                 root                  pick 2 failed: right_arm gave up
+    2.100 s                world                  object 3 is at counter now
+    0.000 s    r2       object 1 → move 1-1       move 1-1 is done no more
+    2.600 s                 root                  the mission is over: failed at pick 2
 ";
 
 #[test]
 fn every_record_is_a_line() {
-    let text = selected(&Filters::default(), &records()).into_iter().map(|line| format!("{}\n", line.trim_end()));
+    let text = selected(&everything(), &records()).into_iter().map(|line| format!("{}\n", line.trim_end()));
     let text: String = text.collect();
     assert_eq!(text, ALL, "\n{text}");
 }
 
+fn everything() -> Filters {
+    Filters { with_feedback: true, ..Filters::default() }
+}
+
 /// Which lines of all a filter leaves.
 fn check(adapt: impl Fn(&mut Filters), expected: &[usize]) {
-    let mut filters = Filters::default();
+    let mut filters = everything();
     adapt(&mut filters);
     let found = selected(&filters, &records());
-    let all = selected(&Filters::default(), &records());
+    let all = selected(&everything(), &records());
     let found: Vec<_> = found.iter().map(|line| all.iter().position(|other| other == line)).collect();
     let expected: Vec<_> = expected.iter().map(|line| Some(*line)).collect();
     assert_eq!(found, expected, "{filters:?}");
@@ -162,7 +166,12 @@ fn filters_select_and_combine() {
     check(|filters| filters.node = some("pick 2"), &[10, 12, 15, 18]);
     check(|filters| filters.node = some("move 3*"), &[4, 5, 7]);
     check(|filters| filters.node = some("*"), &[2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 17, 18]);
-    check(|filters| filters.kinds = vec![Kind::Goal], &[8, 9]);
+    let goals = |filters: &mut Filters| (filters.kinds, filters.with_feedback) = (vec![Kind::Goal], false);
+    check(goals, &[8, 9]);
+    check(|filters| filters.kinds = vec![Kind::Goal], &[8, 9, 12]);
+    check(|filters| filters.kinds = vec![Kind::Feedback], &[12]);
+    let quiet = |filters: &mut Filters| (filters.controller, filters.with_feedback) = (some("head"), false);
+    check(quiet, &[9, 10]);
     check(|filters| filters.kinds = vec![Kind::Goal, Kind::Feedback], &[8, 9, 12]);
     check(|filters| filters.resource = some("left_gripper"), &[3, 5]);
     check(|filters| filters.resource = some("base"), &[3, 5, 7]);
@@ -170,8 +179,8 @@ fn filters_select_and_combine() {
     check(|filters| filters.controller = some("right_arm"), &[15]);
     check(|filters| filters.rounds = Some(0..=1), &[0, 1]);
     check(|filters| filters.rounds = Some(2..=2), &[2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18]);
-    check(|filters| filters.from = Some(seconds(9.2)), &[16, 18]);
-    check(|filters| filters.to = Some(seconds(7.4)), &[0, 2, 3, 4, 5, 6, 7, 14, 17]);
+    check(|filters| filters.from = Some(seconds(1.8)), &[16, 18]);
+    check(|filters| filters.to = Some(seconds(0.0)), &[0, 1, 2, 3, 4, 5, 6, 7, 14, 17]);
     let both = |filters: &mut Filters| {
         filters.node = some("pick 1");
         filters.controller = some("head");

@@ -1,4 +1,4 @@
-//! Why one behavior, or each below a node, ran or did not, round by round.
+//! Why behaviors, or each below some nodes, ran or did not, round by round.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -9,17 +9,16 @@ use ambidex_record::{History, LeafState};
 use super::because::{Because, because};
 use super::entry::{Entry, Leaf, Wait};
 use super::sentence;
-use crate::text::{MIN_WIDTH, ended, hang, mission_ended, phrase};
+use crate::text::{MIN_WIDTH, ended, hang, matching, mission_ended, phrase};
 use crate::{Palette, Unknown};
 
-/// A running fold of records about one node.
+/// A running fold of records about some nodes.
 #[derive(Debug, Clone)]
 pub struct Account {
     history: History,
-    node: NodeId,
+    nodes: BTreeMap<NodeId, Option<Asked>>,
     round: Option<u32>,
     rounds: Option<(u32, u32)>,
-    asked: Option<Asked>,
     leaves: BTreeMap<NodeId, Leaf>,
 }
 
@@ -41,44 +40,40 @@ struct Decision<'a> {
 }
 
 impl Account {
-    /// An account of the node of this name, of one round or all.
+    /// An account of the nodes with such a name, of one round or all; `*`, `?` and `[…]` match as in a shell.
     ///
     /// # Errors
     /// When no node is called so.
-    pub fn new(header: &Header, name: &str, round: Option<u32>) -> Result<Self, Unknown> {
-        let nodes = &header.names.nodes;
-        let found = nodes.iter().take(header.nodes.len()).position(|node| node == name);
-        let node = NodeId::from(found.ok_or_else(|| Unknown::new("node", name, nodes))?);
-        let is_within = within(header, node);
-        let nodes = (0..header.nodes.len()).map(NodeId::from);
-        let below = nodes.filter(|leaf| header.nodes[leaf.index()].kind.is_behavior() && is_within[leaf.index()]);
+    pub fn new(header: &Header, pattern: &str, round: Option<u32>) -> Result<Self, Unknown> {
+        let names = &header.names.nodes;
+        let found = matching("node", pattern, &names[..names.len().min(header.nodes.len())])?;
+        let nodes: Vec<NodeId> = (0..found.len()).filter(|node| found[*node]).map(NodeId::from).collect();
+        let below = nodes.iter().flat_map(|node| leaves_below(header, *node));
         Ok(Self {
             history: History::new(header),
-            node,
+            leaves: below.map(|leaf| (leaf, Leaf::default())).collect(),
+            nodes: nodes.into_iter().map(|node| (node, None)).collect(),
             round,
             rounds: None,
-            asked: None,
-            leaves: below.map(|leaf| (leaf, Leaf::default())).collect(),
         })
     }
 
     /// Takes the next record.
     pub fn add(&mut self, record: &Record) {
+        let at = self.history.moment(record.at());
         match record {
-            Record::Sent { from, message: Message::Answer { potential: Some(potential), .. }, .. }
-                if *from == self.node =>
-            {
-                self.ask(*potential);
+            Record::Sent { from, message: Message::Answer { potential: Some(potential), .. }, .. } => {
+                self.ask(*from, *potential);
             }
-            Record::Decided { at, round, granted, refused, reopened } => {
+            Record::Decided { round, granted, refused, reopened, .. } => {
                 let reopened = reopened.as_ref();
-                self.decide(&Decision { at: *at, round: *round, granted, refused, reopened });
+                self.decide(&Decision { at, round: *round, granted, refused, reopened });
             }
-            Record::Released { at, leaf, end, consequences, changes } if self.leaves.contains_key(leaf) => {
-                let ends = sentence::ended(&self.history, *at, *leaf, *end, *consequences);
+            Record::Released { leaf, end, consequences, changes, .. } if self.leaves.contains_key(leaf) => {
+                let ends = sentence::ended(&self.history, at, *leaf, *end, *consequences);
                 let changes = sentence::changes(changes, self.history.names());
                 let said: Vec<String> = ["It".to_owned()].into_iter().chain(ends).chain(changes).collect();
-                self.tell(*leaf, Entry::moment(*at, None, ended(*end), said.join(" ")));
+                self.tell(*leaf, Entry::moment(at, None, ended(*end), said.join(" ")));
             }
             Record::Header(_)
             | Record::Ended { .. }
@@ -92,10 +87,13 @@ impl Account {
         let met =
             if let Record::Ended { end: MissionEnd::Done, .. } = record { self.history.met() } else { Vec::new() };
         self.history.apply(record);
-        if let Record::Ended { at, end } = record
+        if let Record::Ended { end, .. } = record
             && is_first_end
         {
-            self.end(*at, *end, &met);
+            self.end(at, *end, &met);
+        }
+        if matches!(record, Record::Decided { .. } | Record::Released { .. } | Record::Ended { .. }) {
+            self.tell_what_is_not_needed(at);
         }
         self.remember(record);
     }
@@ -112,20 +110,27 @@ impl Account {
                 return Err(self.no_round(round));
             }
         }
-        let mut text = self.head(width, palette);
-        let is_leaf = self.leaves.contains_key(&self.node);
-        for (&node, leaf) in &self.leaves {
-            if !is_leaf {
-                let name = self.history.names().node(node);
-                let _ = writeln!(text, "\n{}", Palette::paint(palette.strong, name));
-            }
-            text.push_str(&leaf.text(self.round, width, palette));
-        }
-        Ok(text)
+        let accounts: Vec<String> =
+            self.nodes.iter().map(|(node, asked)| self.account(*node, *asked, width, palette)).collect();
+        Ok(accounts.join("\n"))
     }
 
-    fn ask(&mut self, potential: f64) {
-        let asked = self.asked.get_or_insert(Asked { rounds: 0, least: potential, most: potential });
+    /// What is told of one node.
+    fn account(&self, node: NodeId, asked: Option<Asked>, width: usize, palette: &Palette) -> String {
+        let mut text = self.head(node, asked, width, palette);
+        for leaf in leaves_below(self.history.header(), node) {
+            if leaf != node {
+                let name = self.history.names().node(leaf);
+                let _ = writeln!(text, "\n{}", Palette::paint(palette.strong, name));
+            }
+            text.push_str(&self.leaves[&leaf].text(self.round, width, palette));
+        }
+        text
+    }
+
+    fn ask(&mut self, node: NodeId, potential: f64) {
+        let Some(asked) = self.nodes.get_mut(&node) else { return };
+        let asked = asked.get_or_insert(Asked { rounds: 0, least: potential, most: potential });
         asked.rounds += 1;
         asked.least = asked.least.min(potential);
         asked.most = asked.most.max(potential);
@@ -153,7 +158,8 @@ impl Account {
             entries.push(moment(LeafState::Active, self.started(grant, decision)));
             return entries;
         }
-        let skipper = decision.granted.iter().find(|grant| self.history.skipped_by(grant).contains(&leaf));
+        let skipper =
+            decision.granted.iter().find(|grant| self.history.skipped_by(grant, decision.refused).contains(&leaf));
         if let Some(grant) = skipper {
             let next = names.node(grant.leaf());
             let said = format!("It is skipped: its goal is met already, and {next} goes on from there.");
@@ -161,7 +167,8 @@ impl Account {
             return entries;
         }
         let refused = decision.refused.iter().find(|one| one.leaf == leaf).map(|one| &one.reason);
-        let is_settled = !self.history.state(leaf).is_open();
+        let state = self.history.state(leaf);
+        let is_settled = !state.is_open() || state == LeafState::NotNeeded;
         if is_settled || (refused.is_none() && !entries.is_empty()) {
             return entries;
         }
@@ -203,12 +210,28 @@ impl Account {
     /// What the end means for whatever was not done before it; of that, what is met in the end is skipped.
     fn end(&mut self, at: Time, end: MissionEnd, met: &[NodeId]) {
         let over = format!("The mission is over: {}.", mission_ended(end, self.history.names()));
-        let is_told = |leaf: &NodeId| met.contains(leaf) || !self.history.state(*leaf).is_done();
+        let state = |leaf: &NodeId| self.history.state(*leaf);
+        let is_told = |leaf: &NodeId| {
+            met.contains(leaf) && state(leaf).is_done() || !state(leaf).is_done() && state(leaf) != LeafState::NotNeeded
+        };
         let open: Vec<NodeId> = self.leaves.keys().copied().filter(is_told).collect();
         for leaf in open {
             let said =
                 if met.contains(&leaf) { "It is skipped: its goal is met already.".into() } else { over.clone() };
             self.tell(leaf, Entry::moment(at, None, self.history.state(leaf), said));
+        }
+    }
+
+    /// What an OR above leaves over when it is done is told once.
+    fn tell_what_is_not_needed(&mut self, at: Time) {
+        for (leaf, told) in &mut self.leaves {
+            let is_left = self.history.state(*leaf) == LeafState::NotNeeded;
+            if let Some(way) =
+                self.history.instead_of(*leaf).filter(|_| is_left && told.state() != Some(LeafState::NotNeeded))
+            {
+                let said = format!("It is not needed: {}.", phrase::did_it(way, self.history.names()));
+                told.tell(Entry::moment(at, None, LeafState::NotNeeded, said));
+            }
         }
     }
 
@@ -230,17 +253,17 @@ impl Account {
         }
     }
 
-    fn head(&self, width: usize, palette: &Palette) -> String {
+    fn head(&self, node: NodeId, asked: Option<Asked>, width: usize, palette: &Palette) -> String {
         let header = self.history.header();
-        let name = header.names.node(self.node);
-        let entry = &header.nodes[self.node.index()];
-        let within = match entry.parent == self.node {
+        let name = header.names.node(node);
+        let entry = &header.nodes[node.index()];
+        let within = match entry.parent == node {
             true => String::new(),
             false => format!(" in {}", phrase::part(entry.parent, &header.names)),
         };
         let kind = Palette::paint(palette.faint, format!("({}{within})", entry.kind.word()));
         let mut text = format!("{} {kind}\n", Palette::paint(palette.strong, name));
-        if let Some(Asked { rounds, least, most }) = self.asked {
+        if let Some(Asked { rounds, least, most }) = asked {
             let times = if rounds == 1 { "once".to_owned() } else { format!("in {rounds} rounds") };
             let potential = match least == most {
                 true => format!("potential {least:.3}"),
@@ -261,12 +284,10 @@ impl Account {
     }
 }
 
-/// Of each node whether it lies in the subtree of another.
-fn within(header: &Header, top: NodeId) -> Vec<bool> {
-    let mut within: Vec<bool> = Vec::with_capacity(header.nodes.len());
-    for (node, entry) in header.nodes.iter().enumerate() {
-        let is_below = within.get(entry.parent.index()).copied().unwrap_or(false);
-        within.push(node == top.index() || is_below);
-    }
-    within
+/// The behaviors at or below a node, in tree order.
+fn leaves_below(header: &Header, top: NodeId) -> impl Iterator<Item = NodeId> {
+    // In preorder what lies below a node comes at once behind it, and nothing of it has a parent before it.
+    let nodes = header.nodes.iter().enumerate().skip(top.index());
+    let below = nodes.take_while(move |(node, entry)| *node == top.index() || (entry.parent >= top && *node > 0));
+    below.filter(|(_, entry)| entry.kind.is_behavior()).map(|(node, _)| NodeId::from(node))
 }

@@ -56,6 +56,11 @@ impl Leaf {
         }
     }
 
+    /// What the last entry says that it is.
+    pub(super) fn state(&self) -> Option<LeafState> {
+        self.entries.back().map(|entry| entry.state)
+    }
+
     /// The entries as rows, all or those of one round.
     pub(super) fn text(&self, round: Option<u32>, width: usize, palette: &Palette) -> String {
         let is_wanted = |entry: &&Entry| match round {

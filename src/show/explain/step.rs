@@ -46,12 +46,12 @@ impl Step {
 
     /// Takes what root decided.
     pub(super) fn decide(&mut self, record: &Record, history: &History) {
-        let Record::Decided { at, granted, refused, reopened, .. } = record else {
+        let Record::Decided { granted, refused, reopened, .. } = record else {
             return;
         };
         let names = history.names();
         if !self.is_decided && self.happened.is_empty() {
-            self.at = *at;
+            self.at = history.moment(record.at());
         }
         self.is_decided = true;
         if let Some(reopened) = reopened {
@@ -63,7 +63,7 @@ impl Step {
         }
         for grant in granted {
             self.waits.remove(&grant.leaf());
-            let skipped = sentence::skipped(&history.skipped_by(grant), names);
+            let skipped = sentence::skipped(&history.skipped_by(grant, refused), names);
             self.happened.extend(skipped.map(|said| (LeafState::Skipped, said)));
         }
         for Blocked { leaf, reason } in refused {
@@ -78,13 +78,13 @@ impl Step {
 
     /// Takes the end of a behavior.
     pub(super) fn release(&mut self, record: &Record, history: &History) {
-        let Record::Released { at, leaf, end, consequences, changes } = record else {
+        let Record::Released { leaf, end, consequences, changes, .. } = record else {
             return;
         };
-        let names = history.names();
-        let ends = sentence::ended(history, *at, *leaf, *end, *consequences);
+        let (names, at) = (history.names(), history.moment(record.at()));
+        let ends = sentence::ended(history, at, *leaf, *end, *consequences);
         let said = [names.node(*leaf).to_owned()].into_iter().chain(ends).chain(sentence::changes(changes, names));
-        self.happens(*at, ended(*end), said.collect::<Vec<_>>().join(" "));
+        self.happens(at, ended(*end), said.collect::<Vec<_>>().join(" "));
     }
 
     /// Takes anything else that happens.

@@ -44,6 +44,7 @@ impl Story {
     /// Takes the next record.
     pub fn add(&mut self, record: &Record) {
         let names = self.history.names();
+        let at = &self.history.moment(record.at());
         match record {
             Record::Decided { .. } => self.step.decide(record, &self.history),
             Record::Released { leaf, .. } => {
@@ -51,15 +52,15 @@ impl Story {
                 self.close();
                 self.step.release(record, &self.history);
             }
-            Record::World { at, change } if !matches!(change, Change::Base(_)) => {
+            Record::World { change, .. } if !matches!(change, Change::Base(_)) => {
                 let said = format!("From outside: {}.", phrase::changed(change, names));
                 self.happens(*at, LeafState::Waiting, said);
             }
-            Record::Controller { at, controller, message: ControllerMessage::Lost { .. } } => {
-                let said = format!("The controller {} is lost.", names.controller(*controller));
+            Record::Controller { controller, message: ControllerMessage::Lost { why }, .. } => {
+                let said = format!("The controller {} is lost: {why}.", names.controller(*controller));
                 self.happens(*at, LeafState::Failed, said);
             }
-            Record::Ended { at, end } => {
+            Record::Ended { end, .. } => {
                 let skipped = sentence::skipped(&self.history.met(), names).filter(|_| *end == MissionEnd::Done);
                 let said = format!("The mission is over: {}.", mission_ended(*end, names));
                 if let Some(skipped) = skipped {
@@ -147,16 +148,14 @@ impl Story {
             told.push(format!("Still under way: {running}."));
         }
         if self.history.end() == Some(MissionEnd::Stalled) {
-            let mut open: Vec<_> = self.history.open().collect();
-            open.retain(|(_, reason)| *reason != Some(Reason::Satisfied));
-            let all = open.len();
-            open.truncate(MAX_REASONS);
-            told.extend(open.iter().map(|(leaf, reason)| {
-                let why = reason.as_ref().map(|reason| because(reason, &self.history).whole());
-                format!("{} cannot run: {}.", names.node(*leaf), why.unwrap_or_else(|| "it was not asked".into()))
+            let mut causes = self.history.causes();
+            let all = causes.len();
+            causes.truncate(MAX_REASONS);
+            told.extend(causes.iter().map(|(leaf, reason)| {
+                format!("{} cannot run: {}.", names.node(*leaf), because(reason, &self.history).whole())
             }));
-            if all > open.len() {
-                told.push(format!("{} more cannot run.", count(all - open.len(), "behavior")));
+            if all > causes.len() {
+                told.push(format!("{} more cannot run.", count(all - causes.len(), "behavior")));
             }
         }
         if told.is_empty() {

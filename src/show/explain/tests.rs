@@ -99,7 +99,7 @@ experiment 1 on pr2, greedy: failed: right_arm was lost
           ○ move 1-1 counts as done no more: base was kept for pick 1, which cannot come
             now, since no free resource reaches object 1.
           ○ move 3-1 waits: no gripper would be available to it there.
-  9.50 s  ✗ The controller right_arm is lost.
+  9.50 s  ✗ The controller right_arm is lost: its process ended.
           ⊘ pick 2 is canceled after 1.10 s.
           ✗ The mission is over: failed: right_arm was lost.
 ";

@@ -1,8 +1,10 @@
 //! One plain line per event, for logs and terminals whose lines stay.
 
+use std::collections::BTreeSet;
+
 use ambidex_model::{
-    Access, Change, ControllerId, ControllerMessage, End, FromController, Grant, Header, MissionEnd, Names, NodeId,
-    Record, Reopened, Time,
+    Change, ControllerId, ControllerMessage, End, FromController, Grant, Header, MissionEnd, Names, NodeId, Record,
+    Reopened, ResourceId,
 };
 use ambidex_record::History;
 
@@ -15,13 +17,13 @@ pub fn line(history: &History, record: &Record) -> Option<String> {
     let text = match record {
         Record::Header(header) => begins(history, header),
         Record::Sent { .. } | Record::Resource { .. } => return None,
-        Record::Decided { at, granted, reopened, .. } => decided(history, *at, granted, reopened.as_ref())?,
+        Record::Decided { granted, reopened, .. } => decided(history, granted, reopened.as_ref())?,
         Record::Released { leaf, end, .. } => released(*leaf, *end, names),
         Record::World { change, .. } => changed(change, names)?,
         Record::Controller { controller, message, .. } => said(history, *controller, message)?,
-        Record::Ended { at, end } => ended(history, *at, *end),
+        Record::Ended { end, .. } => ended(history, *end),
     };
-    Some(format!("{:>7.2} s  {text}", record.at().seconds()))
+    Some(format!("{:>7.2} s  {text}", history.now().seconds()))
 }
 
 fn begins(history: &History, header: &Header) -> String {
@@ -29,13 +31,13 @@ fn begins(history: &History, header: &Header) -> String {
     format!("{mission}: {} on {robot}, {allocator}", count(history.counts(NodeId(0)).of, "behavior"))
 }
 
-fn decided(history: &History, at: Time, granted: &[Grant], reopened: Option<&Reopened>) -> Option<String> {
+fn decided(history: &History, granted: &[Grant], reopened: Option<&Reopened>) -> Option<String> {
     let names = history.names();
     let mut parts = Vec::new();
     if !granted.is_empty() {
         let grants: Vec<String> = granted.iter().map(|grant| granting(grant, names)).collect();
         parts.push(format!("step {}: {}", history.step_count(), grants.join(", ")));
-        parts.extend(skipped(history, at));
+        parts.extend(skipped(history));
     }
     if let Some(reopened) = reopened {
         let leaf = names.node(reopened.leaf);
@@ -48,10 +50,13 @@ fn decided(history: &History, at: Time, granted: &[Grant], reopened: Option<&Reo
 }
 
 /// What was found done without running at this moment.
-fn skipped(history: &History, at: Time) -> Option<String> {
+fn skipped(history: &History) -> Option<String> {
     let skipped = history.skipped();
-    let now: Vec<&str> =
-        skipped.iter().filter(|(_, when)| *when == at).map(|(leaf, _)| history.names().node(*leaf)).collect();
+    let now: Vec<&str> = skipped
+        .iter()
+        .filter(|(_, when)| *when == history.now())
+        .map(|(leaf, _)| history.names().node(*leaf))
+        .collect();
     (!now.is_empty()).then(|| format!("skipped {}", now.join(", ")))
 }
 
@@ -60,7 +65,7 @@ fn said(history: &History, controller: ControllerId, message: &ControllerMessage
     let name = names.controller(controller);
     match message {
         ControllerMessage::Attached => Some(format!("attached {name}")),
-        ControllerMessage::Lost { .. } => Some(format!("lost {name}")),
+        ControllerMessage::Lost { why } => Some(format!("lost {name}: {why}")),
         ControllerMessage::Refused { why, .. } => Some(format!("refused a message of {name}: {why}")),
         ControllerMessage::Heard { message: FromController::Rejected { id, why } } => {
             let command = history.controllers().command(controller, *id);
@@ -71,24 +76,20 @@ fn said(history: &History, controller: ControllerId, message: &ControllerMessage
     }
 }
 
-fn ended(history: &History, at: Time, end: MissionEnd) -> String {
+fn ended(history: &History, end: MissionEnd) -> String {
     let text = mission_ended(end, history.names());
     if end != MissionEnd::Done {
         return text;
     }
-    let skipped = skipped(history, at).map_or(String::new(), |skipped| format!("; {skipped}"));
+    let skipped = skipped(history).map_or(String::new(), |skipped| format!("; {skipped}"));
     format!("{text} in {}{skipped}", count(history.step_count(), "step"))
 }
 
-/// A behavior with the resources that it has alone, or with all where it has none alone.
+/// A behavior with all that it has, in resource order.
 fn granting(grant: &Grant, names: &Names) -> String {
     let name = names.node(grant.leaf());
-    let alone = grant.bindings.iter().filter(|binding| binding.access == Access::Exclusive);
-    let mut resources: Vec<&str> = alone.map(|binding| names.resource(binding.resource)).collect();
-    if resources.is_empty() {
-        let all = grant.bindings.iter();
-        resources = all.map(|binding| names.resource(binding.resource)).collect();
-    }
+    let resources: BTreeSet<ResourceId> = grant.bindings.iter().map(|binding| binding.resource).collect();
+    let resources: Vec<&str> = resources.into_iter().map(|resource| names.resource(resource)).collect();
     match resources.len() {
         0 => name.to_owned(),
         _ => format!("{name} ({})", resources.join(", ")),

@@ -1,14 +1,16 @@
 //! The text at the end of a run: how it ended, its steps, what was skipped, and why where it did not get to its end.
 
+use std::borrow::Cow;
 use std::fmt::Write;
 
-use ambidex_model::{MissionEnd, NodeId, Reason};
+use ambidex_model::{MissionEnd, NodeId, ResourceId};
 use ambidex_record::{History, LeafState};
 
 use crate::Palette;
+use crate::text::phrase::{did_it, part};
 use crate::text::{MIN_WIDTH, clip, columns, count, ending, fit, flow, hang, mark};
 
-/// Most reasons that are all told; of more, those of leaves that were asked.
+/// Most causes that are told.
 const MAX_REASONS: usize = 60;
 
 /// What came of a run, in words.
@@ -19,11 +21,15 @@ pub fn summary(history: &History, width: usize, palette: &Palette) -> String {
     let mut text = format!("{mission}: {}\n", Palette::paint(palette.of(state), word));
     text.extend(why.map(|why| hang("  ", 2, &why, width)));
     text.push_str(&figures(history, width));
+    if history.end().is_some_and(|end| end != MissionEnd::Done) {
+        text.push_str(&held(history, width));
+    }
     text.push('\n');
     text.push_str(&steps(history, width, palette));
     text.push_str(&skipped(history, width, palette));
+    text.push_str(&not_needed(history, width, palette));
     if history.end() == Some(MissionEnd::Stalled) {
-        text.push_str(&reasons(history, width, palette));
+        text.push_str(&causes(history, width, palette));
     }
     text
 }
@@ -52,45 +58,59 @@ fn steps(history: &History, width: usize, palette: &Palette) -> String {
 
 /// What was done without running, with its moment.
 fn skipped(history: &History, width: usize, palette: &Palette) -> String {
-    let skipped = history.skipped();
-    if skipped.is_empty() {
-        return String::new();
-    }
-    let said = |(leaf, at): &(NodeId, _)| (history.names().node(*leaf), format!("its goal was met already ({at})"));
-    let rows: Vec<(&str, String)> = skipped.iter().map(said).collect();
-    let head = format!("\n{}\n", Palette::paint(palette.strong, "skipped"));
-    let mark = Palette::paint(palette.skipped, mark(LeafState::Skipped));
-    head + &table(&rows, &mark, width)
+    let names = history.names();
+    let said = |(leaf, at): &(NodeId, _)| (names.node(*leaf).into(), format!("its goal was met already ({at})"));
+    let rows: Vec<_> = history.skipped().iter().map(said).collect();
+    section("skipped", LeafState::Skipped, &rows, width, palette)
 }
 
-/// Every leaf that cannot run, with its last reason.
-fn reasons(history: &History, width: usize, palette: &Palette) -> String {
+/// The ways that an OR did not need, each with the one that did it.
+fn not_needed(history: &History, width: usize, palette: &Palette) -> String {
     let names = history.names();
-    let mut open: Vec<_> = history.open().collect();
-    let all = open.len();
-    if all > MAX_REASONS {
-        open.retain(|(_, reason)| !matches!(reason, None | Some(Reason::NotItsTurn { .. })));
-        open.truncate(MAX_REASONS);
-    }
-    let row = |(leaf, reason): &(NodeId, Option<Reason>)| {
-        let sentence = reason.as_ref().map_or("it was not asked".into(), |reason| reason.sentence(names));
-        (names.node(*leaf), sentence)
-    };
-    let rows: Vec<(&str, String)> = open.iter().map(row).collect();
-    let mut text = format!("\n{}\n", Palette::paint(palette.strong, "what cannot run, and why"));
-    let mark = Palette::paint(palette.waiting, mark(LeafState::Waiting));
-    text.push_str(&table(&rows, &mark, width));
-    if rows.len() < all {
-        let _ = writeln!(text, "  {} more", count(all - rows.len(), "behavior"));
+    let left = history.ways_left().into_iter().map(|(way, by)| (part(way, names), did_it(by, names)));
+    section("not needed", LeafState::NotNeeded, &left.collect::<Vec<_>>(), width, palette)
+}
+
+/// Every leaf that cannot run for a reason of its own.
+fn causes(history: &History, width: usize, palette: &Palette) -> String {
+    let names = history.names();
+    let causes = history.causes();
+    let rows = causes.iter().take(MAX_REASONS);
+    let rows: Vec<_> = rows.map(|(leaf, reason)| (names.node(*leaf).into(), reason.sentence(names))).collect();
+    let mut text = section("what cannot run, and why", LeafState::Waiting, &rows, width, palette);
+    if rows.len() < causes.len() {
+        let _ = writeln!(text, "  {} more", count(causes.len() - rows.len(), "behavior"));
     }
     text
 }
 
+/// What is in the robot's hands where the mission did not get to its end.
+fn held(history: &History, width: usize) -> String {
+    let names = history.names();
+    let resources = (0..names.resources.len()).map(ResourceId::from);
+    let held = resources.filter_map(|resource| {
+        let object = history.world().held_by(resource)?;
+        Some(format!("{} still holds {}", names.resource(resource), names.object(object)))
+    });
+    held.map(|said| hang("  ", 2, &said, width)).collect()
+}
+
+/// A head and a table below it; nothing of nothing.
+fn section(head: &str, state: LeafState, rows: &[(Cow<'_, str>, String)], width: usize, palette: &Palette) -> String {
+    match rows {
+        [] => String::new(),
+        rows => {
+            let mark = Palette::paint(palette.of(state), mark(state));
+            format!("\n{}\n{}", Palette::paint(palette.strong, head), table(rows, &mark, width))
+        }
+    }
+}
+
 /// Names at the left, wrapped sentences at the right.
-fn table(rows: &[(&str, String)], mark: &str, width: usize) -> String {
+fn table(rows: &[(Cow<'_, str>, String)], mark: &str, width: usize) -> String {
     let longest = rows.iter().map(|(name, _)| columns(name)).max();
     let name_width = longest.unwrap_or_default().min(width / 3);
-    let row = |(name, sentence): &(&str, String)| {
+    let row = |(name, sentence): &(Cow<'_, str>, String)| {
         hang(&format!("  {mark} {}  ", fit(name, name_width)), name_width + 6, sentence, width)
     };
     rows.iter().map(row).collect()

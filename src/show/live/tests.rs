@@ -103,7 +103,7 @@ fn absent_controllers_and_held_objects_are_told() {
         &history,
         80,
         &[
-            "experiment 1  9.00 s · step 0 · 0/16 done",
+            "experiment 1  0.00 s · step 0 · 0/16 done",
             "  base           waiting for base",
             "  head           free",
             "  left_gripper   holds object 1",
@@ -134,7 +134,7 @@ fn a_run_without_a_display_is_told_line_by_line() {
             "   0.00 s  experiment 1: 16 behaviors on pr2, greedy",
             "   0.00 s  step 1: move 2-1 (base)",
             "   7.40 s  done move 2-1",
-            "   7.40 s  step 2: pick 1 (left_gripper), pick 2 (right_gripper); skipped move 1-1",
+            "   7.40 s  step 2: pick 1 (base, head, left_gripper), pick 2 (base, head, right_gripper); skipped move 1-1",
             "  13.50 s  done pick 1",
             "  14.00 s  done pick 2",
         ]
@@ -161,7 +161,7 @@ fn what_goes_wrong_has_its_line() {
     );
     check(
         controller(3, ControllerMessage::Lost { why: ambidex_model::Loss::Ended }),
-        Some("   9.00 s  lost right_arm"),
+        Some("   9.00 s  lost right_arm: its process ended"),
     );
     let why = Rejection::Stale;
     check(

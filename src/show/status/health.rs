@@ -34,7 +34,10 @@ fn health(history: &History, id: ControllerId, phase: Phase, now: Time) -> (Heal
         return (Health::Stale, never.into());
     };
     match (view.presence, phase) {
-        (Presence::Lost, _) => return (Health::Error, format!("lost at {}", view.since)),
+        (Presence::Lost, _) => {
+            let why = history.lost(id).map_or(String::new(), |(_, why)| format!(": {why}"));
+            return (Health::Error, format!("lost at {}{why}", view.since));
+        }
         (Presence::Attached | Presence::Configured, Phase::Gone) => {
             return (Health::Stale, "the daemon is gone".into());
         }

@@ -64,11 +64,11 @@ fn phase(history: &History, daemon: Daemon) -> Phase {
     match (history.end(), daemon) {
         (Some(_), _) => Phase::Ended,
         (None, Daemon::Gone) => Phase::Gone,
-        (None, Daemon::Running { .. } | Daemon::Unknown)
+        (None, Daemon::Running { .. })
             if history.rounds() == 0 && !(0..history.names().controllers.len()).all(is_there) =>
         {
             Phase::Waiting
         }
-        (None, Daemon::Running { .. } | Daemon::Unknown) => Phase::Running,
+        (None, Daemon::Running { .. }) => Phase::Running,
     }
 }

@@ -4,7 +4,7 @@ use ambidex_model::{End, NodeEntry, NodeId};
 use ambidex_record::{History, LeafState};
 
 use super::snapshot::NodeRow;
-use crate::text::phrase::fault_sentence;
+use crate::text::phrase::{did_it, fault_sentence};
 
 /// Every node in tree order.
 pub(super) fn rows(history: &History) -> Vec<NodeRow> {
@@ -29,17 +29,21 @@ fn row(history: &History, node: NodeId, entry: &NodeEntry) -> NodeRow {
 
 /// Why a leaf does not run: a reason that root told is newer than a fault, since a grant takes the reason away.
 fn reason(history: &History, node: NodeId, state: LeafState) -> Option<String> {
-    let leaf = history.leaf(node).filter(|_| state.is_open())?;
     let names = history.names();
+    if state == LeafState::NotNeeded {
+        return history.instead_of(node).map(|way| did_it(way, names));
+    }
+    let leaf = history.leaf(node).filter(|_| state.is_open())?;
     let fault = match leaf.last_end() {
         Some(End::Failed(fault)) => Some(fault_sentence(fault, names)),
         Some(End::Canceled) => Some("it was told to end".into()),
         Some(End::Succeeded) | None => None,
     };
-    let told = || history.reason(node).map(|reason| reason.sentence(names));
+    let was = if history.end().is_some() && state == LeafState::Waiting { "was waiting: " } else { "" };
+    let told = || history.reason(node).map(|reason| format!("{was}{}", reason.sentence(names)));
     match state {
         LeafState::Waiting if leaf.reason().is_some() => told(),
         LeafState::Waiting | LeafState::Failed | LeafState::Canceled | LeafState::NotAsked => fault.or_else(told),
-        LeafState::Active | LeafState::Done | LeafState::Skipped => None,
+        LeafState::Active | LeafState::Done | LeafState::Skipped | LeafState::NotNeeded => None,
     }
 }

@@ -152,7 +152,7 @@ fn rank(node: &NodeRow) -> u8 {
         (true, LeafState::Waiting) => 5,
         (false, LeafState::Done | LeafState::Skipped) => 6,
         (true, LeafState::Done | LeafState::Skipped) => 7,
-        (_, LeafState::NotAsked) => 8,
+        (_, LeafState::NotAsked | LeafState::NotNeeded) => 8,
     }
 }
 
@@ -162,7 +162,8 @@ fn note(node: &NodeRow, hidden: usize) -> String {
     let hidden = if hidden > 0 { format!(", {hidden} not shown") } else { String::new() };
     if !is_leaf(node) {
         let done = if node.done < node.of { format!(", {} of {} done", node.done, node.of) } else { String::new() };
-        return format!("{word}{done}{hidden}");
+        let why = node.reason.as_ref().map_or(String::new(), |reason| format!(": {reason}"));
+        return format!("{word}{why}{done}{hidden}");
     }
     match (node.state, &node.reason) {
         (LeafState::Active, _) => match node.progress {
@@ -170,14 +171,17 @@ fn note(node: &NodeRow, hidden: usize) -> String {
             None => word.to_owned(),
         },
         (LeafState::Waiting, Some(reason)) => reason.clone(),
-        (LeafState::Failed | LeafState::Canceled | LeafState::NotAsked, Some(reason)) => format!("{word}: {reason}"),
+        (LeafState::Failed | LeafState::Canceled | LeafState::NotAsked | LeafState::NotNeeded, Some(reason)) => {
+            format!("{word}: {reason}")
+        }
         (
             LeafState::Waiting
             | LeafState::Done
             | LeafState::Skipped
             | LeafState::Failed
             | LeafState::Canceled
-            | LeafState::NotAsked,
+            | LeafState::NotAsked
+            | LeafState::NotNeeded,
             _,
         ) => word.to_owned(),
     }

@@ -11,13 +11,11 @@ use ambidex_record::{LeafState, MissionOutcome};
 pub enum Daemon {
     /// It lives.
     Running {
-        /// Its process id.
-        pid: u32,
+        /// Its process id; none where only its hold on the journal tells of it.
+        pid: Option<u32>,
     },
     /// There is none.
     Gone,
-    /// Nobody knows whose journal it is.
-    Unknown,
 }
 
 /// How far a mission is.

@@ -56,7 +56,6 @@ impl Snapshot {
         }
         match self.phase {
             Phase::Ended | Phase::Gone => (palette.failed, "the daemon is gone (crashed or killed)".into()),
-            Phase::Running if self.daemon == Daemon::Unknown => (palette.canceled, "not ended".into()),
             Phase::Running => (palette.active, "running".into()),
             Phase::Waiting => {
                 let absent = self.controllers.iter().filter(|row| row.health != Health::Ok);
@@ -67,11 +66,10 @@ impl Snapshot {
     }
 
     fn daemon_words(&self) -> String {
-        match (self.daemon, self.phase) {
-            (Daemon::Running { pid }, _) => format!("daemon pid {pid}"),
-            (Daemon::Gone, _) => "no daemon".into(),
-            (Daemon::Unknown, Phase::Ended) => "from its journal".into(),
-            (Daemon::Unknown, Phase::Waiting | Phase::Running | Phase::Gone) => "nobody knows of its daemon".into(),
+        match self.daemon {
+            Daemon::Running { pid: Some(pid) } => format!("daemon pid {pid}"),
+            Daemon::Running { pid: None } => "its journal is being written".into(),
+            Daemon::Gone => "no daemon".into(),
         }
     }
 

@@ -37,6 +37,21 @@ pub(crate) fn clip(text: &str, size: f64, room: f64) -> String {
     cut + "…"
 }
 
+/// The text as far as there is room: whole, its words but the last cut to their first letters, or cut with an ellipsis;
+/// none where not two letters have room.
+pub(crate) fn shortened(text: &str, size: f64, room: f64) -> Option<String> {
+    let words: Vec<&str> = text.split(' ').collect();
+    let (last, before) = words.split_last()?;
+    let initials: String = before.iter().filter_map(|word| word.chars().next()).collect();
+    let short = [text.to_owned(), format!("{initials} {last}"), format!("{initials}{last}")];
+    let short = if before.is_empty() { &short[..1] } else { &short[..] };
+    if let Some(fits) = first_that_fits(short, size, room) {
+        return Some(fits.to_owned());
+    }
+    let cut = clip(short.last()?, size, room);
+    (cut.chars().count() > 2 && width(&cut, size) <= room).then_some(cut)
+}
+
 /// The first of these texts that fits, whole.
 pub(crate) fn first_that_fits(texts: &[String], size: f64, room: f64) -> Option<&str> {
     texts.iter().map(String::as_str).find(|text| width(text, size) <= room)
@@ -84,6 +99,18 @@ mod tests {
         }
         assert_eq!(clip("pick 1", TEXT, 100.0), "pick 1");
         assert_eq!(clip("pick 1", TEXT, 0.0), "…");
+    }
+
+    #[test]
+    fn what_does_not_fit_is_shortened_before_it_is_dropped() {
+        let check = |room: f64, expected: Option<&str>| {
+            assert_eq!(shortened("place 4", TEXT, room).as_deref(), expected, "{room}");
+        };
+        check(40.0, Some("place 4"));
+        check(17.0, Some("p 4"));
+        check(13.0, Some("p4"));
+        check(12.0, None);
+        assert_eq!(shortened("fetch placemat", TEXT, 40.0).as_deref(), Some("fplac…"));
     }
 
     #[test]

@@ -19,6 +19,8 @@ pub(crate) enum Mark {
     Canceled,
     /// Not to run any more: a stroke.
     NotAsked,
+    /// Not to run any more since something else did it: a small ring with a long stroke.
+    NotNeeded,
     /// Not done any more: an arrow back.
     Reopened,
     /// Runs when the log ends: an arrow on.
@@ -50,6 +52,10 @@ pub(crate) fn mark(mark: Mark, (x, y): (f64, f64), radius: f64) -> Shape {
             Shape::group("barred", [ring, Shape::line("mark-failed", (x - d, y + d), (x + d, y - d))])
         }
         Mark::NotAsked => Shape::line("line", (x - r * 0.7, y), (x + r * 0.7, y)),
+        Mark::NotNeeded => {
+            let ring = Shape::circle("line", (x, y), r * 0.7);
+            Shape::group("left", [ring, Shape::line("line", (x - r * 0.8, y + r * 0.8), (x + r * 0.8, y - r * 0.8))])
+        }
         Mark::Reopened => {
             let points = [(x + r, y - r), (x + r, y + r * 0.2), (x - r, y + r * 0.2)];
             let tip = [(x - r * 0.3, y - r * 0.6), (x - r, y + r * 0.2), (x - r * 0.3, y + r)];

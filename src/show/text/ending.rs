@@ -55,8 +55,8 @@ fn cause(history: &History, end: MissionEnd) -> Option<String> {
             }
         }
         MissionEnd::ControllerLost(controller) => {
-            let at = history.lost_at(controller).map_or(String::new(), |at| format!(" at {at}"));
-            format!("the controller {} was lost{at}", names.controller(controller))
+            let lost = history.lost(controller).map_or(String::new(), |(at, why)| format!(" at {at}: {why}"));
+            format!("the controller {} was lost{lost}", names.controller(controller))
         }
         MissionEnd::NotAttached => NOT_ATTACHED.into(),
         MissionEnd::TaskLost => TASK_LOST.into(),

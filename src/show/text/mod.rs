@@ -14,3 +14,4 @@ pub(crate) use layout::{clip, columns, count, fit, flow, hang, listed, round_ste
 pub use palette::Palette;
 pub(crate) use palette::{glyph, mark};
 pub use unknown::Unknown;
+pub(crate) use unknown::matching;

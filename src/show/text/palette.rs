@@ -66,7 +66,7 @@ impl Palette {
     pub(crate) fn of(&self, state: LeafState) -> Style {
         match state {
             LeafState::Waiting => self.waiting,
-            LeafState::NotAsked => self.faint,
+            LeafState::NotAsked | LeafState::NotNeeded => self.faint,
             LeafState::Active => self.active,
             LeafState::Done => self.done,
             LeafState::Skipped => self.skipped,
@@ -82,7 +82,9 @@ pub(crate) fn mark(state: LeafState) -> char {
         LeafState::Waiting => '○',
         LeafState::Active => '●',
         LeafState::Done => '✓',
-        LeafState::Skipped | LeafState::Failed | LeafState::Canceled | LeafState::NotAsked => glyph(state),
+        LeafState::Skipped | LeafState::Failed | LeafState::Canceled | LeafState::NotAsked | LeafState::NotNeeded => {
+            glyph(state)
+        }
     }
 }
 
@@ -96,6 +98,7 @@ pub(crate) fn glyph(state: LeafState) -> char {
         LeafState::Failed => '✗',
         LeafState::Canceled => '⊘',
         LeafState::NotAsked => '–',
+        LeafState::NotNeeded => '∅',
     }
 }
 

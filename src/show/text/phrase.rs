@@ -36,6 +36,11 @@ pub(crate) fn part(node: NodeId, names: &Names) -> Cow<'_, str> {
     }
 }
 
+/// Why a way is not needed: which child of the OR did it.
+pub(crate) fn did_it(way: NodeId, names: &Names) -> String {
+    format!("{} did it", part(way, names))
+}
+
 /// How a resource is used: `alone`, `for "at shelf"`.
 pub(crate) fn access(access: Access, names: &Names) -> String {
     match access {

@@ -10,15 +10,15 @@ const TICK_CELLS: f64 = 6.0;
 /// A stretch of robot time over a number of cells.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Axis {
-    start_s: f64,
     span_s: f64,
     pub(super) cells: usize,
 }
 
 impl Axis {
-    pub(super) fn new(start: Time, end: Time, cells: usize) -> Self {
-        let span_s = (end - start).as_secs_f64();
-        Self { start_s: start.seconds(), span_s: if span_s > 0.0 { span_s } else { 1.0 }, cells }
+    /// From the beginning to a moment.
+    pub(super) fn new(end: Time, cells: usize) -> Self {
+        let span_s = end.seconds();
+        Self { span_s: if span_s > 0.0 { span_s } else { 1.0 }, cells }
     }
 
     /// The cell that begins nearest to a moment, from 0 to the number of cells.
@@ -27,7 +27,7 @@ impl Axis {
     }
 
     fn cell_of(&self, at_s: f64) -> usize {
-        let share = (at_s - self.start_s) / self.span_s;
+        let share = at_s / self.span_s;
         (share.clamp(0.0, 1.0) * self.cells as f64).round() as usize
     }
 
@@ -36,10 +36,9 @@ impl Axis {
         let step_s = round_step(self.span_s / self.cells as f64 * TICK_CELLS);
         let mut line = vec!['─'; self.cells];
         let mut labels = String::new();
-        let first = (self.start_s / step_s).ceil() as u64;
-        for tick in (first..).map(|tick| tick as f64 * step_s) {
+        for tick in (0_u64..).map(|tick| tick as f64 * step_s) {
             let cell = self.cell_of(tick);
-            if tick > self.start_s + self.span_s || cell >= self.cells {
+            if tick > self.span_s || cell >= self.cells {
                 break;
             }
             line[cell] = '┴';
@@ -62,23 +61,22 @@ impl Axis {
 mod tests {
     use super::*;
 
-    fn check(start_s: u64, end_s: u64, cells: usize, line: &str, labels: &str) {
-        let axis = Axis::new(Time(start_s * 1_000_000), Time(end_s * 1_000_000), cells);
+    fn check(end_s: u64, cells: usize, line: &str, labels: &str) {
+        let axis = Axis::new(Time(end_s * 1_000_000), cells);
         assert_eq!(axis.ruler(), [line.to_owned(), labels.to_owned()]);
     }
 
     #[test]
     fn ticks_are_round_and_apart() {
-        check(0, 100, 30, "┴─────┴─────┴─────┴─────┴─────", "0     20    40    60    80");
-        check(7, 27, 20, "───┴─────────┴──────", "   10        20");
-        check(0, 1, 20, "┴─────────┴─────────", "0.0      0.5");
-        check(0, 0, 20, "┴─────────┴─────────", "0.0      0.5");
+        check(100, 30, "┴─────┴─────┴─────┴─────┴─────", "0     20    40    60    80");
+        check(1, 20, "┴─────────┴─────────", "0.0      0.5");
+        check(0, 20, "┴─────────┴─────────", "0.0      0.5");
     }
 
     #[test]
-    fn moments_beyond_the_ends_stay_on_the_axis() {
-        let axis = Axis::new(Time(1_000_000), Time(3_000_000), 10);
-        let cells = [0, 1_000_000, 2_000_000, 3_000_000, 9_000_000].map(|at| axis.cell(Time(at)));
-        assert_eq!(cells, [0, 0, 5, 10, 10]);
+    fn moments_beyond_the_end_stay_on_the_axis() {
+        let axis = Axis::new(Time(2_000_000), 10);
+        let cells = [0, 1_000_000, 2_000_000, 9_000_000].map(|at| axis.cell(Time(at)));
+        assert_eq!(cells, [0, 5, 10, 10]);
     }
 }

@@ -40,7 +40,7 @@ impl Place<'_> {
 
     /// How leases were held that occur.
     pub(super) fn holds(&self) -> BTreeSet<LeaseKind> {
-        self.lane.leases().map(|held| held.lease.kind).collect()
+        self.lane.leases().filter(|held| held.track < MAX_TRACKS).map(|held| held.lease.kind).collect()
     }
 
     pub(super) fn is_shared(&self) -> bool {
@@ -83,16 +83,19 @@ impl Place<'_> {
         let ends = |to| self.x(scale, to);
         let (channels, is_less) =
             thinned(self.lane.channels().to_vec(), |(_, from, to)| (scale.x(*from), ends(*to), 0));
-        let nexts = channels.iter().skip(1).map(|(_, from, _)| scale.x(*from) - 4.0).chain([scale.right()]);
+        let nexts = channels.iter().skip(1).map(|(_, from, _)| scale.x(*from) - 4.0).chain([scale.x(self.end)]);
         let mut shapes = Vec::new();
+        let mut free = scale.left;
         for ((channel, from, to), next) in channels.iter().zip(nexts) {
             let (begin, end) = (scale.x(*from), ends(*to));
             let name = header.names.channel(*channel);
             let said = format!("{}: shared on the channel {name} from {from}", header.names.resource(self.resource));
             shapes.push(Shape::line("channel", (begin, y - 1.5), (end, y - 1.5)).titled(&said));
-            let text = fit::clip(name, CHANNEL, next - begin);
-            if text.chars().count() > 3 {
-                shapes.push(Shape::text("channel-name", (begin, y - 4.0), &text));
+            // At the end of a lane a name begins before its line rather than stand out of the lane.
+            let x = begin.min(next - fit::width(name, CHANNEL)).max(free);
+            if let Some(text) = fit::shortened(name, CHANNEL, next - x + 0.01) {
+                shapes.push(Shape::text("channel-name", (x, y - 4.0), &text));
+                free = x + fit::width(&text, CHANNEL) + 4.0;
             }
         }
         (shapes, is_less)
@@ -109,9 +112,11 @@ impl Place<'_> {
                 (vec![format!("kept by {holder}"), holder.to_owned()], "inner")
             }
         };
-        if let Some(text) = fit::first_that_fits(&texts, INNER, frame.width - 2.0) {
+        let whole = fit::first_that_fits(&texts, INNER, frame.width - 2.0).map(str::to_owned);
+        let last = texts.last().map_or("", String::as_str);
+        if let Some(text) = whole.or_else(|| fit::shortened(last, INNER, frame.width - 1.0)) {
             let at = (from + frame.width / 2.0, frame.y + TRACK - 4.0);
-            shapes.push(Shape::text(&format!("{ink} middle"), at, text));
+            shapes.push(Shape::text(&format!("{ink} middle"), at, &text));
         }
         if held.to.is_none() && held.lease.kind == LeaseKind::Running {
             shapes.push(mark(Mark::RunsOn, (to - 4.2, frame.y + TRACK / 2.0 - 0.5), 4.2));

@@ -32,15 +32,15 @@ enum Sample {
 /// The legend from a height on, and the height where it ends.
 pub(super) fn draw(panels: &[Panel], is_thinned: bool, top: f64) -> (Shape, f64) {
     let mut shapes = Vec::new();
-    let (mut x, mut y) = (MARGIN, top + 10.0);
-    for sample in samples(panels) {
-        let width = SAMPLE + fit::width(sample.word(), NOTE);
-        if x + width > PAGE_WIDTH - MARGIN && x > MARGIN {
-            (x, y) = (MARGIN, y + LINE);
+    let mut y = top + 10.0 - LINE;
+    for line in lines(&samples(panels)) {
+        let mut x = MARGIN;
+        y += LINE;
+        for sample in line {
+            shapes.push(sample.shape(x, y - 3.3));
+            shapes.push(Shape::text("note", (x + SAMPLE, y), sample.word()));
+            x += sample.width() + GAP;
         }
-        shapes.push(sample.shape(x, y - 3.3));
-        shapes.push(Shape::text("note", (x + SAMPLE, y), sample.word()));
-        x += width + GAP;
     }
     let mut notes: BTreeSet<&str> = panels.iter().flat_map(|panel| &panel.notes).map(String::as_str).collect();
     if is_thinned {
@@ -54,21 +54,50 @@ pub(super) fn draw(panels: &[Panel], is_thinned: bool, top: f64) -> (Shape, f64)
     (Shape::group("legend", shapes), y)
 }
 
-/// Bars, then the signs and leases that occur, then lines.
+/// The samples in as few lines as they take, and none of them much shorter than the others.
+fn lines(samples: &[Sample]) -> Vec<Vec<Sample>> {
+    let broken = |room: f64| {
+        let mut lines: Vec<Vec<Sample>> = Vec::new();
+        let mut used = f64::INFINITY;
+        for &sample in samples {
+            if used + sample.width() > room {
+                lines.push(Vec::new());
+                used = 0.0;
+            }
+            used += sample.width() + GAP;
+            lines.last_mut().expect("a line was begun").push(sample);
+        }
+        lines
+    };
+    let rooms = (0..).map(|step| PAGE_WIDTH - 2.0 * MARGIN - f64::from(step) * GAP).take_while(|room| *room > 0.0);
+    let widest = broken(PAGE_WIDTH - 2.0 * MARGIN);
+    let fewest = widest.len();
+    rooms.map(broken).take_while(|lines| lines.len() == fewest).last().unwrap_or(widest)
+}
+
+/// Bars, signs, leases and lines that occur.
 fn samples(panels: &[Panel]) -> Vec<Sample> {
     let leaves = panels.iter().flat_map(|panel| panel.leaves.iter().map(|leaf| (panel.history, *leaf)));
-    let signs: BTreeSet<Mark> = leaves.flat_map(|(history, leaf)| rows::signs(history, leaf)).collect();
+    let signs: BTreeSet<Mark> = leaves.clone().flat_map(|(history, leaf)| rows::signs(history, leaf)).collect();
     let lanes = || panels.iter().flat_map(|panel| &panel.lanes);
     let holds: BTreeSet<LeaseKind> = lanes().flat_map(Place::holds).collect();
-    let bars = Bar::ALL.into_iter().map(Sample::Bar);
+    let bars: BTreeSet<Bar> = leaves.clone().flat_map(|(history, leaf)| rows::bars(history, leaf)).collect();
+    let bars = bars.into_iter().map(Sample::Bar);
     let signs = signs.into_iter().map(Sample::Sign);
     // What runs is active, as everywhere.
     let kept = holds.into_iter().filter(|hold| *hold != LeaseKind::Running).map(Sample::Lease);
     let channel = lanes().any(Place::is_shared).then_some(Sample::Channel);
-    bars.chain(signs).chain(kept).chain(channel).chain([Sample::Step, Sample::Round]).collect()
+    let has = |any: &dyn Fn(&Panel) -> bool| panels.iter().any(any);
+    let step = has(&|panel| !panel.history.steps().is_empty()).then_some(Sample::Step);
+    let round = has(&|panel| !panel.history.round_times().is_empty()).then_some(Sample::Round);
+    bars.chain(signs).chain(kept).chain(channel).chain(step).chain(round).collect()
 }
 
 impl Sample {
+    fn width(self) -> f64 {
+        SAMPLE + fit::width(self.word(), NOTE)
+    }
+
     fn word(self) -> &'static str {
         match self {
             Self::Bar(Bar::Waiting) => "inactive",
@@ -82,6 +111,7 @@ impl Sample {
                 Mark::Failed => "failed",
                 Mark::Canceled => "canceled",
                 Mark::NotAsked => "not asked",
+                Mark::NotNeeded => "not needed",
                 Mark::Reopened => "not done any more",
                 Mark::RunsOn => "active when the log ends",
             },

@@ -48,7 +48,7 @@ impl<'a> Panel<'a> {
     pub(super) fn new(history: &'a History, head: Option<[String; 2]>) -> Self {
         let (leaves, left_out) = bounds::rows(history);
         let mut notes: Vec<String> = left_out.into_iter().collect();
-        let (_, end) = history.span();
+        let end = history.last_moment();
         let lanes = history.lanes().iter().enumerate().take(MAX_LANES);
         let lanes: Vec<Place> =
             lanes.map(|(index, lane)| Place { resource: ResourceId::from(index), lane, end }).collect();
@@ -73,22 +73,20 @@ impl<'a> Panel<'a> {
     pub(super) fn draw(&self, scale: &Scale, top: f64) -> Drawn {
         let mut shapes = Vec::new();
         let mut y = top;
-        let mut scale = *scale;
         if let Some(head) = &self.head {
             y += HEAD;
-            scale = scale.counted_from(self.history.span().0);
             shapes.extend(self.head(head, y - 6.0));
         }
         y += STEPS;
         let steps_at = y;
         let mut body = Vec::new();
-        let mut is_thinned = self.rows(&scale, &mut y, &mut body);
+        let mut is_thinned = self.rows(scale, &mut y, &mut body);
         y += GAP;
-        is_thinned |= self.lanes(&scale, &mut y, &mut body);
-        shapes.push(grid(&scale, steps_at, y + ROUNDS));
-        shapes.push(self.steps(&scale, steps_at, y));
+        is_thinned |= self.lanes(scale, &mut y, &mut body);
+        shapes.push(grid(scale, steps_at, y + ROUNDS));
+        shapes.push(self.steps(scale, steps_at, y));
         shapes.extend(body);
-        shapes.push(self.rounds(&scale, y));
+        shapes.push(self.rounds(scale, y));
         Drawn { shape: Shape::group("run", shapes), bottom: y + ROUNDS, is_thinned }
     }
 
@@ -105,7 +103,7 @@ impl<'a> Panel<'a> {
             let (stretches, is_less) = rows::shown(self.history, leaf, scale);
             is_thinned |= is_less;
             shapes.push(label(names.node(leaf), scale, *y + ROW / 2.0));
-            shapes.push(rows::draw(names, leaf, &stretches, scale, *y + ROW / 2.0));
+            shapes.push(rows::draw(self.history, leaf, &stretches, scale, *y + ROW / 2.0));
             *y += ROW;
         }
         is_thinned
@@ -143,9 +141,7 @@ impl<'a> Panel<'a> {
     }
 
     fn rounds(&self, scale: &Scale, top: f64) -> Shape {
-        let (start, _) = self.history.span();
-        let times = self.history.round_times().iter().filter(|at| **at >= start);
-        let ticks = apart(times.map(|at| scale.x(*at)), ROUND_APART);
+        let ticks = apart(self.history.round_times().iter().map(|at| scale.x(*at)), ROUND_APART);
         let mut shapes: Vec<Shape> =
             ticks.iter().map(|x| Shape::line("round", (*x, top + 3.0), (*x, top + 10.0))).collect();
         shapes.push(Shape::text("small end", (scale.left - 8.0, top + 10.0), "rounds"));

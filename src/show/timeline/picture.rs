@@ -1,7 +1,5 @@
 //! The picture of one run, or of two on one axis.
 
-use ambidex_model::Time;
-
 use super::heading;
 use super::legend;
 use super::panel::Panel;
@@ -17,33 +15,22 @@ const AXIS: f64 = 34.0;
 
 /// The timeline of a run.
 pub fn picture(history: &History) -> String {
-    let (start, end) = history.span();
-    let scale = |left, width| Scale::new(start, end, left, width);
+    let scale = |left, width| Scale::new(history.last_moment(), left, width);
     let head = [history.header().mission.clone(), heading::figures(history)];
     let description = format!("Timeline of the mission {}: {}.", head[0], head[1]);
-    draw(&[Panel::new(history, None)], head, &description, scale, "seconds of robot time")
+    draw(&[Panel::new(history, None)], head, &description, scale)
 }
 
-/// Two runs one above the other, both counted from their first grant.
+/// Two runs one above the other.
 pub fn compare(upper: &History, lower: &History) -> String {
-    let span = |history: &History| {
-        let (start, end) = history.span();
-        Time::ZERO + (end - start)
-    };
-    let scale = |left, width| Scale::new(Time::ZERO, span(upper).max(span(lower)), left, width);
+    let scale = |left, width| Scale::new(upper.last_moment().max(lower.last_moment()), left, width);
     let head = [heading::missions(upper, lower), heading::ratio(upper, lower)];
     let description = format!("Timelines of two runs, one above the other. {}: {}.", head[0], head[1]);
     let panels = [upper, lower].map(|history| Panel::new(history, Some(heading::run(history))));
-    draw(&panels, head, &description, scale, "seconds of robot time since the first behavior began")
+    draw(&panels, head, &description, scale)
 }
 
-fn draw(
-    panels: &[Panel],
-    [title, note]: [String; 2],
-    description: &str,
-    scale: impl Fn(f64, f64) -> Scale,
-    caption: &str,
-) -> String {
+fn draw(panels: &[Panel], [title, note]: [String; 2], description: &str, scale: impl Fn(f64, f64) -> Scale) -> String {
     let room = PAGE_WIDTH - 2.0 * MARGIN;
     let labels = panels.iter().flat_map(Panel::labels).map(|label| fit::width(label, TEXT));
     let left = MARGIN + labels.fold(40.0, f64::max).min(MAX_LABEL) + 8.0;
@@ -61,13 +48,14 @@ fn draw(
     }
     let is_thinned = drawn.iter().any(|drawn| drawn.is_thinned);
     shapes.extend(drawn.into_iter().map(|drawn| drawn.shape));
-    shapes.push(axis(&scale, y, caption));
+    shapes.push(axis(&scale, y));
     let (legend, bottom) = legend::draw(panels, is_thinned, y + AXIS);
     shapes.push(legend);
     page(&title, description, (PAGE_WIDTH, bottom + MARGIN), shapes)
 }
 
-fn axis(scale: &Scale, y: f64, caption: &str) -> Shape {
+fn axis(scale: &Scale, y: f64) -> Shape {
+    let caption = "seconds of robot time since the mission began";
     let mut shapes = vec![Shape::line("line", (scale.left, y), (scale.right(), y))];
     for (x, label) in scale.ticks() {
         shapes.push(Shape::line("line tick", (x, y), (x, y + 4.0)));

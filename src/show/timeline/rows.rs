@@ -2,10 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use crate::text::phrase::fault_sentence;
+use crate::text::phrase::{did_it, fault_sentence};
 use ambidex_model::{Names, NodeId, Time};
 
 use super::bounds::thinned;
+use crate::svg::fit::{self, INNER};
 use crate::svg::marks::{Mark, mark};
 use crate::svg::page::{Frame, Shape};
 use crate::svg::scale::Scale;
@@ -26,8 +27,6 @@ pub(super) enum Bar {
 }
 
 impl Bar {
-    pub(super) const ALL: [Self; 3] = [Self::Waiting, Self::Active, Self::Done];
-
     pub(super) fn class(self) -> &'static str {
         match self {
             Self::Waiting => "waiting",
@@ -51,7 +50,7 @@ fn bar(phase: Phase) -> Option<Bar> {
         Phase::Waiting | Phase::Reopened | Phase::Failed { is_final: false, .. } => Some(Bar::Waiting),
         Phase::Active => Some(Bar::Active),
         Phase::Done | Phase::Skipped => Some(Bar::Done),
-        Phase::Failed { is_final: true, .. } | Phase::Canceled | Phase::NotAsked => None,
+        Phase::Failed { is_final: true, .. } | Phase::Canceled | Phase::NotAsked | Phase::NotNeeded => None,
     }
 }
 
@@ -62,6 +61,7 @@ fn sign(phase: Phase) -> Option<Mark> {
         Phase::Failed { .. } => Some(Mark::Failed),
         Phase::Canceled => Some(Mark::Canceled),
         Phase::Reopened => Some(Mark::Reopened),
+        Phase::NotNeeded => Some(Mark::NotNeeded),
         Phase::Waiting | Phase::Active | Phase::Done | Phase::NotAsked => None,
     }
 }
@@ -76,14 +76,16 @@ pub(super) struct Stretch {
     is_open: bool,
 }
 
-/// What a behavior was, from the first grant to the end.
+/// What a behavior was, from the beginning to the end.
 pub(super) fn stretches(history: &History, leaf: NodeId) -> impl Iterator<Item = Stretch> {
     let phases = history.leaf(leaf).map_or(&[][..], |leaf| leaf.phases());
-    let (start, end) = history.span();
+    let end = history.last_moment();
     let nexts = phases.iter().map(|(next, _)| Some(*next)).chain([None]);
-    std::iter::once(&(Time::ZERO, Phase::Waiting)).chain(phases).zip(nexts).map(move |(&(from, phase), next)| {
-        let from = from.max(start);
-        Stretch { phase, from, to: next.unwrap_or(end).max(from), is_open: next.is_none() }
+    std::iter::once(&(Time::ZERO, Phase::Waiting)).chain(phases).zip(nexts).map(move |(&(from, phase), next)| Stretch {
+        phase,
+        from,
+        to: next.unwrap_or(end).max(from),
+        is_open: next.is_none(),
     })
 }
 
@@ -96,6 +98,14 @@ pub(super) fn shown(history: &History, leaf: NodeId, scale: &Scale) -> (Vec<Stre
     thinned(stretches(history, leaf).collect(), place)
 }
 
+/// Bars that occur in a row.
+pub(super) fn bars(history: &History, leaf: NodeId) -> BTreeSet<Bar> {
+    stretches(history, leaf)
+        .filter(|stretch| stretch.to > stretch.from)
+        .filter_map(|stretch| bar(stretch.phase))
+        .collect()
+}
+
 /// Signs that occur in a row.
 pub(super) fn signs(history: &History, leaf: NodeId) -> BTreeSet<Mark> {
     stretches(history, leaf).flat_map(|stretch| [sign(stretch.phase), runs_on(&stretch)]).flatten().collect()
@@ -106,12 +116,13 @@ fn runs_on(stretch: &Stretch) -> Option<Mark> {
 }
 
 /// The row of a behavior around a height.
-pub(super) fn draw(names: &Names, leaf: NodeId, stretches: &[Stretch], scale: &Scale, middle: f64) -> Shape {
+pub(super) fn draw(history: &History, leaf: NodeId, stretches: &[Stretch], scale: &Scale, middle: f64) -> Shape {
+    let names = history.names();
     let name = names.node(leaf);
     let (mut bars, mut signs) = (Vec::new(), Vec::new());
     for stretch in stretches {
         let (from, to) = (scale.x(stretch.from), scale.x(stretch.to));
-        let said = said(name, stretch, names);
+        let said = said(name, stretch, history.instead_of(leaf), names);
         if let Some(bar) = bar(stretch.phase).filter(|_| to > from) {
             let frame = Frame { x: from, y: middle - bar.height() / 2.0, width: to - from, height: bar.height() };
             bars.push(Shape::rect(bar.class(), frame, 0.0).titled(&said));
@@ -125,12 +136,20 @@ pub(super) fn draw(names: &Names, leaf: NodeId, stretches: &[Stretch], scale: &S
             signs.push(Shape::group("sign", [ground, mark(sign, (x, middle), SIGN)]).titled(&said));
         }
     }
+    let left = stretches.last().filter(|last| last.phase == Phase::NotNeeded);
+    if let Some((last, way)) = left.zip(history.instead_of(leaf)) {
+        let x = scale.x(last.from).clamp(scale.left + SIGN, scale.right() - SIGN) + SIGN + 4.0;
+        let said = fit::clip(&did_it(way, names), INNER, scale.right() - x);
+        if said.chars().count() > 3 {
+            signs.push(Shape::text("inner", (x, middle + 3.0), &said));
+        }
+    }
     bars.extend(signs);
     Shape::group("row", bars)
 }
 
 /// What is said where a pointer rests on a bar or a sign.
-fn said(name: &str, stretch: &Stretch, names: &Names) -> String {
+fn said(name: &str, stretch: &Stretch, way: Option<NodeId>, names: &Names) -> String {
     let Stretch { phase, from, to, is_open } = *stretch;
     let until = if is_open { "the end".to_owned() } else { to.to_string() };
     match phase {
@@ -148,5 +167,9 @@ fn said(name: &str, stretch: &Stretch, names: &Names) -> String {
         Phase::Canceled => format!("{name}: canceled at {from}"),
         Phase::Reopened => format!("{name}: not done any more from {from} on, waiting until {until}"),
         Phase::NotAsked => format!("{name}: no longer wanted from {from} on"),
+        Phase::NotNeeded => {
+            let why = way.map_or(String::new(), |way| format!(": {}", did_it(way, names)));
+            format!("{name}: not needed from {from} on{why}")
+        }
     }
 }

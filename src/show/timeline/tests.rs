@@ -6,6 +6,8 @@ use ambidex_model::*;
 use ambidex_record::{History, Phase};
 
 use super::{compare, picture, rows};
+use crate::svg::fit::{self, CHANNEL};
+use crate::svg::page::{MARGIN, PAGE_WIDTH};
 use crate::tree;
 
 fn header() -> Record {
@@ -39,7 +41,7 @@ fn a_plain_course_is_waiting_active_done() {
     let history = history(&sample::experiment_1());
     assert_eq!(phases(&history, "pick 1"), [(0.0, Phase::Waiting), (7.4, Phase::Active), (13.5, Phase::Done)]);
     assert_eq!(phases(&history, "move 1-1"), [(0.0, Phase::Waiting), (7.4, Phase::Skipped)]);
-    assert_eq!(history.span().1, seconds(77.7));
+    assert_eq!(history.last_moment(), seconds(77.7));
     assert_eq!(history.steps().len(), 10);
 }
 
@@ -55,10 +57,10 @@ fn what_fails_waits_again_until_it_fails_for_good() {
     ]);
     let retry = Phase::Failed { fault: again, is_final: false };
     let end = Phase::Failed { fault: Fault::TimedOut, is_final: true };
-    let course = [(1.0, Phase::Waiting), (1.0, Phase::Active), (2.0, retry), (2.0, Phase::Active), (4.0, end)];
+    let course = [(0.0, Phase::Waiting), (0.0, Phase::Active), (1.0, retry), (1.0, Phase::Active), (3.0, end)];
     assert_eq!(phases(&history, "move 1-1"), course);
-    assert_eq!(phases(&history, "place 1"), [(1.0, Phase::Waiting), (4.0, Phase::NotAsked)]);
-    assert_eq!(phases(&history, "place 2"), [(1.0, Phase::Waiting)], "another line waits on");
+    assert_eq!(phases(&history, "place 1"), [(0.0, Phase::Waiting), (3.0, Phase::NotAsked)]);
+    assert_eq!(phases(&history, "place 2"), [(0.0, Phase::Waiting)], "another line waits on");
 }
 
 #[test]
@@ -151,5 +153,51 @@ fn a_tree_shows_the_states_of_its_leaves() {
     let drawn = tree::picture(&sample::header(), Some(&history(&records)));
     assert_eq!(drawn.matches(">move 1-1 (move): skipped<").count(), 1);
     assert_eq!(drawn.matches(": done<").count(), 13);
+    assert_eq!(drawn.matches(": all children, in order; done<").count(), 4, "a THEN has a state as well");
     assert!(!tree::picture(&sample::header(), None).contains(">skipped<"));
+}
+
+/// Texts of a class with their places.
+fn texts(drawn: &str, class: &str) -> Vec<(f64, String)> {
+    let document = roxmltree::Document::parse(drawn).unwrap();
+    let is_wanted = |node: &roxmltree::Node| {
+        node.has_tag_name("text")
+            && node.attribute("class").is_some_and(|classes| classes.split(' ').any(|one| one == class))
+    };
+    let place =
+        |node: roxmltree::Node| (node.attribute("x").unwrap().parse().unwrap(), node.text().unwrap().to_owned());
+    document.descendants().filter(is_wanted).map(place).collect()
+}
+
+#[test]
+fn names_of_channels_stay_within_their_lane_and_short_leases_have_short_labels() {
+    let mut records = sample::experiment_1();
+    records.truncate(records.len() - 1);
+    records.push(shared(76.0, &[lease("place 4", "running")]));
+    records.push(shared(77.6, &[]));
+    records.extend([decided(77.7, 11, vec![grant("pick 1", &[], &[], &[])]), released(80.0, "pick 1", End::Succeeded)]);
+    let drawn = picture(&history(&records));
+    let names = texts(&drawn, "channel-name");
+    let [(x, name)] = names.as_slice() else { panic!("one channel: {names:?}") };
+    let right = PAGE_WIDTH - MARGIN - 8.0;
+    assert!(name == "at shelf" && x + fit::width(name, CHANNEL) <= right + 0.01, "{names:?}");
+    let labels: Vec<String> = texts(&drawn, "inner-active").into_iter().map(|(_, label)| label).collect();
+    assert_eq!(labels, ["p4"], "place 4 has no room");
+}
+
+#[test]
+fn a_legend_explains_what_can_be_seen() {
+    let legend = |records: &[Record]| {
+        let drawn = picture(&history(records));
+        let legend = drawn.split("class=\"legend\"").nth(1).unwrap().to_owned();
+        let explained =
+            |words: &&str| legend.contains(&format!("\n{words}\n")) || legend.contains(&format!(">{words}<"));
+        ["inactive", "active, uses the resource", "done", "skipped", "step begins", "round"]
+            .into_iter()
+            .filter(explained)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(legend(&[header()]), Vec::<&str>::new());
+    let begun = [header(), decided(0.0, 1, vec![grant("pick 1", &[], &[], &[])]), decided(2.0, 2, vec![])];
+    assert_eq!(legend(&begun), ["inactive", "active, uses the resource", "step begins", "round"]);
 }

@@ -9,7 +9,7 @@ use strum::VariantArray;
 
 use super::axis::Axis;
 use crate::Palette;
-use crate::text::{MIN_WIDTH, clip, columns, count, fit, flow, glyph};
+use crate::text::{MIN_WIDTH, clip, columns, count, fit, flow, glyph, phrase};
 
 /// Most leaves that are all drawn; of more, those that ran.
 const MAX_ROWS: usize = 60;
@@ -26,15 +26,15 @@ pub fn text(history: &History, width: usize, palette: &Palette) -> String {
     let name = |leaf| history.names().node(leaf);
     let label_width =
         leaves.iter().map(|&leaf| columns(name(leaf))).chain([4]).max().unwrap_or_default().min(width / 3);
-    let (start, end) = history.span();
-    let axis = Axis::new(start, end, width - label_width - 3);
+    let axis = Axis::new(history.last_moment(), width - label_width - 3);
     let label = |label: &str| format!(" {} ", fit(label, label_width));
     let mut text = String::new();
     let faint = |line: &str| Palette::paint(palette.faint, line.trim_end());
     let _ = writeln!(text, "{}", faint(&(label("step") + &steps(history, &axis))));
     let mut shown = BTreeSet::new();
     for leaf in leaves {
-        let cells = bar(&stretches(history, leaf), &axis);
+        let mut cells = bar(&stretches(history, leaf), &axis);
+        say_who_did_it(history, leaf, &mut cells);
         shown.extend(cells.iter().filter_map(|&(_, state)| state));
         let _ = writeln!(text, "{}{}", label(name(leaf)), painted(&cells, palette));
     }
@@ -80,7 +80,8 @@ fn stretches(history: &History, leaf: NodeId) -> Vec<(Time, LeafState)> {
             | Phase::Failed { .. }
             | Phase::Canceled
             | Phase::Reopened
-            | Phase::NotAsked => stretches.push((at, phase.state())),
+            | Phase::NotAsked
+            | Phase::NotNeeded => stretches.push((at, phase.state())),
         }
     }
     stretches
@@ -121,6 +122,11 @@ fn bar(stretches: &[(Time, LeafState)], axis: &Axis) -> Vec<Cell> {
                 cells[mark] = (glyph(state), Some(state));
             }
             LeafState::NotAsked => fill(&mut cells[start..], ' ', None),
+            LeafState::NotNeeded => {
+                let mark = start.min(axis.cells - 1);
+                fill(&mut cells[mark..], ' ', None);
+                cells[mark] = (glyph(state), Some(state));
+            }
             LeafState::Failed | LeafState::Canceled => {
                 fill(&mut cells[start..], ' ', None);
                 cells[start.saturating_sub(1)] = (glyph(state), Some(state));
@@ -129,6 +135,19 @@ fn bar(stretches: &[(Time, LeafState)], axis: &Axis) -> Vec<Cell> {
         least = if state == LeafState::Active { start + 1 } else { start };
     }
     cells
+}
+
+/// What did it instead, where there is room for it behind the sign.
+fn say_who_did_it(history: &History, leaf: NodeId, cells: &mut [Cell]) {
+    let Some(way) = history.instead_of(leaf).filter(|_| history.state(leaf) == LeafState::NotNeeded) else { return };
+    let from = cells.iter().rposition(|cell| cell.1.is_some()).map_or(0, |last| last + 2);
+    let said = phrase::did_it(way, history.names());
+    let room = cells.len().saturating_sub(from);
+    if columns(&said) <= room && said.chars().count() == columns(&said) {
+        for (cell, letter) in cells[from..].iter_mut().zip(said.chars()) {
+            *cell = (letter, None);
+        }
+    }
 }
 
 fn painted(cells: &[Cell], palette: &Palette) -> String {

@@ -15,7 +15,7 @@ pub(super) struct Tree<'a> {
     header: &'a Header,
     children: Vec<Vec<NodeId>>,
     depths: Vec<usize>,
-    /// Whether leaves have a sign besides their text.
+    /// Whether nodes have a sign besides their text.
     pub(super) has_marks: bool,
 }
 

@@ -46,7 +46,7 @@ fn plan(tree: &Tree, growth: Growth) -> Plan {
 
 /// What a node takes without its children.
 fn size(tree: &Tree, node: NodeId, label: &Label, has_mark_below: bool) -> (f64, f64) {
-    let has_mark = tree.has_marks && tree.is_leaf(node);
+    let has_mark = tree.has_marks;
     let height = label.lines.len() as f64 * LINE + if tree.is_leaf(node) { 5.0 } else { 8.0 };
     match (has_mark, has_mark_below) {
         (false, _) => (label.width, height),

@@ -12,6 +12,7 @@ use crate::svg::fit::{self, NOTE, TITLE};
 use crate::svg::marks::{Mark, mark};
 use crate::svg::page::{MARGIN, PAGE_WIDTH, Shape, page};
 use crate::text::count;
+use crate::text::phrase::did_it;
 
 /// Most nodes that are drawn; of a larger tree the first.
 const MAX_NODES: usize = 2000;
@@ -20,7 +21,7 @@ const HEAD: f64 = 44.0;
 /// Height of the line below it.
 const FOOT: f64 = 24.0;
 
-/// The tree of a mission and, where a history is given, the state of each leaf.
+/// The tree of a mission and, where a history is given, the state of each node.
 ///
 /// It is drawn downwards, to the right, or to the right in columns: whichever is shrunk least to fit a page.
 pub fn picture(header: &Header, history: Option<&History>) -> String {
@@ -33,9 +34,11 @@ pub fn picture(header: &Header, history: Option<&History>) -> String {
     let mut shapes = head(header, &tree, &plan, width);
     shapes.extend(plan.edges.iter().map(edge));
     shapes.extend(plan.edges.iter().filter_map(order));
-    let states: BTreeSet<LeafState> =
-        plan.nodes.iter().filter(|placed| placed.is_leaf).filter_map(|placed| state(placed.node)).collect();
-    shapes.extend(plan.nodes.iter().map(|placed| node(header, placed, state(placed.node))));
+    let states: BTreeSet<LeafState> = plan.nodes.iter().filter_map(|placed| state(placed.node)).collect();
+    let way = |node| history.and_then(|history| history.instead_of(node));
+    shapes.extend(plan.nodes.iter().map(|placed| {
+        node(placed, state(placed.node)).titled(&said(header, placed.node, state(placed.node), way(placed.node)))
+    }));
     let bottom = HEAD + plan.height;
     shapes.extend(foot(&plan, &states, bottom + FOOT - 4.0));
     let title = format!("{}: task tree", header.mission);
@@ -77,13 +80,12 @@ fn order(edge: &Edge) -> Option<Shape> {
     Some(Shape::group("order", [ground, Shape::text("small middle", (x, y + 3.2), &text)]))
 }
 
-fn node(header: &Header, placed: &Placed, state: Option<LeafState>) -> Shape {
-    let state = state.filter(|_| placed.is_leaf);
+fn node(placed: &Placed, state: Option<LeafState>) -> Shape {
     let frame = placed.frame;
     let (class, ink) = match (placed.is_leaf, state) {
         (false, _) if placed.is_again => ("again", "text"),
         (false, _) => ("node", "text"),
-        (true, None | Some(LeafState::NotAsked)) => ("leaf", "text"),
+        (true, None | Some(LeafState::NotAsked | LeafState::NotNeeded)) => ("leaf", "text"),
         (true, Some(LeafState::Waiting)) => ("leaf-waiting", "text"),
         (true, Some(LeafState::Active)) => ("active", "inner-active"),
         (true, Some(LeafState::Done)) => ("leaf-done", "text"),
@@ -101,11 +103,11 @@ fn node(header: &Header, placed: &Placed, state: Option<LeafState>) -> Shape {
         shapes.push(Shape::text(&class, at, line));
     }
     shapes.extend(state.map(|state| mark(sign(state), placed.mark_at(), 4.0)));
-    Shape::group(if placed.is_leaf { "behavior" } else { "task" }, shapes).titled(&said(header, placed.node, state))
+    Shape::group(if placed.is_leaf { "behavior" } else { "task" }, shapes)
 }
 
 /// What is said where a pointer rests on a node.
-fn said(header: &Header, node: NodeId, state: Option<LeafState>) -> String {
+fn said(header: &Header, node: NodeId, state: Option<LeafState>, way: Option<NodeId>) -> String {
     let name = header.names.node(node);
     let kind = &header.nodes[node.index()].kind;
     let rule = match kind {
@@ -113,9 +115,15 @@ fn said(header: &Header, node: NodeId, state: Option<LeafState>) -> String {
         EntryKind::And => "all children, in any order",
         EntryKind::Or => "one child",
         EntryKind::Then => "all children, in order",
-        EntryKind::Behavior(_) => state.map_or("behavior", LeafState::word),
+        EntryKind::Behavior(_) => "behavior",
     };
-    format!("{name} ({}): {rule}", kind.word())
+    let way = way.filter(|_| state == Some(LeafState::NotNeeded));
+    let why = way.map_or(String::new(), |way| format!(": {}", did_it(way, &header.names)));
+    match state {
+        None => format!("{name} ({}): {rule}", kind.word()),
+        Some(state) if kind.is_behavior() => format!("{name} ({}): {}{why}", kind.word(), state.word()),
+        Some(state) => format!("{name} ({}): {rule}; {}{why}", kind.word(), state.word()),
+    }
 }
 
 fn sign(state: LeafState) -> Mark {
@@ -127,6 +135,7 @@ fn sign(state: LeafState) -> Mark {
         LeafState::Failed => Mark::Failed,
         LeafState::Canceled => Mark::Canceled,
         LeafState::NotAsked => Mark::NotAsked,
+        LeafState::NotNeeded => Mark::NotNeeded,
     }
 }
 

@@ -6,24 +6,30 @@ use ambidex_model::{Header, NodeId};
 use ambidex_record::History;
 
 use crate::Palette;
-use crate::text::{MIN_WIDTH, branches, clip, columns, last_children, mark};
+use crate::text::{MIN_WIDTH, branches, clip, columns, last_children, mark, phrase};
 
-/// The tree with the kind of each node and, where a history is given, the state of each leaf.
+/// The tree with the kind of each node and, where a history is given, the state of each, and of a way that an OR did
+/// not need what did it.
 pub fn text(header: &Header, history: Option<&History>, width: usize, palette: &Palette) -> String {
     let width = width.max(MIN_WIDTH);
     let parents: Vec<NodeId> = header.nodes.iter().map(|entry| entry.parent).collect();
     let branches = branches(&parents, &last_children(&parents, |_| true), width / 2);
+    let left = history.map(History::ways_left).unwrap_or_default();
     let mut text = String::new();
     for node in (0..header.nodes.len()).map(NodeId::from) {
         let branches = &branches[node.index()];
         let kind = header.nodes[node.index()].kind.word();
         let name = header.names.node(node);
-        let state = history.and_then(|history| history.leaf(node)).map(|leaf| leaf.state());
+        let state = history.map(|history| history.state(node));
         let sign = state.map_or(String::new(), |state| Palette::paint(palette.of(state), mark(state)) + " ");
         let room = width - columns(branches) - if state.is_some() { 2 } else { 0 };
-        let kind = if name.starts_with(kind) { "" } else { kind };
+        let mut kind = if name.starts_with(kind) { String::new() } else { kind.to_owned() };
+        if let Some((_, way)) = left.iter().find(|(left, _)| *left == node) {
+            let gap = if kind.is_empty() { "" } else { ", " };
+            kind += &format!("{gap}not needed: {}", phrase::did_it(*way, &header.names));
+        }
         let name = clip(name, room);
-        let kind = clip(kind, room.saturating_sub(columns(&name) + 2));
+        let kind = clip(&kind, room.saturating_sub(columns(&name) + 2));
         let line = format!(
             "{}{sign}{name}{}",
             Palette::paint(palette.faint, branches),

@@ -66,6 +66,15 @@ fn the_story_of_a_run_has_its_steps_and_skips_on_a_page() {
 }
 
 #[test]
+fn a_pattern_explains_every_behavior_that_it_matches() {
+    let (home, log) = simulated(1);
+    let log = log.to_str().expect("a path");
+    let each = |name: &str| printed(&home, "explain", log, &[name]);
+    assert_eq!(each("pick [12]"), format!("{}\n{}", each("pick 1"), each("pick 2")));
+    assert_eq!(each("object ?").matches(" (then in the task)").count(), 4);
+}
+
+#[test]
 fn unknown_names_and_rounds_are_told_with_what_there_is() {
     let (home, log) = simulated(1);
     let log = log.to_str().expect("a path");
@@ -73,6 +82,8 @@ fn unknown_names_and_rounds_are_told_with_what_there_is() {
     assert!(said.contains("there is no node `pik 2`") && said.contains("did you mean `pick 2`?"), "{said}");
     let said = refused(&home, "explain", "pick 2", &[]);
     assert!(said.contains("there is no log `pick 2`") && said.contains("name the log first"), "{said}");
+    let said = refused(&home, "explain", log, &["pik*"]);
+    assert!(said.contains("there is no node `pik*`") && said.contains("allowed: `root`"), "{said}");
     let said = refused(&home, "explain", log, &["pick 2", "--round", "99"]);
     assert!(said.contains("there is no round 99") && said.contains("the log has rounds 1 to 23"), "{said}");
 }

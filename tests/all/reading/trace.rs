@@ -19,7 +19,9 @@ fn every_record_is_one_line_and_filters_combine() {
     let log = log.to_str().expect("a path");
     let lines =
         |more: &[&str]| -> Vec<String> { printed(&home, "trace", log, more).lines().map(str::to_owned).collect() };
-    assert_eq!(lines(&[]).len(), records);
+    assert_eq!(lines(&["--feedback"]).len(), records);
+    let quiet = lines(&[]);
+    assert!(quiet.len() < records / 2 && quiet.iter().all(|line| !line.ends_with(" %")), "{}", quiet.len());
     let decisions = lines(&["--kind", "decided"]);
     assert_eq!(decisions.len(), 23);
     let third = lines(&["--kind", "decided", "--round", "3"]);
@@ -59,7 +61,7 @@ fn nothing_that_is_asked_for_is_said_to_be_nothing() {
 fn json_lines_have_names() {
     let (home, log) = simulated(1);
     let records = fs::read_to_string(&log).expect("a log").lines().count();
-    let text = printed(&home, "trace", log.to_str().expect("a path"), &["--json"]);
+    let text = printed(&home, "trace", log.to_str().expect("a path"), &["--json", "--feedback"]);
     let lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
     assert_eq!(lines.len(), records);
     let decided: Vec<&Value> = lines.iter().filter(|line| line["record"] == "decided").collect();
@@ -128,7 +130,7 @@ fn a_line_is_told_once_it_is_whole_and_a_new_run_is_noticed() {
     let mut file = fs::File::create(&live).expect("a file");
     file.write_all(lines[..20].concat().as_bytes()).expect("written");
     file.write_all(&lines[20].as_bytes()[..9]).expect("written");
-    let mut follower = home.start(["trace", "--follow", live.to_str().expect("a path")]);
+    let mut follower = home.start(["trace", "--feedback", "--follow", live.to_str().expect("a path")]);
     let told = |number: usize| fs::read_to_string(home.path("1.out")).is_ok_and(|out| out.lines().count() == number);
     within(Duration::from_secs(20), "what is whole is told", || told(20));
     file.write_all(&lines[20].as_bytes()[9..]).expect("written");

@@ -10,7 +10,7 @@ use crate::sample::{self, decided, experiment_1, grant, named, released, seconds
 use ambidex_model::*;
 use ambidex_record::LeafState;
 
-const LIVES: Daemon = Daemon::Running { pid: 7 };
+const LIVES: Daemon = Daemon::Running { pid: Some(7) };
 
 fn controller(at_s: f64, controller: u32, message: ControllerMessage) -> Record {
     Record::Controller { at: seconds(at_s), controller: ControllerId(controller), message }
@@ -174,7 +174,7 @@ fn health_is_told_in_the_words_of_diagnostics() {
     check(&picking(), Daemon::Gone, 8.0, 2, Health::Stale, "the daemon is gone");
     let with = |more: &[Record]| [picking(), more.to_vec()].concat();
     let lost = with(&[controller(8.1, 2, ControllerMessage::Lost { why: ambidex_model::Loss::Ended })]);
-    check(&lost, LIVES, 8.1, 2, Health::Error, "lost at 8.10 s");
+    check(&lost, LIVES, 8.1, 2, Health::Error, "lost at 8.10 s: its process ended");
     let why = Rejection::OutOfReach;
     let rejected = with(&[heard(8.1, 2, FromController::Rejected { id: id(1), why })]);
     check(&rejected, LIVES, 8.1, 2, Health::Warn, "rejected pick 1: the point is out of reach");
@@ -253,7 +253,7 @@ fn a_journal_of_odd_ids_is_no_reason_to_break() {
         controller(1.0, far, ControllerMessage::Attached),
         Record::Ended { at, end: MissionEnd::Failed(NodeId(far)) },
     ]);
-    let told = snapshot(&records, Daemon::Unknown);
+    let told = snapshot(&records, Daemon::Gone);
     for width in [40, 100] {
         let lines = told.lines(width, 24, &Palette::plain());
         assert!(lines[0].starts_with("experiment 1  failed"), "{lines:?}");

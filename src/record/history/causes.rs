@@ -1,0 +1,62 @@
+//! What keeps a run from going on: the leaves behind which all others wait.
+
+use std::collections::BTreeSet;
+
+use ambidex_model::{NodeId, Reason};
+
+use super::{History, LeafState};
+
+impl History {
+    /// The leaves that cannot run for a reason of their own, in tree order; what only waits for one of them is not
+    /// among them.
+    pub fn causes(&self) -> Vec<(NodeId, Reason)> {
+        let is_waiting = |leaf: &NodeId| matches!(self.state(*leaf), LeafState::Waiting | LeafState::Failed);
+        let reasons = self.leaves().filter(is_waiting).filter_map(|leaf| Some((leaf, self.reason(leaf)?)));
+        let reasons: Vec<(NodeId, Reason)> = reasons.filter(|(_, reason)| *reason != Reason::Satisfied).collect();
+        let own = reasons.iter().filter(|(_, reason)| waits_for(reason).is_none());
+        let mut known: BTreeSet<NodeId> = own.map(|(leaf, _)| *leaf).collect();
+        // What waits for a node of which nothing else is told is the next that one can tell.
+        for (leaf, reason) in &reasons {
+            if waits_for(reason).is_some_and(|node| known.range(node..self.end_of(node)).next().is_none()) {
+                known.insert(*leaf);
+            }
+        }
+        reasons.into_iter().filter(|(leaf, _)| known.contains(leaf)).collect()
+    }
+
+    fn end_of(&self, node: NodeId) -> NodeId {
+        let topology = &self.states.topology;
+        if node.index() < self.header.nodes.len() { topology.end(node) } else { node }
+    }
+}
+
+/// The node that keeps a leaf waiting, where the reason is no more than that.
+fn waits_for(reason: &Reason) -> Option<NodeId> {
+    match reason {
+        Reason::NotItsTurn { after } => Some(*after),
+        Reason::Outdone { by } => Some(*by),
+        Reason::Alternative { chosen } => Some(*chosen),
+        Reason::AlreadyDone { heir, .. } => Some(*heir),
+        Reason::Ending { failed } => Some(*failed),
+        Reason::Satisfied
+        | Reason::Held { .. }
+        | Reason::NoneFree { .. }
+        | Reason::TooFew { .. }
+        | Reason::Missing { .. }
+        | Reason::OutOfReach { .. }
+        | Reason::NotHeld { .. }
+        | Reason::Taken { .. }
+        | Reason::Elsewhere { .. }
+        | Reason::NotAt { .. }
+        | Reason::Driving { .. }
+        | Reason::NoPath { .. }
+        | Reason::PathNotFound { .. }
+        | Reason::Fact { .. }
+        | Reason::Unwanted
+        | Reason::NothingAvailable { .. }
+        | Reason::Outbid { .. }
+        | Reason::SameObject { .. }
+        | Reason::Clash { .. }
+        | Reason::WholeRobot { .. } => None,
+    }
+}
