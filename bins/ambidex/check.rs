@@ -1,6 +1,5 @@
 //! `ambidex check` and `ambidex schema`.
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use ambidex::files::{self, Checked, Disk, Fault, Format, Setting};
@@ -11,6 +10,7 @@ use serde_json::{Value, json};
 
 use crate::diagnostics::{legible, report_all, say, say_all};
 use crate::exit::Exit;
+use crate::page::Page;
 
 /// `ambidex check`.
 #[derive(Debug, Args)]
@@ -49,6 +49,7 @@ enum FormatName {
 
 /// Says everything that is wrong with some files.
 pub fn check(args: &CheckArgs) -> Result<Exit> {
+    let mut page = Page::new();
     let mut list = Vec::new();
     let mut is_sound = true;
     for file in &args.files {
@@ -56,8 +57,8 @@ pub fn check(args: &CheckArgs) -> Result<Exit> {
             Ok(checked) => {
                 let (summary, warnings) = told(checked);
                 if !args.json {
-                    writeln!(std::io::stdout(), "{}", legible(&format!("{}: {summary}", file.display())))
-                        .into_diagnostic()?;
+                    page.line(&legible(&format!("{}: {summary}", file.display())))?;
+                    page.flush()?;
                     say_all(&warnings);
                 }
                 is_sound &= warnings.is_empty() || !args.strict;
@@ -75,7 +76,8 @@ pub fn check(args: &CheckArgs) -> Result<Exit> {
         list.extend(faults.iter().map(as_json));
     }
     if args.json {
-        writeln!(std::io::stdout(), "{}", Value::from(list)).into_diagnostic()?;
+        page.line(&Value::from(list).to_string())?;
+        page.flush()?;
     }
     Ok(if is_sound { Exit::Done } else { Exit::Usage })
 }
@@ -88,7 +90,7 @@ pub fn schema(args: &SchemaArgs) -> Result<Exit> {
         FormatName::Behaviors => Format::Behaviors,
     };
     let text = serde_json::to_string_pretty(&files::schema(format)).into_diagnostic()?;
-    writeln!(std::io::stdout(), "{text}").into_diagnostic()?;
+    Page::new().text(&format!("{text}\n"))?;
     Ok(Exit::Done)
 }
 

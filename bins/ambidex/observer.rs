@@ -1,6 +1,5 @@
 //! Follows a run: log file, tracing events, live display, and the report.
 
-use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::sync::mpsc;
@@ -8,7 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use ambidex::model::{ControllerId, ControllerMessage, Loss, MissionEnd, MissionSpec, Names, Record};
-use ambidex::record::{History, JournalError, Presence};
+use ambidex::record::{History, JournalError, Presence, shown};
 use ambidex::runtime::log::{self, JournalFile};
 use ambidex::show::{live, timeline};
 
@@ -26,8 +25,6 @@ pub struct Observer {
     names: Names,
     file: JournalFile,
     failure: Option<JournalError>,
-    /// How each controller was lost last.
-    losses: BTreeMap<ControllerId, Loss>,
     /// None before the first record.
     history: Option<History>,
     terminal: Terminal,
@@ -60,7 +57,6 @@ impl Observer {
             names: mission.names.clone(),
             file: JournalFile::create(path)?,
             failure: None,
-            losses: BTreeMap::new(),
             history: None,
             terminal: terminal.clone(),
             is_quiet: args.quiet,
@@ -77,9 +73,6 @@ impl Observer {
             && let Err(error) = self.file.write(record)
         {
             self.fail(error);
-        }
-        if let Record::Controller { controller, message: ControllerMessage::Lost { why }, .. } = record {
-            self.losses.insert(*controller, *why);
         }
         log::emit(record, &self.names);
         match (&mut self.history, record) {
@@ -156,7 +149,7 @@ impl Observer {
 
     /// How a controller was lost, if it was.
     pub fn lost(&self, controller: ControllerId) -> Option<Loss> {
-        self.losses.get(&controller).copied()
+        self.history.as_ref()?.lost(controller).map(|(_, why)| why)
     }
 
     /// Closes the log, clears the live display, and tells the end. False if the log is incomplete.
@@ -178,7 +171,7 @@ impl Observer {
             }
         }
         if !self.is_quiet {
-            self.terminal.say(&format!("log: {}", self.file.path().display()));
+            self.terminal.say(&format!("log: {}", shown(self.file.path())));
         }
         if let Some(report) = self.history.as_ref().and_then(History::report).filter(|_| self.is_json) {
             let text = serde_json::to_string(&report).expect("a report is plain");

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use ambidex::record::shown;
 use miette::{Context, IntoDiagnostic, Result, miette};
 
 use crate::page::Page;
@@ -14,7 +15,7 @@ pub fn write(to: &Path, text: &str) -> Result<()> {
     if to == Path::new("-") {
         return Page::new().text(text).map(drop);
     }
-    std::fs::write(to, text).into_diagnostic().wrap_err_with(|| format!("cannot write {}", to.display()))
+    std::fs::write(to, text).into_diagnostic().wrap_err_with(|| format!("cannot write {}", shown(to)))
 }
 
 /// Refuses to write over what is read.
@@ -24,7 +25,7 @@ pub fn write(to: &Path, text: &str) -> Result<()> {
 pub fn spare(input: &Path, output: Option<&Path>) -> Result<()> {
     let same = |output: &Path| input.canonicalize().ok().is_some_and(|input| output.canonicalize().ok() == Some(input));
     match output.filter(|output| same(output)) {
-        Some(output) => Err(miette!("{} would be written over with its own picture", output.display())),
+        Some(output) => Err(miette!("{} would be written over with its own picture", shown(output))),
         None => Ok(()),
     }
 }

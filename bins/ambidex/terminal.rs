@@ -27,8 +27,6 @@ pub const TALKING: &str = "error,ambidex=info";
 /// Columns where there is no terminal to ask.
 pub const WIDTH: usize = 100;
 
-const CLEAR_ALL: &str = "\x1b[H\x1b[2J";
-
 /// Columns and lines of a terminal; none where there is no terminal.
 pub fn size(stream: impl AsFd) -> Option<(usize, usize)> {
     let size = rustix::termios::tcgetwinsize(stream).ok().filter(|size| size.ws_col > 0 && size.ws_row > 1);
@@ -48,11 +46,6 @@ pub fn palette(stream: &impl RawStream) -> Palette {
 pub struct Display(ProgressBar);
 
 impl Display {
-    /// Lines on stdout.
-    pub fn stdout() -> Self {
-        Self::new(ProgressDrawTarget::stdout())
-    }
-
     fn new(target: ProgressDrawTarget) -> Self {
         let style = ProgressStyle::with_template("{msg}").expect("a fixed template is sound");
         let bar = ProgressBar::no_length().with_style(style);
@@ -66,16 +59,6 @@ impl Display {
         if text != self.0.message() {
             self.0.set_message(text);
         }
-    }
-
-    /// Clears all of stdout's terminal: one that was resized has broken old lines anew, nobody knows where.
-    pub fn start_over(&self) {
-        self.suspend(|| drop(io::stdout().write_all(CLEAR_ALL.as_bytes())));
-    }
-
-    /// Leaves the lines where they are, whatever is printed next.
-    pub fn leave(&self, lines: Vec<String>) {
-        self.0.abandon_with_message(lines.join("\n"));
     }
 
     /// Takes the lines away for a moment.
