@@ -254,7 +254,9 @@ fn the_examples_of_the_docs_are_sound() {
     let told = home.start([std::ffi::OsStr::new("simulate"), tea.as_os_str()]).ends(0).stderr;
     assert!(told.contains("step 1: move to shelf (base)") && !told.contains("attached"), "{told}");
     let docs = std::fs::read_to_string(file("docs/missions.md")).expect("it is there");
-    let [mission, parameters, behaviors, subtrees] = yaml(&docs).collect::<Vec<_>>().try_into().expect("four examples");
+    let examples: [&str; 5] = yaml(&docs).collect::<Vec<_>>().try_into().expect("five examples");
+    let [mission, parameters, behaviors, subtrees, desk] = examples;
+    home.start(["check".as_ref(), home.write("desk.yaml", desk).as_os_str()]).ends(0);
     let household = file("config/behaviors/household.yaml");
     let mission = here(mission).replace("../behaviors/household.yaml", household.to_str().expect("a path in UTF-8"));
     load(&home.write("mission.yaml", &mission));
