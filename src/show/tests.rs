@@ -157,6 +157,17 @@ what cannot run, and why
     );
 }
 
+#[test]
+fn what_is_canceled_says_what_was_waiting() {
+    let mut records = stalled();
+    records.pop();
+    records.push(Record::Ended { at: seconds(14.0), end: MissionEnd::Canceled });
+    let text = summary(&history(&records), 60, &Palette::plain());
+    let (_, told) = text.split_once("what was waiting, and why\n").expect("a head");
+    assert!(told.starts_with("  ○ move 1-2  no free path leads to counter\n"), "{text}");
+    assert!(!text.contains("cannot run"), "{text}");
+}
+
 /// The left arm gives up twice; what runs beside it is told to end.
 fn failed() -> Vec<Record> {
     let aborted = End::Failed(Fault::Aborted(ControllerId(2)));

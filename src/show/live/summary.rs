@@ -28,8 +28,10 @@ pub fn summary(history: &History, width: usize, palette: &Palette) -> String {
     text.push_str(&steps(history, width, palette));
     text.push_str(&skipped(history, width, palette));
     text.push_str(&not_needed(history, width, palette));
-    if history.end() == Some(MissionEnd::Stalled) {
-        text.push_str(&causes(history, width, palette));
+    match history.end() {
+        None | Some(MissionEnd::Done) => {}
+        Some(MissionEnd::Stalled) => text.push_str(&causes("what cannot run, and why", history, width, palette)),
+        Some(_) => text.push_str(&causes("what was waiting, and why", history, width, palette)),
     }
     text
 }
@@ -71,13 +73,13 @@ fn not_needed(history: &History, width: usize, palette: &Palette) -> String {
     section("not needed", LeafState::NotNeeded, &left.collect::<Vec<_>>(), width, palette)
 }
 
-/// Every leaf that cannot run for a reason of its own.
-fn causes(history: &History, width: usize, palette: &Palette) -> String {
+/// Every leaf that waits, or waited at the end, for a reason of its own.
+fn causes(head: &str, history: &History, width: usize, palette: &Palette) -> String {
     let names = history.names();
     let causes = history.causes();
     let rows = causes.iter().take(MAX_REASONS);
     let rows: Vec<_> = rows.map(|(leaf, reason)| (names.node(*leaf).into(), reason.sentence(names))).collect();
-    let mut text = section("what cannot run, and why", LeafState::Waiting, &rows, width, palette);
+    let mut text = section(head, LeafState::Waiting, &rows, width, palette);
     if rows.len() < causes.len() {
         let _ = writeln!(text, "  {} more", count(causes.len() - rows.len(), "behavior"));
     }
