@@ -13,8 +13,8 @@ use ambidex_model::{Change, MissionEnd, MissionSpec, NodeId, Outcome, Time, Topo
 
 /// What a parent can have on the way to a child: a verdict, a reopening, a cancel, and the next activation; twice that.
 const FROM_PARENT: usize = 8;
-/// What runtime and dispatch can have on the way to a node: one end per grant; to root also begin, cancel, world.
-const FROM_RUNTIME: usize = 64;
+/// What dispatch can have on the way to a node: one end per grant; to root also begin, a loss, where the base is.
+const FROM_DISPATCH: usize = 64;
 
 /// The way down to a child.
 #[derive(Debug, Clone)]
@@ -36,7 +36,30 @@ impl ToParent {
     }
 }
 
-/// The way from runtime and dispatch to a node.
+/// The way from outside to root: however much comes while root waits for the log, it waits too, in order.
+#[derive(Debug)]
+pub(super) struct ToRoot(mpsc::UnboundedSender<Input>);
+
+impl ToRoot {
+    pub(super) fn begin(&self, world_state: WorldState) {
+        self.tell(Input::Begin(Box::new(world_state)));
+    }
+
+    pub(super) fn end(&self, end: MissionEnd) {
+        self.tell(Input::End(end));
+    }
+
+    pub(super) fn world(&self, change: Change) {
+        self.tell(Input::World(change));
+    }
+
+    /// A closed inbox belongs to a run that is over.
+    fn tell(&self, input: Input) {
+        drop(self.0.send(input));
+    }
+}
+
+/// The way from dispatch to a node.
 #[derive(Debug, Clone)]
 pub(super) struct ToNode(mpsc::Sender<Input>);
 
@@ -47,10 +70,6 @@ impl ToNode {
 
     pub(super) fn end(&self, end: MissionEnd) {
         deliver(&self.0, Input::End(end));
-    }
-
-    pub(super) fn world(&self, change: Change) {
-        deliver(&self.0, Input::World(change));
     }
 
     pub(super) fn ended(&self, outcome: Outcome) {
@@ -88,13 +107,17 @@ pub(super) struct NodeTask {
     id: NodeId,
     node: Node,
     inbox: mpsc::Receiver<Input>,
+    /// Only to root.
+    outside: Option<mpsc::UnboundedReceiver<Input>>,
     parent: ToParent,
     children: Vec<(NodeId, ToChild)>,
     around: Arc<Surroundings>,
 }
 
-/// Wires the machines of a tree; gives the tasks and the ways to them, both by node.
-pub(super) fn wire(nodes: Vec<Node>, around: &Arc<Surroundings>) -> (Vec<NodeTask>, Vec<ToNode>) {
+/// Wires the machines of a tree; gives the tasks and the ways to them, both by node, and the way from outside to root.
+pub(super) fn wire(nodes: Vec<Node>, around: &Arc<Surroundings>) -> (Vec<NodeTask>, Vec<ToNode>, ToRoot) {
+    let (to_root, outside) = mpsc::unbounded_channel();
+    let mut outside = Some(outside);
     let topology = &around.mission.tree.topology;
     let (ways, inboxes): (Vec<_>, Vec<_>) =
         (0..nodes.len()).map(|index| mpsc::channel(capacity(topology, NodeId::from(index)))).unzip();
@@ -105,18 +128,20 @@ pub(super) fn wire(nodes: Vec<Node>, around: &Arc<Surroundings>) -> (Vec<NodeTas
             id,
             node,
             inbox,
+            // Root is the first.
+            outside: outside.take(),
             parent: ToParent(ways[topology.parent(id).index()].clone()),
             children: topology.children(id).map(child).collect(),
             around: Arc::clone(around),
         }
     });
-    (tasks.collect(), ways.iter().cloned().map(ToNode).collect())
+    (tasks.collect(), ways.iter().cloned().map(ToNode).collect(), ToRoot(to_root))
 }
 
 /// Each child has at most one answer on its way, and each node below at most one end per round, over two rounds.
 fn capacity(topology: &Topology, id: NodeId) -> usize {
     let below = topology.end(id).index() - id.index() - 1;
-    let fixed = if id == NodeId(0) || below == 0 { FROM_RUNTIME } else { 0 };
+    let fixed = if id == NodeId(0) || below == 0 { FROM_DISPATCH } else { 0 };
     fixed + FROM_PARENT + 3 * below
 }
 
@@ -129,7 +154,7 @@ impl NodeTask {
     pub(super) async fn run(mut self) {
         let mut out = Outbox::default();
         let is_root = self.id == NodeId(0);
-        while let Some(input) = self.inbox.recv().await {
+        while let Some(input) = self.next().await {
             if is_root && let Some(journal) = &self.around.journal {
                 journal.ready().await;
             }
@@ -139,6 +164,20 @@ impl NodeTask {
             for effect in out.drain() {
                 self.carry(now, effect);
             }
+        }
+    }
+
+    async fn next(&mut self) -> Option<Input> {
+        let outside = async {
+            match &mut self.outside {
+                Some(outside) => outside.recv().await,
+                None => None,
+            }
+        };
+        tokio::select! {
+            biased;
+            Some(input) = outside => Some(input),
+            input = self.inbox.recv() => input,
         }
     }
 

@@ -12,7 +12,7 @@ use super::clock::Clock;
 use super::dispatch_task::DispatchTask;
 use super::journal_task::{Journal, Sink};
 use super::link_task::{LinkTask, Order};
-use super::node_task::{Surroundings, ToNode, wire};
+use super::node_task::{Surroundings, ToRoot, wire};
 use super::port::Port;
 use super::signal::Signal;
 use ambidex_core::dispatch::{self, Dispatch, Limits};
@@ -95,7 +95,7 @@ struct Supervisor {
     others: JoinSet<()>,
     ids: HashMap<Id, NodeId>,
     aborts: Vec<AbortHandle>,
-    root: ToNode,
+    root: ToRoot,
     dispatch: mpsc::UnboundedSender<dispatch::Input>,
     signals: mpsc::UnboundedReceiver<Signal>,
     control: mpsc::UnboundedReceiver<Control>,
@@ -126,8 +126,7 @@ impl Supervisor {
             supervisor: to_supervisor.clone(),
             journal: journal.clone(),
         });
-        let (nodes, ways) = wire(tree::build(mission, settings), &around);
-        let root = ways[0].clone();
+        let (nodes, ways, root) = wire(tree::build(mission, settings), &around);
         let (mut tasks, mut others, mut ids) = (JoinSet::new(), JoinSet::new(), HashMap::new());
         let mut aborts = Vec::new();
         for node in nodes {

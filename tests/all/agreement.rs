@@ -13,14 +13,15 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use ambidex::files::{Disk, load_mission};
-use ambidex::model::{ControllerSpec, MissionSpec, Record};
+use ambidex::model::{Change, ControllerSpec, MissionEnd, MissionSpec, Record};
 use ambidex::motion;
-use ambidex::runtime::{self, Clock, Options, Port};
+use ambidex::runtime::{self, Clock, Control, Ended, Options, Port};
 use ambidex::sim::{self, Body};
 use ambidex::tree::Settings;
 use tokio::sync::mpsc;
 
 use crate::digests::decisions;
+use crate::fixtures::{experiment_file, load};
 use memory::Memory;
 use scripted::Scripted;
 
@@ -49,7 +50,7 @@ fn the_runtime_decides_as_the_simulation_does() {
         if has_ends_at_once(&simulated) {
             continue;
         }
-        let live = live(&mission, seed);
+        let (_, live) = live(&mission, seed, Vec::new());
         let (expected, found) = (decisions(&mission.names, &simulated), decisions(&mission.names, &live));
         let differs = std::iter::zip(expected.lines(), found.lines()).find(|(expected, found)| expected != found);
         assert!(
@@ -67,6 +68,16 @@ fn the_runtime_decides_as_the_simulation_does() {
     println!("{compared} missions, {decided} decisions, {failed} behaviors aborted, {rejected} rejected");
     assert!(seeds().count() == 1 || compared * 3 > seeds().count(), "too few missions are left to compare");
     assert!(seeds().count() == 1 || (failed > 0 && rejected > 0), "nothing fails");
+}
+
+#[test]
+fn any_number_of_changes_from_outside_is_taken() {
+    let mission = load(&experiment_file(1));
+    let base = mission.start.base;
+    let changes = || vec![Control::World(Change::Base(base)); 1_000];
+    assert_eq!(live(&mission, 0, changes()).0, Ended::Mission(MissionEnd::Done));
+    let cancels = (0..1_000).map(|_| Control::Cancel).collect();
+    assert_eq!(live(&mission, 0, cancels).0, Ended::Mission(MissionEnd::Canceled));
 }
 
 fn bodies(mission: &MissionSpec, seed: u64) -> Vec<Body> {
@@ -94,15 +105,16 @@ fn has_ends_at_once(records: &[Record]) -> bool {
     !ends.all(|record| seen.insert(record.at()))
 }
 
-fn live(mission: &Arc<MissionSpec>, seed: u64) -> Vec<Record> {
+fn live(mission: &Arc<MissionSpec>, seed: u64, controls: Vec<Control>) -> (Ended, Vec<Record>) {
     let executor = tokio::runtime::Builder::new_current_thread().enable_all().start_paused(true).build();
     let records = Arc::new(Mutex::new(Vec::new()));
     let to_records = Arc::clone(&records);
-    executor.expect("an executor").block_on(async {
+    let ended = executor.expect("an executor").block_on(async {
         let clock = Clock::start(1.0);
         let link = |body| Box::new(Memory::new(body, clock)) as Box<dyn Port>;
         let links = bodies(mission, seed).into_iter().map(link).collect();
-        let (_control, controlled) = mpsc::unbounded_channel();
+        let (control, controlled) = mpsc::unbounded_channel();
+        controls.into_iter().for_each(|told| control.send(told).expect("it is not over"));
         let journal = Box::new(move |record: &Record| to_records.lock().expect("no poison").push(record.clone()));
         let options = Options {
             settings: Settings::default(),
@@ -113,5 +125,5 @@ fn live(mission: &Arc<MissionSpec>, seed: u64) -> Vec<Record> {
         };
         runtime::run(Arc::clone(mission), links, options, controlled).await
     });
-    records.lock().expect("no poison").clone()
+    (ended, records.lock().expect("no poison").clone())
 }
