@@ -21,7 +21,7 @@ use ambidex::tree::Settings;
 use tokio::sync::mpsc;
 
 use crate::digests::decisions;
-use crate::fixtures::{experiment_file, load};
+use crate::fixtures::{file, load};
 use memory::Memory;
 use scripted::Scripted;
 
@@ -72,7 +72,7 @@ fn the_runtime_decides_as_the_simulation_does() {
 
 #[test]
 fn any_number_of_changes_from_outside_is_taken() {
-    let mission = load(&experiment_file(1));
+    let mission = load(&file("config/missions/hand-over.yaml"));
     let base = mission.start.base;
     let changes = || vec![Control::World(Change::Base(base)); 1_000];
     assert_eq!(live(&mission, 0, changes()).0, Ended::Mission(MissionEnd::Done));
