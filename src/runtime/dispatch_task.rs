@@ -5,7 +5,7 @@ use tokio::sync::mpsc;
 use super::clock::Clock;
 use super::journal_task::Journal;
 use super::link_task::Order;
-use super::node_task::ToNode;
+use super::node_task::{ToNode, ToRoot};
 use super::signal::Signal;
 use ambidex_core::dispatch::{Dispatch, Effect, Input};
 use ambidex_model::{MissionEnd, NodeId};
@@ -15,6 +15,7 @@ pub(super) struct DispatchTask {
     pub(super) dispatch: Dispatch,
     pub(super) inbox: mpsc::UnboundedReceiver<Input>,
     pub(super) links: Vec<mpsc::UnboundedSender<Order>>,
+    pub(super) root: ToRoot,
     pub(super) nodes: Vec<ToNode>,
     pub(super) supervisor: mpsc::UnboundedSender<Signal>,
     pub(super) journal: Option<Journal>,
@@ -46,13 +47,13 @@ impl DispatchTask {
             Effect::Ended(leaf, outcome) => self.nodes[leaf.index()].ended(outcome),
             Effect::Observed(change) => self.nodes[NodeId(0).index()].observed(change),
             Effect::Ready(world_state) => {
-                self.nodes[NodeId(0).index()].begin(world_state);
+                self.root.begin(world_state);
                 self.signal(Signal::Begun);
             }
             Effect::Configured(id) => self.signal(Signal::Attached(id)),
             Effect::Lost(id) => {
                 // Before the ends that follow from it: root grants nothing for them.
-                self.nodes[NodeId(0).index()].end(MissionEnd::ControllerLost(id));
+                self.root.end(MissionEnd::ControllerLost(id));
                 self.signal(Signal::Lost(id));
             }
             Effect::Missing(id) => self.signal(Signal::Missing(id)),

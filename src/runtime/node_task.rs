@@ -13,7 +13,7 @@ use ambidex_model::{Change, MissionEnd, MissionSpec, NodeId, Outcome, Time, Topo
 
 /// What a parent can have on the way to a child: a verdict, a reopening, a cancel, and the next activation; twice that.
 const FROM_PARENT: usize = 8;
-/// What dispatch can have on the way to a node: one end per grant; to root also begin, a loss, where the base is.
+/// What dispatch can have on the way to a node: one end per grant; to root where the base is.
 const FROM_DISPATCH: usize = 64;
 
 /// The way down to a child.
@@ -36,8 +36,9 @@ impl ToParent {
     }
 }
 
-/// The way from outside to root: however much comes while root waits for the log, it waits too, in order.
-#[derive(Debug)]
+/// The way on which root hears of the mission's begin, of changes from outside and of the end: one, so that none overtakes
+/// another, and without a bound, since they come while root waits for the log.
+#[derive(Debug, Clone)]
 pub(super) struct ToRoot(mpsc::UnboundedSender<Input>);
 
 impl ToRoot {
@@ -59,19 +60,11 @@ impl ToRoot {
     }
 }
 
-/// The way from dispatch to a node.
+/// The way from dispatch to a node, for what comes of a goal.
 #[derive(Debug, Clone)]
 pub(super) struct ToNode(mpsc::Sender<Input>);
 
 impl ToNode {
-    pub(super) fn begin(&self, world_state: WorldState) {
-        deliver(&self.0, Input::Begin(Box::new(world_state)));
-    }
-
-    pub(super) fn end(&self, end: MissionEnd) {
-        deliver(&self.0, Input::End(end));
-    }
-
     pub(super) fn ended(&self, outcome: Outcome) {
         deliver(&self.0, Input::Ended(Box::new(outcome)));
     }
@@ -114,7 +107,7 @@ pub(super) struct NodeTask {
     around: Arc<Surroundings>,
 }
 
-/// Wires the machines of a tree; gives the tasks and the ways to them, both by node, and the way from outside to root.
+/// Wires the machines of a tree; gives the tasks and the ways to them, both by node, and that to root.
 pub(super) fn wire(nodes: Vec<Node>, around: &Arc<Surroundings>) -> (Vec<NodeTask>, Vec<ToNode>, ToRoot) {
     let (to_root, outside) = mpsc::unbounded_channel();
     let mut outside = Some(outside);

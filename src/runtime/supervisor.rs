@@ -140,6 +140,7 @@ impl Supervisor {
             dispatch: Dispatch::new(mission, Limits::at_speed(timing.clock.speed())),
             inbox,
             links: orders,
+            root: root.clone(),
             nodes: ways,
             supervisor: to_supervisor,
             journal: journal.clone(),
