@@ -17,9 +17,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use ambidex::model::state::State;
 use ambidex::model::{
     Access, Blocked, Change, Claim, Condition, FactId, MissionEnd, MissionSpec, NodeId, NodeKind, Reason, Request,
-    ResourceSpec, ResourceTable, Retention, Selector, Time, Topology, TypeId,
+    ResourceSpec, Retention, Selector, Time, Topology, TypeId,
 };
 use ambidex::runtime::log::{JournalFile, emit};
 use ambidex::runtime::{self, Clock, Control, Ended, Options, Sink};
@@ -202,7 +203,10 @@ impl Machines {
     fn come_to_rest(&mut self, input: Input) {
         let mut out = Outbox::default();
         self.inbox.push_back((NodeId(0), input));
-        while let Some((node, input)) = self.inbox.pop_front() {
+        loop {
+            let next =
+                self.inbox.pop_front().or_else(|| self.nodes[0].wants_turn().then_some((NodeId(0), Input::Turn)));
+            let Some((node, input)) = next else { return };
             self.nodes[node.index()].handle(Time::ZERO, input, &mut out);
             for effect in out.drain() {
                 let next = match effect {
@@ -316,10 +320,11 @@ fn view_of(mission: &Arc<MissionSpec>) -> View {
     View {
         round: 1,
         now: Time::ZERO,
-        table: ResourceTable::new(mission.robot.resources.len()),
-        world_state: mission.start.clone(),
-        running: Default::default(),
-        progress: 0,
+        state: State::new(
+            Arc::new(mission.tree.topology.clone()),
+            mission.robot.resources.len(),
+            mission.start.clone(),
+        ),
         mission: Arc::clone(mission),
         free_space: Arc::new(FreeSpace::new(&mission.world.obstacles, mission.robot.radius_m)),
         rules: Arc::new(Unconstrained),

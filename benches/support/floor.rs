@@ -92,7 +92,7 @@ impl FloorTask {
                 Input::World(_) => {
                     self.activate(&Down::Activation(Activation { view: Arc::clone(&self.view), skips: Arc::from([]) }))
                 }
-                Input::Ended(_) | Input::Begin(_) | Input::Observed(_) | Input::End(_) => {
+                Input::Ended(_) | Input::Begin(_) | Input::Observed(_) | Input::End(_) | Input::Turn => {
                     panic!("nothing runs")
                 }
             }

@@ -27,6 +27,7 @@ pub fn build(
         start: WorldState { base: Pose::new(0.0, 0.0, 0.0), objects: Vec::new(), facts: vec![false; facts] },
         tree: TreeSpec { nodes, topology: Topology::new(parents) },
         names,
+        source: None,
     }
 }
 

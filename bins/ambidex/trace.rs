@@ -39,10 +39,11 @@ pub struct TraceArgs {
     /// Only these rounds: N, A..B with both, A.. or ..B. What has none belongs to the one decided last.
     #[arg(long, value_name = "ROUNDS", value_parser = rounds)]
     pub round: Option<RangeInclusive<u32>>,
-    /// Only this kind of record; may be given several times. Without it all kinds but feedback.
+    /// Only this kind of record; may be given several times. Without it all kinds but feedback, told, observed, turn and
+    /// began.
     #[arg(long, value_name = "KIND", value_parser = kinds())]
     pub kind: Vec<Kind>,
-    /// Besides, how far controllers say that they are, ten times in a second.
+    /// Besides, how far controllers say that they are, ten times in a second, and what root takes up in its turns.
     #[arg(long)]
     pub feedback: bool,
     /// Only what is about this resource.
@@ -72,7 +73,7 @@ impl TraceArgs {
             resource: self.resource.clone(),
             controller: self.controller.clone(),
             kinds: self.kind.clone(),
-            with_feedback: self.feedback,
+            with_minor: self.feedback,
             rounds: self.round.clone(),
             from: self.from,
             to: self.to,

@@ -54,7 +54,7 @@ fn load(path: &Path, robot: Option<&Path>, settings: &[Setting]) -> Result<(Head
         Err(JournalError::NoHeader { .. } | JournalError::Open { .. }) => {
             let loaded = files::load_mission(&Disk, path, robot, settings).map_err(|error| report_all(&error))?;
             // What nobody sees: a tree is the same under every allocator.
-            return Ok((Header::new(&loaded.mission, ""), None));
+            return Ok((Header::new(&loaded.mission, "", false), None));
         }
         Err(error) => return Err(error).into_diagnostic(),
     };

@@ -201,6 +201,7 @@ fn with_robot(
             facts: names.facts.into_names(),
             ..robot.names
         },
+        source: None,
     };
     lint::check(&mission, &task.spans, faults);
     Some(mission)

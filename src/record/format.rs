@@ -138,6 +138,7 @@ pub fn end(end: End) -> &'static str {
     match end {
         End::Succeeded => "succeeded",
         End::Canceled => "canceled",
+        End::Interrupted => "interrupted",
         End::Failed(Fault::Rejected(..)) => "failed: rejected",
         End::Failed(Fault::Unanswered(_)) => "failed: unanswered",
         End::Failed(Fault::Aborted(_)) => "failed: aborted",

@@ -30,6 +30,7 @@ pub fn names() -> Names {
 pub fn records() -> Vec<Record> {
     let mut records = vec![header()];
     records.extend(messages().into_iter().map(sent));
+    records.extend(turns());
     records.extend(decisions());
     records.extend(releases());
     let changes = [
@@ -84,6 +85,8 @@ fn header() -> Record {
             facts: vec![false],
         }),
         names: names(),
+        waits_when_stalled: false,
+        source: None,
     }))
 }
 
@@ -122,21 +125,15 @@ pub fn answer(request: Option<Request>, blocked: Vec<Blocked>) -> Message {
 fn messages() -> Vec<Message> {
     let leaf = NodeId(2);
     let end = End::Failed(Fault::TimedOut);
-    let completion = Completion { node: leaf, heir: Some(NodeId(1)) };
     vec![
         Message::Activation,
         answer(Some(request()), Vec::new()),
         answer(None, blocked()),
-        Message::Verdict { granted: vec![leaf], refused: None },
-        Message::Verdict { granted: Vec::new(), refused: Some(Reason::Satisfied) },
-        Message::Reopen { leaf },
-        Message::Cancel,
-        Message::Release {
-            leaf,
-            end: End::Succeeded,
-            consequences: Consequences { completed: Some(completion), failed: None },
-        },
-        Message::Release { leaf, end, consequences: Consequences::default() },
+        Message::Verdict { granted: vec![leaf], refused: None, stopped: Vec::new() },
+        Message::Verdict { granted: Vec::new(), refused: Some(Reason::Satisfied), stopped: Vec::new() },
+        Message::Verdict { granted: Vec::new(), refused: None, stopped: vec![leaf] },
+        Message::Release { leaf, end: End::Succeeded },
+        Message::Release { leaf, end },
     ]
 }
 
@@ -156,6 +153,7 @@ pub fn grant() -> Grant {
             binding(0, shared, Retention::Intention(shared)),
             binding(1, Access::Exclusive, Retention::Physical(Access::Exclusive)),
         ],
+        met: vec![NodeId(2)],
     }
 }
 
@@ -168,12 +166,36 @@ pub fn resources() -> [Record; 2] {
 }
 
 fn decisions() -> Vec<Record> {
-    let reopened = |lapsed, lacks| Reopened { holder: NodeId(1), leaf: NodeId(2), lapsed, lacks };
-    let lacks = Box::new(Blocked { leaf: NodeId(3), reason: Reason::NotAt { place: PlaceId(0) } });
+    let reopened = |cause| Reopened { node: NodeId(2), up_to: NodeId(1), cause, undecided: Vec::new() };
+    let heir = Box::new(Blocked { leaf: NodeId(3), reason: Reason::NotAt { place: PlaceId(0) } });
     vec![
         decided(vec![grant()], None),
-        decided(Vec::new(), Some(reopened(Some(ResourceId(0)), Some(lacks.clone())))),
-        decided(Vec::new(), Some(reopened(None, None))),
+        decided(Vec::new(), Some(reopened(Cause::Lapse { resource: ResourceId(0), heir }))),
+        decided(Vec::new(), Some(reopened(Cause::Redo))),
+    ]
+}
+
+/// What root was told, its turns, and what it did in them besides deciding and releasing.
+fn turns() -> Vec<Record> {
+    let at = Time(1_400_000);
+    let world_state = || {
+        Box::new(WorldState {
+            base: Pose::new(1.0, 0.0, 0.0),
+            objects: vec![Location::At(PlaceId(0))],
+            facts: vec![true],
+        })
+    };
+    let outcome = Outcome { end: End::Interrupted, changes: vec![Change::Base(Pose::new(1.0, 2.0, 0.5))] };
+    let told = |input| Record::Told { at, input };
+    vec![
+        told(Told::Begin { world_state: world_state() }),
+        told(Told::World { change: Change::Fact(FactId(0), true) }),
+        told(Told::Ended { leaf: NodeId(2), outcome }),
+        told(Told::End { end: MissionEnd::Canceled }),
+        Record::Observed { at, change: Change::Base(Pose::new(1.0, 2.0, 0.5)) },
+        Record::Turn { at },
+        Record::Began { at, world_state: world_state() },
+        Record::Stopped { at, leaves: vec![NodeId(2)] },
     ]
 }
 
@@ -182,6 +204,7 @@ fn releases() -> Vec<Record> {
     let ends = [
         End::Succeeded,
         End::Canceled,
+        End::Interrupted,
         End::Failed(Fault::Rejected(controller, Rejection::Busy)),
         End::Failed(Fault::Unanswered(controller)),
         End::Failed(Fault::Aborted(controller)),
@@ -194,7 +217,7 @@ fn releases() -> Vec<Record> {
         at: Time(1_900_000),
         leaf: NodeId(2),
         end,
-        consequences: Consequences { completed: None, failed: Some(NodeId(1)) },
+        consequences: Consequences { completed: None, failed: Some(NodeId(1)), failing: None },
         changes: vec![Change::Fact(FactId(0), false)],
     };
     ends.map(released).into()

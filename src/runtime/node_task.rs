@@ -11,7 +11,7 @@ use ambidex_core::dispatch;
 use ambidex_core::tree::{Down, Effect, Input, Node, Outbox, Up};
 use ambidex_model::{Change, MissionEnd, MissionSpec, NodeId, Outcome, Time, Topology, WorldState};
 
-/// What a parent can have on the way to a child: a verdict, a reopening, a cancel, and the next activation; twice that.
+/// What a parent can have on the way to a child: a verdict, one that only stops, and the next activation; twice that.
 const FROM_PARENT: usize = 8;
 /// What dispatch can have on the way to a node: one end per grant; to root where the base is.
 const FROM_DISPATCH: usize = 64;
@@ -151,13 +151,26 @@ impl NodeTask {
             if is_root && let Some(journal) = &self.around.journal {
                 journal.ready().await;
             }
-            // One moment for all that comes of one input, so that no record is older than the one before it.
-            let now = self.around.clock.now();
-            self.node.handle(now, input, &mut out);
-            for effect in out.drain() {
-                self.carry(now, effect);
+            self.handle(input, &mut out);
+            // Whatever came before it is part of the turn.
+            while self.node.wants_turn() && self.is_idle() {
+                self.handle(Input::Turn, &mut out);
             }
         }
+    }
+
+    fn handle(&mut self, input: Input, out: &mut Outbox) {
+        // One moment for all that comes of one input, so that no record is older than the one before it.
+        let now = self.around.clock.now();
+        self.node.handle(now, input, out);
+        for effect in out.drain() {
+            self.carry(now, effect);
+        }
+    }
+
+    /// Whether nothing has come for it.
+    fn is_idle(&self) -> bool {
+        self.inbox.is_empty() && self.outside.as_ref().is_none_or(mpsc::UnboundedReceiver::is_empty)
     }
 
     async fn next(&mut self) -> Option<Input> {

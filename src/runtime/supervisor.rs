@@ -73,7 +73,8 @@ pub async fn run(
         None => (None, None),
     };
     if let Some(journal) = &journal {
-        let header = Header::new(&mission, options.settings.allocator.name());
+        let settings = &options.settings;
+        let header = Header::new(&mission, settings.allocator.name(), settings.waits_when_stalled);
         journal.write(Record::Header(Box::new(header)));
     }
     let timing = Timing { clock: options.clock, grace: options.grace };

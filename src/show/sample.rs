@@ -56,6 +56,8 @@ pub(super) fn header() -> Header {
             facts: Vec::new(),
             controllers: list(&["base", "head", "left_arm", "right_arm"]),
         },
+        waits_when_stalled: false,
+        source: None,
     }
 }
 
@@ -72,7 +74,7 @@ pub(super) fn grant(name: &str, shared: &[u32], alone: &[u32], skips: &[&str]) -
         changes: Vec::new(),
         skips: skips.iter().map(|&skip| NodeRange { from: named(skip), to: NodeId(named(skip).0 + 1) }).collect(),
     };
-    Grant { request: request.into(), bindings: shared.chain(alone).collect() }
+    Grant { request: request.into(), bindings: shared.chain(alone).collect(), met: Vec::new() }
 }
 
 pub(super) fn decided(at_s: f64, round: u32, granted: Vec<Grant>) -> Record {

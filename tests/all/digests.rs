@@ -80,8 +80,8 @@ pub fn decisions(names: &Names, records: &[Record]) -> String {
                 write!(text, "round {round}").expect("a string takes all");
                 granted.iter().for_each(|grant| tell(&mut text, names, grant));
                 if let Some(reopened) = reopened {
-                    let lapsed = reopened.lapsed.map(|resource| resource.0);
-                    let (leaf, holder) = (reopened.leaf.0, reopened.holder.0);
+                    let lapsed = reopened.lapsed().map(|resource| resource.0);
+                    let (leaf, holder) = (reopened.node.0, reopened.up_to.0);
                     write!(text, "; {leaf} again for {holder}, {lapsed:?}").expect("a string takes all");
                 }
             }
@@ -92,7 +92,8 @@ pub fn decisions(names: &Names, records: &[Record]) -> String {
                 write!(text, "{} {end:?} {completed:?} {failed:?}", leaf.0).expect("a string takes all");
             }
             Record::Ended { end, .. } => write!(text, "{end:?}").expect("a string takes all"),
-            Record::Header(_) | Record::Sent { .. } | Record::World { .. } => continue,
+            Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => continue,
+            Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::World { .. } => continue,
             Record::Resource { .. } | Record::Controller { .. } => continue,
         }
         text.push('\n');

@@ -100,9 +100,27 @@ impl Driver {
         true
     }
 
-    /// Delivers messages until none is on its way.
+    /// Whether root wants a turn, and nothing is on its way to it: then it can be given one.
+    pub fn is_turn_due(&self) -> bool {
+        let is_for_root = |edge: &Edge| matches!(edge, Edge::Up(child) if self.topology.parent(*child) == NodeId(0));
+        self.root().wants_turn() && !self.edges.keys().any(is_for_root)
+    }
+
+    pub fn turn(&mut self) {
+        self.give(NodeId(0), Input::Turn);
+    }
+
+    /// Delivers messages, and gives root its turns, until there is nothing left of either.
     pub fn rest(&mut self) {
-        while self.step() {}
+        loop {
+            if self.step() {
+                continue;
+            }
+            if !self.root().wants_turn() {
+                break;
+            }
+            self.turn();
+        }
         self.watch.rested();
     }
 
@@ -124,8 +142,10 @@ impl Driver {
                 assert!(before.is_none(), "{node:?} starts twice");
             }
             Effect::Stop(leaf) => {
-                assert!(self.goals.contains_key(&leaf), "{leaf:?} does not run");
-                self.outside.push(Outside::Stop(leaf));
+                // What ended in the meantime is not told any more.
+                if self.goals.contains_key(&leaf) {
+                    self.outside.push(Outside::Stop(leaf));
+                }
             }
             Effect::Record(record) => {
                 self.watch.recorded(&record);

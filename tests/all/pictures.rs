@@ -305,15 +305,26 @@ fn long_run(behaviors: usize, rounds: u32) -> Vec<u8> {
     let names = Names { nodes: (0..=behaviors).map(name).collect(), resources: vec!["arm".into()], ..Names::default() };
     let (version, resource_types) = (JOURNAL_VERSION, vec![TypeId(0)]);
     let [mission, robot, allocator] = ["long", "arm", "greedy"].map(str::to_owned);
-    let header =
-        Header { version, mission, robot, allocator, nodes, resource_types, names, movers: Vec::new(), start: None };
+    let header = Header {
+        version,
+        mission,
+        robot,
+        allocator,
+        nodes,
+        resource_types,
+        names,
+        movers: Vec::new(),
+        start: None,
+        waits_when_stalled: false,
+        source: None,
+    };
     let mut write = |record: &Record| journal.write(record).expect("memory takes all");
     write(&Record::Header(Box::new(header)));
     for round in 1..=rounds {
         let leaf = NodeId(1 + round % (behaviors as u32 / 2));
         let at = Time(u64::from(round) * 1_000_000);
         let request = Request { leaf, potential: 1.0, heir: false, claims: vec![], changes: vec![], skips: vec![] };
-        let grant = Grant { request: request.into(), bindings: vec![] };
+        let grant = Grant { request: request.into(), bindings: vec![], met: vec![] };
         write(&Record::Decided { at, round, granted: vec![grant], refused: vec![], reopened: None });
         let at = Time(at.0 + 900_000);
         let end = End::Failed(Fault::TimedOut);

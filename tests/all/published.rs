@@ -193,7 +193,7 @@ fn granted_together_they_work_together() {
         let mission = mission(number);
         let body = |index: usize| motion::simulated(&mission.robot.controllers[index].kind);
         let live = live::run(&mission, 20.0, body, |_| None);
-        let header = Record::Header(Box::new(Header::new(&mission, "greedy")));
+        let header = Record::Header(Box::new(Header::new(&mission, "greedy", false)));
         let history = history(&[vec![header], live.records.clone()].concat());
         let works = works(&live.records);
         let achieved = |leaf: &NodeId| {

@@ -71,8 +71,8 @@ impl Story {
             self.reasons.insert(id(&refused["leaf"]), refused["reason"].clone());
         }
         if let Some(reopened) = record["reopened"].as_object() {
-            self.skipped.retain(|skipped| *skipped != id(&reopened["leaf"]));
-            self.is_closed |= !reopened["lapsed"].is_null();
+            self.skipped.retain(|skipped| *skipped != id(&reopened["node"]));
+            self.is_closed |= !reopened["cause"]["lapse"].is_null();
         }
     }
 

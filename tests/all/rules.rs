@@ -87,8 +87,8 @@ impl Run {
                 steps.push(names.join(" + "));
             }
             if let Some(reopened) = reopened {
-                let how = if reopened.lapsed.is_some() { "lapses" } else { "back" };
-                steps.push(format!("{how} {}", name(reopened.leaf)));
+                let how = if reopened.lapsed().is_some() { "lapses" } else { "back" };
+                steps.push(format!("{how} {}", name(reopened.node)));
             }
         }
         match self.driver.finished {
@@ -105,7 +105,8 @@ impl Run {
         let leaf = self.node(name);
         let mut refused = self.driver.records.iter().filter_map(|record| match record {
             Record::Decided { refused, .. } => refused.iter().find(|blocked| blocked.leaf == leaf),
-            Record::Header(_) | Record::Sent { .. } | Record::Released { .. } => None,
+            Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => None,
+            Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::Released { .. } => None,
             Record::World { .. } | Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => None,
         });
         refused.next_back().map(|blocked| blocked.reason.clone())
@@ -113,12 +114,12 @@ impl Run {
 
     /// Where things are.
     pub fn world_state(&self) -> &ambidex::model::WorldState {
-        self.driver.root().world_state()
+        self.driver.root().state().world()
     }
 
     /// Who holds what: `resource: holder` in resource order.
     pub fn table(&self) -> String {
-        let table = self.driver.root().table();
+        let table = self.driver.root().state().table();
         let leases = table.leases().map(|(id, lease)| {
             let (resource, holder) = (self.mission.names.resource(id), lease.holder);
             format!("{resource}: {}", self.mission.names.node(holder))

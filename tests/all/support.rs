@@ -126,6 +126,7 @@ pub fn mission(body: Body, places: usize, objects: Vec<Location>, facts: Vec<boo
         robot,
         tree,
         names,
+        source: None,
     }
 }
 

@@ -12,7 +12,7 @@ use imports::{Source, of_crate, sources};
 /// Rooms of a crate by step; a room imports only from rooms of smaller steps of its crate. Other crates are kept apart
 /// by what they depend on.
 const ROOMS: &[(&str, &[(&str, u32)])] = &[
-    ("model", &[("words", 0), ("motion", 1), ("session", 2)]),
+    ("model", &[("words", 0), ("motion", 1), ("state", 1), ("session", 2)]),
     ("core", &[("world", 0), ("behavior", 1), ("tree", 2), ("dispatch", 2), ("sim", 3)]),
     (
         "link",

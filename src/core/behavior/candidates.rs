@@ -33,7 +33,7 @@ pub(crate) fn too_few(options: &[Vec<ResourceId>], contested: ResourceId, robot:
 fn options_of(claim: &Claim, view: &View, line: &Lineage<'_>) -> Result<ClaimOptions, Reason> {
     let candidates = match claim.selector {
         Selector::Named(resource) => one(resource, claim.access, view, line)?,
-        Selector::Holding(object) => match view.world_state.objects[object.index()] {
+        Selector::Holding(object) => match view.state.world().objects[object.index()] {
             Location::In(resource) => one(resource, claim.access, view, line)?,
             Location::At(_) | Location::Unknown => return Err(Reason::NotHeld { object }),
         },
@@ -58,7 +58,7 @@ fn one(id: ResourceId, access: Access, view: &View, line: &Lineage<'_>) -> Resul
 }
 
 fn held(id: ResourceId, access: Access, view: &View, line: &Lineage<'_>) -> Option<Reason> {
-    let resource = view.table.resource(id);
+    let resource = view.state.table().resource(id);
     let by = resource.obstacle(line, access)?;
     Some(Reason::Held { resource: id, by, channel: resource.channel() })
 }
@@ -83,10 +83,10 @@ fn empty(
     line: &Lineage<'_>,
 ) -> Result<Vec<Candidate>, Reason> {
     let reach = |resource| match reaches {
-        Some(object) => view.geometry().reach_m(&view.world_state, resource, object),
+        Some(object) => view.geometry().reach_m(view.state.world(), resource, object),
         None => Some(0.0),
     };
-    let is_empty = |resource| view.world_state.held_by(resource).is_none();
+    let is_empty = |resource| view.state.world().held_by(resource).is_none();
     let empty: Vec<_> = fitting.into_iter().filter(|candidate| is_empty(candidate.resource)).collect();
     let reached: Vec<_> = empty
         .iter()
@@ -99,7 +99,7 @@ fn empty(
         Some(object) => {
             let mut would: Vec<_> = all.iter().copied().filter(|&id| reach(id).is_some()).collect();
             // One that runs is worth waiting for, so it is named before one that is kept.
-            would.sort_by_key(|&id| !view.table.resource(id).is_running());
+            would.sort_by_key(|&id| !view.state.table().resource(id).is_running());
             let reason = would.into_iter().find_map(|id| held(id, access, view, line));
             Err(reason.unwrap_or(Reason::OutOfReach { object }))
         }

@@ -8,7 +8,7 @@ use ambidex_model::{Condition, Lineage, Location, PlaceId, Pose, Reason};
 /// # Errors
 /// What is not so; [`Condition::Never`] has no better word than that the goal is not met by itself.
 pub fn check(condition: &Condition, view: &View, line: &Lineage<'_>, known: &mut KnownPaths) -> Result<(), Reason> {
-    let world_state = &view.world_state;
+    let world_state = view.state.world();
     match condition {
         Condition::All(parts) => parts.iter().try_for_each(|part| check(part, view, line, known)),
         Condition::Never => Err(Reason::NotItsTurn { after: line.node }),
@@ -23,7 +23,7 @@ pub fn check(condition: &Condition, view: &View, line: &Lineage<'_>, known: &mut
         Condition::Held(object) => {
             let is_held = match world_state.objects[object.index()] {
                 Location::In(resource) => {
-                    let leases = view.table.resource(resource).leases();
+                    let leases = view.state.table().resource(resource).leases();
                     leases.iter().any(|lease| line.contains(lease.holder))
                 }
                 Location::At(_) | Location::Unknown => false,

@@ -16,7 +16,7 @@ pub fn goal(spec: &BehaviorSpec, grant: &Grant, view: &View, known: &mut KnownPa
 }
 
 fn command(task: Task, view: &View, known: &mut KnownPaths) -> Command {
-    let (geometry, world_state) = (view.geometry(), &view.world_state);
+    let (geometry, world_state) = (view.geometry(), view.state.world());
     match task {
         Task::DriveTo(stand) => {
             let path = known.path(&view.free_space, world_state.base, stand);
@@ -68,7 +68,7 @@ fn contradicts(said: Change, effect: &EffectTerm, grant: &Grant) -> Option<Resou
 pub fn changes(spec: &BehaviorSpec, grant: &Grant, outcome: &Outcome) -> Vec<Change> {
     let effects: &[EffectTerm] = match outcome.end {
         End::Succeeded => &spec.effects,
-        End::Failed(_) | End::Canceled => &[],
+        End::Failed(_) | End::Canceled | End::Interrupted => &[],
     };
     let effects = effects.iter().map(|effect| match *effect {
         EffectTerm::Lies(object, place) => Change::Object(object, Location::At(place)),

@@ -42,14 +42,14 @@ fn request(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>, known: &mut Kno
     check(&spec.precondition, view, line, known)?;
     let potential = potential(&spec.potential, view, line)?;
     for &object in &spec.changes {
-        let mut others = view.running.iter();
+        let mut others = view.state.running().iter();
         if let Some((&with, _)) = others.find(|(_, grant)| grant.request.changes.contains(&object)) {
             return Err(Reason::SameObject { object, with });
         }
     }
     for term in &spec.commands {
         if let Task::Grasp(object) = term.task
-            && view.geometry().object(&view.world_state, object).is_none()
+            && view.geometry().object(view.state.world(), object).is_none()
         {
             return Err(Reason::OutOfReach { object });
         }
@@ -73,7 +73,7 @@ fn potential(potential: &Potential, view: &View, line: &Lineage<'_>) -> Result<f
         Potential::Scaled { value, by } => Ok(value * scale(by, view, line)?),
         Potential::Nearness { to, floor_m, scale_by } => {
             let available = scale_by.map_or(Ok(1.0), |of| scale(of, view, line))?;
-            Ok(available / view.world_state.base.distance_m(&to).max(floor_m))
+            Ok(available / view.state.world().base.distance_m(&to).max(floor_m))
         }
     }
 }
@@ -92,7 +92,7 @@ fn scale(of: TypeId, view: &View, line: &Lineage<'_>) -> Result<f64, Reason> {
 /// The n of equation (1): resources of a type that are free or held by the behavior's own line.
 fn available(of: TypeId, view: &View, line: &Lineage<'_>) -> usize {
     let is_available = |id| {
-        let resource = view.table.resource(id);
+        let resource = view.state.table().resource(id);
         !resource.is_locked() || resource.leases().iter().any(|lease| line.contains(lease.holder))
     };
     view.mission.robot.of_type(of).filter(|&id| is_available(id)).count()

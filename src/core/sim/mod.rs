@@ -83,7 +83,11 @@ impl<'a> Simulation<'a> {
         mut events: Vec<(Time, Event)>,
         journal: &'a mut dyn FnMut(&Record),
     ) -> Self {
-        journal(&Record::Header(Box::new(Header::new(mission, settings.allocator.name()))));
+        journal(&Record::Header(Box::new(Header::new(
+            mission,
+            settings.allocator.name(),
+            settings.waits_when_stalled,
+        ))));
         if !events.iter().any(|(_, event)| matches!(event, Event::Attach(_))) {
             let all = (0..bodies.len()).map(|index| (Time::ZERO, Event::Attach(ControllerId::from(index))));
             events.extend(all);
@@ -147,13 +151,13 @@ impl<'a> Simulation<'a> {
 
     /// Delivers messages until nobody has any left.
     fn come_to_rest(&mut self) {
-        let mut out = Outbox::default();
         while let Some(delivery) = self.deliveries.pop_front() {
             match delivery {
                 Delivery::Node(node, input) => {
-                    self.nodes[node.index()].handle(self.now, input, &mut out);
-                    for effect in out.drain() {
-                        self.carry(node, effect);
+                    self.handle(node, input);
+                    // Whatever came before it is part of the turn.
+                    while self.nodes[0].wants_turn() && !self.has_any_for_root() {
+                        self.handle(NodeId(0), Input::Turn);
                     }
                 }
                 Delivery::Dispatch(input) => {
@@ -164,6 +168,18 @@ impl<'a> Simulation<'a> {
                 Delivery::Controller(id, message) => self.exchange(id, Some(message)),
             }
         }
+    }
+
+    fn handle(&mut self, node: NodeId, input: Input) {
+        let mut out = Outbox::default();
+        self.nodes[node.index()].handle(self.now, input, &mut out);
+        for effect in out.drain() {
+            self.carry(node, effect);
+        }
+    }
+
+    fn has_any_for_root(&self) -> bool {
+        self.deliveries.iter().any(|delivery| matches!(delivery, Delivery::Node(NodeId(0), _)))
     }
 
     fn carry(&mut self, from: NodeId, effect: Effect) {

@@ -75,7 +75,7 @@ impl Allocator for Serial {
         let (packing, refused) = find_best(view, requests);
         let mut granted = packing.bind();
         for grant in &mut granted {
-            let free = view.table.iter().filter(|(_, resource)| !resource.is_locked()).map(|(id, _)| id);
+            let free = view.state.table().iter().filter(|(_, resource)| !resource.is_locked()).map(|(id, _)| id);
             let unclaimed: Vec<_> =
                 free.filter(|id| grant.bindings.iter().all(|binding| binding.resource != *id)).collect();
             let whole = |resource| Binding { resource, access: Access::Exclusive, keep: Retention::Release };
@@ -108,7 +108,7 @@ fn find_compatible(view: &View, mut requests: Vec<Arc<Request>>) -> (Packing<'_>
 
 fn find_best(view: &View, mut requests: Vec<Arc<Request>>) -> (Packing<'_>, Vec<Blocked>) {
     sort(&mut requests);
-    let mut owner = view.running.keys().next().copied();
+    let mut owner = view.state.running().keys().next().copied();
     let mut packing = Packing::new(view);
     let mut refused = Vec::new();
     for request in requests {

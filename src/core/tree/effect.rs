@@ -18,6 +18,9 @@ pub enum Input {
     World(Change),
     /// To root: the base is here while a goal runs; no round comes of it.
     Observed(Change),
+    /// To root, when it [`wants one`](super::Root::wants_turn) and nothing else is there for it: take up what came and
+    /// decide.
+    Turn,
     /// To root: end the mission in order, for this cause: no new round, what runs is canceled first.
     End(MissionEnd),
 }

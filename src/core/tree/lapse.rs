@@ -4,23 +4,22 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::behavior;
 use crate::world::{KnownPaths, View};
-use ambidex_model::{Blocked, Grant, LeaseKind, Lineage, NodeId, Reason, Reopened, ResourceTable, TreeSpec};
+use ambidex_model::state::State;
+use ambidex_model::{Blocked, Cause, Claim, LeaseKind, Lineage, NodeId, Reason, Reopened, Retention, TreeSpec};
 
 /// What root knows at the end of a round.
 pub(super) struct LapseCheck<'a> {
     pub(super) tree: &'a TreeSpec,
     pub(super) view: &'a View,
-    /// The table with this round's grants.
-    pub(super) table: &'a ResourceTable,
-    /// What runs, this round's grants included.
-    pub(super) running: &'a BTreeMap<NodeId, Grant>,
+    /// The state with this round's grants.
+    pub(super) state: &'a State,
     pub(super) refused: &'a BTreeMap<NodeId, Reason>,
 }
 
 impl LapseCheck<'_> {
     /// The last intention lease in tree order for which waiting would not help, if there is one.
     pub(super) fn lapse(&self) -> Option<Reopened> {
-        let intentions = self.table.leases().filter(|(_, lease)| lease.kind == LeaseKind::Intention);
+        let intentions = self.state.table().leases().filter(|(_, lease)| lease.kind == LeaseKind::Intention);
         let mut lapsing: Vec<_> = intentions
             .filter_map(|(resource, lease)| {
                 let lacks = self.lacks(lease.holder)?;
@@ -29,13 +28,14 @@ impl LapseCheck<'_> {
             .collect();
         lapsing.sort_by_key(|(holder, behavior, resource, _)| (*holder, *behavior, *resource));
         let (holder, leaf, resource, lacks) = lapsing.pop()?;
-        Some(Reopened { holder, leaf, lapsed: Some(resource), lacks: Some(Box::new(lacks)) })
+        let cause = Cause::Lapse { resource, heir: Box::new(lacks) };
+        Some(Reopened { node: leaf, up_to: holder, cause, undecided: Vec::new() })
     }
 
     /// The first heir below a holder with what it lacks; none while an heir runs or waits for something that runs.
     fn lacks(&self, holder: NodeId) -> Option<Blocked> {
         let below = holder..self.tree.topology.end(holder);
-        if self.running.range(below.clone()).next().is_some() {
+        if self.state.is_busy(holder) {
             return None;
         }
         let heirs = || self.refused.range(below.clone());
@@ -48,11 +48,11 @@ impl LapseCheck<'_> {
 
     /// Whether it was refused for what a running behavior holds, so that waiting may help.
     fn can_wait(&self, reason: &Reason) -> bool {
-        let runs_on = |resource| self.table.resource(resource).is_running();
+        let runs_on = |resource| self.state.table().resource(resource).is_running();
         match reason {
             Reason::Held { resource, .. } => runs_on(*resource),
             // Root may bind the other request to another resource than the AND that compared the two.
-            Reason::Outbid { resource, by, .. } => runs_on(*resource) || self.running.contains_key(by),
+            Reason::Outbid { resource, by, .. } => runs_on(*resource) || self.state.running().contains_key(by),
             Reason::NoneFree { of } | Reason::TooFew { of, .. } | Reason::NothingAvailable { of } => {
                 self.view.mission.robot.of_type(*of).any(runs_on)
             }
@@ -60,7 +60,7 @@ impl LapseCheck<'_> {
             | Reason::Clash { with: by }
             | Reason::WholeRobot { by }
             | Reason::Outdone { by }
-            | Reason::Driving { by } => self.running.contains_key(by),
+            | Reason::Driving { by } => self.state.running().contains_key(by),
             Reason::Satisfied
             | Reason::Unwanted
             | Reason::Missing { .. }
@@ -81,7 +81,8 @@ impl LapseCheck<'_> {
 
     /// The first THEN in tree order with an earlier child that kept an intention and no longer meets its goal, and the
     /// last such behavior.
-    pub(super) fn go_back(&self, keepers: &BTreeSet<(NodeId, NodeId)>) -> Option<Reopened> {
+    pub(super) fn redo(&self) -> Option<Reopened> {
+        let keepers = self.keepers();
         let no_longer_met = |leaf: NodeId| {
             let spec = self.tree.behavior(leaf).expect("behaviors keep leases");
             let line = Lineage { topology: &self.tree.topology, node: leaf, skips: &[] };
@@ -96,6 +97,16 @@ impl LapseCheck<'_> {
         // Of several the last: what the earlier ones were done for has been done since.
         let mut of_first = keepers.range((first, NodeId(0))..=(first, NodeId(u32::MAX)));
         let (holder, leaf) = of_first.rfind(|&keeper| is_lost(keeper)).copied()?;
-        Some(Reopened { holder, leaf, lapsed: None, lacks: None })
+        Some(Reopened { node: leaf, up_to: holder, cause: Cause::Redo, undecided: Vec::new() })
+    }
+
+    /// THEN and behavior below it that kept an intention for it, or was skipped as if it had.
+    fn keepers(&self) -> BTreeSet<(NodeId, NodeId)> {
+        let keeps = |claim: &Claim| matches!(claim.keep, Retention::Intention(_));
+        let keeper = |leaf: NodeId| {
+            let then = self.state.status(leaf).kept_for?;
+            self.tree.behavior(leaf)?.claims.iter().any(keeps).then_some((then, leaf))
+        };
+        self.tree.leaves().filter_map(keeper).collect()
     }
 }

@@ -1,24 +1,18 @@
 //! What nodes tell each other. Payloads lie behind pointers, so that a message is small.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::world::View;
-use ambidex_model::{
-    Blocked, Change, Consequences, Grant, Message, NodeId, NodeRange, Outcome, Reason, Reopened, Request,
-};
+use ambidex_model::{Blocked, Grant, Message, NodeId, NodeRange, Outcome, Reason, Request, Topology};
 
 /// From a parent to a child.
 #[derive(Debug, Clone)]
 pub enum Down {
     /// The state of resources and world: answer once.
     Activation(Activation),
-    /// What came of the answer.
+    /// What came of the answer, and what is to end.
     Verdict(Arc<Verdict>),
-    /// A behavior below is not done any more.
-    Reopen(Arc<Verdict>),
-    /// End what runs; the round it is said in.
-    Cancel(u32),
 }
 
 /// From a child to its parent.
@@ -56,7 +50,7 @@ pub struct Answer {
     pub passed_on: usize,
 }
 
-/// The end of a behavior on its way to root.
+/// The end of a behavior on its way to root, the same on every edge.
 #[derive(Debug, Clone)]
 pub struct Release {
     /// The last round its leaf took part in.
@@ -65,27 +59,26 @@ pub struct Release {
     pub leaf: NodeId,
     /// How it ended.
     pub outcome: Outcome,
-    /// What is different in the world.
-    pub changes: Vec<Change>,
-    /// What it means for the nodes above so far.
-    pub consequences: Consequences,
-    /// Where something fails: the leaf that it began with, which may have ended before this one.
-    pub cause: NodeId,
 }
 
 /// What root decided in a round.
 #[derive(Debug, Clone, Default)]
 pub struct Verdict {
-    /// The round that it ends.
+    /// The round that it ends, or the last one before it where it only stops.
     pub round: u32,
     /// What starts now.
     pub granted: BTreeMap<NodeId, Grant>,
     /// Why every other activated leaf does not.
     pub refused: BTreeMap<NodeId, Reason>,
-    /// What is not done any more.
-    pub reopened: Option<Reopened>,
-    /// The progress counter of the round's view: what lapsed does not ask again before it grows.
-    pub progress: u64,
+    /// What runs and is to end.
+    pub stopped: BTreeSet<NodeId>,
+}
+
+impl Verdict {
+    /// Whether something at or below a node is to end.
+    pub(super) fn stops_below(&self, topology: &Topology, node: NodeId) -> bool {
+        self.stopped.range(node..topology.end(node)).next().is_some()
+    }
 }
 
 impl Answer {
@@ -105,9 +98,8 @@ impl Down {
     /// The round it is said in.
     pub fn round(&self) -> u32 {
         match self {
-            Self::Activation(activation) => activation.view.round,
-            Self::Verdict(verdict) | Self::Reopen(verdict) => verdict.round,
-            Self::Cancel(round) => *round,
+            Self::Activation(activation) => activation.view.round(),
+            Self::Verdict(verdict) => verdict.round,
         }
     }
 
@@ -118,12 +110,8 @@ impl Down {
             Self::Verdict(verdict) => Message::Verdict {
                 granted: verdict.granted.range(below.from..below.to).map(|(&leaf, _)| leaf).collect(),
                 refused: verdict.refused.get(&below.from).cloned(),
+                stopped: verdict.stopped.range(below.from..below.to).copied().collect(),
             },
-            Self::Reopen(verdict) => {
-                let reopened = verdict.reopened.as_ref().expect("a reopening says what it reopens");
-                Message::Reopen { leaf: reopened.leaf }
-            }
-            Self::Cancel(_) => Message::Cancel,
         }
     }
 }
@@ -148,9 +136,7 @@ impl Up {
                 request: answer.requests.iter().find(|request| request.leaf == from).cloned(),
                 blocked: answer.blocked[answer.passed_on..].to_vec(),
             },
-            Self::Release(release) => {
-                Message::Release { leaf: release.leaf, end: release.outcome.end, consequences: release.consequences }
-            }
+            Self::Release(release) => Message::Release { leaf: release.leaf, end: release.outcome.end },
         }
     }
 }

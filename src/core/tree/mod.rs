@@ -3,7 +3,6 @@
 //! A machine is handed an input and hands back effects. It has no clock, waits for nothing and never fails.
 
 mod allocator;
-mod branch;
 mod composite;
 mod effect;
 mod lapse;

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use super::composite::Composite;
-use super::effect::{Input, Outbox};
+use super::effect::{Effect, Input, Outbox};
 use super::leaf::Leaf;
 use super::ordering::Ordering;
-use super::{Root, Settings, Up};
-use ambidex_model::{MissionSpec, NodeId, NodeKind, Time};
+use super::{Release, Root, Settings, Up};
+use ambidex_model::{MissionSpec, NodeId, Time, Told};
 
 /// The machine of one node.
 #[derive(Debug)]
@@ -21,6 +21,14 @@ pub enum Node {
 }
 
 impl Node {
+    /// Whether this is root and [`Input::Turn`] is due.
+    pub fn wants_turn(&self) -> bool {
+        match self {
+            Self::Root(root) => root.wants_turn(),
+            Self::Composite(_) | Self::Leaf(_) => false,
+        }
+    }
+
     /// Takes an input at a moment of robot time and says what is to be done.
     ///
     /// # Panics
@@ -28,16 +36,18 @@ impl Node {
     pub fn handle(&mut self, now: Time, input: Input, out: &mut Outbox) {
         match (self, input) {
             (Self::Root(root), Input::Up(_, Up::Answer(answer))) => root.on_answer(now, *answer, out),
-            (Self::Root(root), Input::Up(_, Up::Release(release))) => root.on_release(now, *release, out),
-            (Self::Root(root), Input::Begin(world_state)) => root.begin(now, *world_state, out),
-            (Self::Root(root), Input::World(change)) => root.on_world_change(now, change, out),
+            (Self::Root(root), Input::Up(_, Up::Release(release))) => {
+                let Release { leaf, outcome, .. } = *release;
+                root.on_told(now, Told::Ended { leaf, outcome }, out);
+            }
+            (Self::Root(root), Input::Begin(world_state)) => root.on_told(now, Told::Begin { world_state }, out),
+            (Self::Root(root), Input::World(change)) => root.on_told(now, Told::World { change }, out),
             (Self::Root(root), Input::Observed(change)) => root.on_observation(change),
-            (Self::Root(root), Input::End(end)) => root.end(now, end, out),
+            (Self::Root(root), Input::End(end)) => root.on_told(now, Told::End { end }, out),
+            (Self::Root(root), Input::Turn) => root.turn(now, out),
             (Self::Composite(node), Input::Down(down)) => node.on_down(down, out),
             (Self::Composite(node), Input::Up(child, Up::Answer(answer))) => node.on_answer(child, *answer, out),
-            (Self::Composite(node), Input::Up(child, Up::Release(release))) => {
-                node.on_release(child, *release, out);
-            }
+            (Self::Composite(_), Input::Up(_, up @ Up::Release(_))) => out.push(Effect::Up(up)),
             (Self::Leaf(leaf), Input::Down(down)) => leaf.on_down(down, out),
             (Self::Leaf(leaf), Input::Ended(outcome)) => leaf.on_end(*outcome, out),
             (node, input) => panic!("{node:?} cannot take {input:?}"),
@@ -48,15 +58,12 @@ impl Node {
 /// The machines of a mission, by node.
 pub fn build(mission: &Arc<MissionSpec>, settings: &Settings) -> Vec<Node> {
     let tree = &mission.tree;
-    let composite = |id, ordering| Node::Composite(Box::new(Composite::new(id, ordering, mission, settings)));
     let nodes = tree.nodes.iter().enumerate().map(|(index, kind)| {
         let id = NodeId::from(index);
-        match kind {
-            NodeKind::Root => Node::Root(Box::new(Root::new(mission, settings))),
-            NodeKind::And => composite(id, Ordering::And),
-            NodeKind::Or => composite(id, Ordering::Or),
-            NodeKind::Then => composite(id, Ordering::Then),
-            NodeKind::Behavior(_) => Node::Leaf(Box::new(Leaf::new(id, mission))),
+        match Ordering::of(kind) {
+            Some(ordering) => Node::Composite(Box::new(Composite::new(id, ordering, mission, settings))),
+            None if index == 0 => Node::Root(Box::new(Root::new(mission, settings))),
+            None => Node::Leaf(Box::new(Leaf::new(id, mission))),
         }
     });
     nodes.collect()

@@ -1,11 +1,12 @@
-//! What AND, OR and THEN differ in: whom they ask, what they pass on, when they are complete (III-A, III-C).
+//! AND, OR and THEN: whom they ask, what they pass on, and what the end of a child means for them (III-A, III-C). No
+//! other file tells them apart.
 
-use std::sync::Arc;
-
-use super::Answer;
-use super::branch::{Branch, Child, Open};
+use super::{Allocator, Answer};
 use crate::world::View;
-use ambidex_model::{Blocked, Completion, LeaseKind, NodeRange, Reason};
+use ambidex_model::state::{Phase, State};
+use ambidex_model::{
+    Blocked, Completion, Consequences, End, Failing, LeaseKind, NodeId, NodeKind, NodeRange, Reason, TreeSpec,
+};
 
 /// The ordering constraint of a task node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,50 +20,59 @@ pub(super) enum Ordering {
 }
 
 impl Ordering {
+    /// That of a node; none of root and of behaviors.
+    pub(super) fn of(kind: &NodeKind) -> Option<Self> {
+        match kind {
+            NodeKind::And => Some(Self::And),
+            NodeKind::Or => Some(Self::Or),
+            NodeKind::Then => Some(Self::Then),
+            NodeKind::Root | NodeKind::Behavior(_) => None,
+        }
+    }
+
     /// Whom a round asks at once.
-    pub(super) fn first(self, node: &mut Branch) -> Vec<usize> {
-        node.committed = committed(node);
-        let not_done = |child: &Child| !child.is_done;
+    pub(super) fn first(self, state: &State, node: NodeId) -> Vec<NodeId> {
+        let children = state.topology().children(node);
         match self {
-            Self::And => indices(&node.children, not_done).collect(),
-            Self::Then => indices(&node.children, not_done).take(1).collect(),
-            Self::Or => match node.committed {
-                Some(child) => vec![child],
-                None => indices(&node.children, |child| !child.has_failed).collect(),
+            Self::And => children.filter(|child| !state.is_done(*child)).collect(),
+            Self::Then => children.filter(|child| !state.is_done(*child)).take(1).collect(),
+            Self::Or => match state.status(node).way {
+                Some(way) => vec![way],
+                None => children.filter(|child| state.phase(*child) != Phase::Failed).collect(),
             },
         }
     }
 
-    /// Whom an answer makes it ask too: a THEN goes on behind a satisfied child, with it as skipped (III-C.2).
-    pub(super) fn next(self, node: &Branch, answered: usize) -> Option<(usize, Arc<[NodeRange]>)> {
+    /// Whom a THEN asks behind a child that is satisfied, in the same round (III-C.2).
+    pub(super) fn behind(self, state: &State, node: NodeId, satisfied: NodeId) -> Option<NodeId> {
         match self {
             Self::And | Self::Or => None,
-            Self::Then => {
-                let open = node.open.as_ref()?;
-                let is_satisfied = open.asked.get(&answered)?.as_ref()?.is_satisfied;
-                let behind = node.children.iter().skip(answered + 1).position(|child| !child.is_done)?;
-                let next = answered + 1 + behind;
-                let first = *open.asked.keys().next()?;
-                let skip = NodeRange { from: node.children[first].id, to: node.children[next].id };
-                let above = open.activation.skips.iter().copied();
-                (is_satisfied && !node.is_busy(&open.activation.view)).then(|| (next, above.chain([skip]).collect()))
-            }
+            Self::Then if state.is_busy(node) => None,
+            Self::Then => state.topology().children(node).find(|child| *child > satisfied && !state.is_done(*child)),
         }
     }
 
     /// What the node says when all it asked have answered.
-    pub(super) fn answer(self, node: &Branch, view: &View, mut answers: Vec<(usize, Answer)>) -> Answer {
+    pub(super) fn answer(
+        self,
+        node: NodeId,
+        view: &View,
+        allocator: &dyn Allocator,
+        mut answers: Vec<(NodeId, Answer)>,
+    ) -> Answer {
         let all = answers.iter().all(|(_, answer)| answer.is_satisfied);
         let is_satisfied = match self {
             Self::And => all,
             Self::Or => answers.iter().any(|(_, answer)| answer.is_satisfied),
-            Self::Then => all && answers.last().is_some_and(|(last, _)| is_last_to_do(node, *last)),
+            Self::Then => {
+                all && answers.last().is_some_and(|(last, _)| self.behind(&view.state, node, *last).is_none())
+            }
         };
         let mut own = Answer { is_satisfied, ..Answer::default() };
         for (_, answer) in &mut answers {
             own.absorb(answer);
         }
-        if node.is_busy(view) {
+        if view.state.is_busy(node) {
             own.is_satisfied = false;
             own.is_running = true;
         }
@@ -70,73 +80,97 @@ impl Ordering {
         match self {
             Self::And => {
                 let requests = answers.into_iter().flat_map(|(_, answer)| answer.requests).collect();
-                let merged = node.allocator.merge(view, requests);
+                let merged = allocator.merge(view, requests);
                 own.requests = merged.kept;
                 own.blocked.extend(merged.refused);
             }
             Self::Then => own.requests = answers.pop().map(|(_, answer)| answer.requests).unwrap_or_default(),
-            Self::Or => choose(node, answers, &mut own),
+            Self::Or => choose(answers, &mut own),
         }
         own
     }
 
-    /// What a grant below a child settles: behind a skip the skipped are done, an OR has chosen.
-    pub(super) fn commit(self, node: &mut Branch, child: usize, open: &Open) {
-        match self {
-            Self::And => {}
-            Self::Or => node.committed = Some(child),
-            Self::Then => {
-                for &skipped in open.asked.keys().filter(|&&asked| asked < child) {
-                    node.children[skipped].is_done = true;
-                }
-            }
-        }
-    }
-
-    /// Whether the node fails now that a child has; an OR is free again.
-    pub(super) fn fails(self, node: &mut Branch) -> bool {
+    /// Whether a node fails when one more of its children does.
+    fn fails(self, state: &State, node: NodeId, failed: NodeId) -> bool {
+        let mut others = state.topology().children(node).filter(|child| *child != failed);
         match self {
             Self::And | Self::Then => true,
-            Self::Or => {
-                node.committed = None;
-                node.children.iter().all(|child| child.has_failed)
-            }
+            Self::Or => others.all(|child| state.phase(child) == Phase::Failed),
         }
     }
 
     /// What is complete when a child is, and who inherits.
-    pub(super) fn complete(self, node: &Branch, child: Completion) -> Completion {
-        let is_complete = node.children.iter().all(|child| child.is_done);
+    fn complete(self, state: &State, node: NodeId, child: Completion) -> Completion {
+        let mut others = state.topology().children(node).filter(|other| *other != child.node);
         match self {
-            Self::And if !is_complete => child,
-            Self::Then if !is_complete => Completion { heir: Some(node.id), ..child },
-            Self::And | Self::Or | Self::Then => Completion { node: node.id, heir: None },
+            Self::Or => Completion { node, heir: None },
+            Self::And | Self::Then if others.all(|other| state.is_done(other)) => Completion { node, heir: None },
+            Self::And => child,
+            Self::Then => Completion { heir: Some(node), ..child },
         }
     }
 }
 
-/// Whether every child behind this one is done.
-fn is_last_to_do(node: &Branch, child: usize) -> bool {
-    node.children[child + 1..].iter().all(|behind| behind.is_done)
+/// What the end of a behavior means for the nodes above it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Settled {
+    pub(super) consequences: Consequences,
+    /// Where something fails: the leaf that it began with, which may have ended before this one.
+    pub(super) cause: NodeId,
 }
 
-/// The child an OR is committed to; after a lapse that leaves it with nothing done and nothing held, none.
-fn committed(node: &Branch) -> Option<usize> {
-    let child = node.committed?;
-    let below = node.children[child].below;
-    let view = &node.open.as_ref()?.activation.view;
-    let is_done = node.done_below.range(below.from..below.to).next().is_some();
-    let is_running = node.running.range(below.from..below.to).next().is_some();
+/// Follows the end of a behavior up the tree, in a state in which it still runs.
+pub(super) fn settle(tree: &TreeSpec, state: &State, leaf: NodeId, end: End, is_final: bool) -> Settled {
+    let mut completed = (end == End::Succeeded).then_some(Completion { node: leaf, heir: None });
+    let (mut failed, mut failing, mut cause) = (is_final.then_some(leaf), None, leaf);
+    let mut child = leaf;
+    for node in tree.topology.path(leaf).skip(1) {
+        let Some(ordering) = Ordering::of(&tree.nodes[node.index()]) else { break };
+        let mut ends = match state.phase(node) {
+            Phase::Failing(failing) => Some(failing),
+            Phase::Pending | Phase::Done | Phase::Failed => None,
+        };
+        if failed == Some(child) && ends.is_none() && ordering.fails(state, node, child) {
+            ends = Some(Failing { node, child, cause });
+            failing = ends;
+        }
+        if let Some(complete) = completed.as_mut().filter(|completed| completed.node == child && ends.is_none()) {
+            *complete = ordering.complete(state, node, *complete);
+        }
+        if let Some(ends) = ends
+            && state.running_below(node).all(|(other, _)| other == leaf)
+        {
+            (failed, failing, cause) = (Some(node), None, ends.cause);
+        }
+        child = node;
+    }
+    Settled { consequences: Consequences { completed, failed, failing }, cause }
+}
+
+/// The ORs above a node whose chosen way has nothing done, nothing running and nothing held below it: a lapse has left
+/// them with nothing, so they choose again.
+pub(super) fn undecided(tree: &TreeSpec, state: &State, below: NodeId) -> Vec<NodeId> {
+    let is_open = |node: &NodeId| {
+        let way = state.status(*node).way;
+        let is_or = Ordering::of(&tree.nodes[node.index()]) == Some(Ordering::Or);
+        way.filter(|_| is_or).is_some_and(|way| is_left_with_nothing(state, way))
+    };
+    tree.topology.path(below).skip(1).filter(is_open).collect()
+}
+
+fn is_left_with_nothing(state: &State, way: NodeId) -> bool {
+    let below = NodeRange { from: way, to: state.topology().end(way) };
+    let is_done = || (below.from.0..below.to.0).any(|node| state.is_done(NodeId(node)));
     // A behavior may have kept two things: while one of them is left, what it was done for may still come.
-    let is_holding = view.table.leases().any(|(_, lease)| {
+    let is_holding = state.table().leases().any(|(_, lease)| {
         let is_kept = lease.kind == LeaseKind::Intention && below.contains(lease.behavior);
         is_kept || below.contains(lease.holder)
     });
-    (!node.has_lapsed || is_done || is_running || is_holding).then_some(child)
+    !is_holding && !state.is_busy(way) && !is_done()
 }
 
 /// An OR passes on its best child: the greatest potential, the first among equals.
-fn choose(node: &Branch, answers: Vec<(usize, Answer)>, own: &mut Answer) {
+fn choose(answers: Vec<(NodeId, Answer)>, own: &mut Answer) {
     let potential = |answer: &Answer| answer.potential().unwrap_or(0.0);
     let satisfied = answers.iter().find(|(_, answer)| answer.is_satisfied).map(|(child, _)| *child);
     let best = answers
@@ -148,15 +182,10 @@ fn choose(node: &Branch, answers: Vec<(usize, Answer)>, own: &mut Answer) {
     for (child, answer) in answers {
         if Some(child) == best {
             own.requests = answer.requests;
-        } else if let Some(best) = best {
-            let reason = Reason::Alternative { chosen: node.children[best].id };
+        } else if let Some(chosen) = best {
+            let reason = Reason::Alternative { chosen };
             let others = answer.requests.iter();
             own.blocked.extend(others.map(|request| Blocked { leaf: request.leaf, reason: reason.clone() }));
         }
     }
-}
-
-fn indices(children: &[Child], is_wanted: impl Fn(&Child) -> bool) -> impl Iterator<Item = usize> {
-    let wanted = children.iter().enumerate().filter(move |(_, child)| is_wanted(child));
-    wanted.map(|(index, _)| index)
 }

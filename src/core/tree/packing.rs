@@ -67,6 +67,7 @@ impl<'a> Packing<'a> {
                 .map(|(claim, choice)| Binding { resource: choice.resource, access: claim.access, keep: claim.keep })
                 .collect(),
             request,
+            met: Vec::new(),
         };
         std::iter::zip(self.accepted, best).map(grant).collect()
     }
@@ -228,14 +229,14 @@ impl<'a> Search<'a> {
     }
 
     fn is_allowed(&mut self) -> bool {
-        let running = self.view.running.values().flat_map(|grant| {
+        let running = self.view.state.running().values().flat_map(|grant| {
             grant.bindings.iter().map(|binding| Use { leaf: grant.leaf(), resource: binding.resource })
         });
         let asked = std::iter::zip(&self.requests, &self.chosen).flat_map(|(request, chosen)| {
             chosen.iter().map(|choice| Use { leaf: request.leaf, resource: choice.resource })
         });
         let uses: Vec<Use> = running.chain(asked).collect();
-        match self.view.rules.check(&self.view.world_state, &uses) {
+        match self.view.rules.check(self.view.state.world(), &uses) {
             Ok(()) => true,
             Err(reason) => {
                 self.clash.get_or_insert(reason);

@@ -1,14 +1,17 @@
-//! Root: keeps resources and world, opens rounds, grants, and moves leases. Only it writes.
+//! Root: keeps the state, takes up in turns what it is told, opens rounds, grants, and moves leases. Only it decides.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::lapse::LapseCheck;
-use super::{Activation, Allocator, Answer, Down, Effect, Greedy, Outbox, Release, Verdict};
+use super::ordering::{Settled, settle, undecided};
+use super::{Activation, Allocator, Answer, Down, Effect, Greedy, Outbox, Verdict};
+use crate::behavior;
 use crate::world::{Compatible, FreeSpace, Unconstrained, View};
+use ambidex_model::state::{Phase, Stage, State};
 use ambidex_model::{
-    Blocked, Change, Claim, Grant, Heir, LeaseKind, MissionEnd, MissionSpec, NodeId, Reason, Record, Reopened,
-    ResourceTable, Retention, Time, WorldState,
+    Blocked, Cause, Change, End, Grant, MissionEnd, MissionSpec, NodeId, Outcome, Reason, Record, Reopened,
+    ResourceTable, Time, Told, WorldState,
 };
 
 /// The top of the task: root's one child.
@@ -37,144 +40,151 @@ pub struct Root {
     mission: Arc<MissionSpec>,
     free_space: Arc<FreeSpace>,
     settings: Settings,
-    table: ResourceTable,
+    state: State,
     /// The table as the records tell it.
     last_recorded: ResourceTable,
-    world_state: WorldState,
-    running: BTreeMap<NodeId, Grant>,
-    round: u32,
+    /// What came since the last turn.
+    told: Vec<Told>,
+    /// Where the base was seen last since then.
+    observed: Option<Change>,
     open: Option<Arc<View>>,
+    /// A round is to be opened.
     is_wanted: bool,
-    deferred: Vec<Deferred>,
-    /// Behaviors that completed at least once.
-    completed: BTreeSet<NodeId>,
-    progress: u64,
-    /// THEN and behavior below it that kept an intention for it, or was skipped as if it had.
-    keepers: BTreeSet<(NodeId, NodeId)>,
-    phase: Phase,
-}
-
-/// What arrives during a round is applied after its verdict.
-#[derive(Debug)]
-enum Deferred {
-    Release(Release),
-    World(Change),
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Phase {
-    Waiting,
-    Running,
-    Ending(MissionEnd),
-    Over,
+    /// The last round came to nothing, and nothing runs.
+    is_quiet: bool,
+    /// The mission is to end, once nothing runs any more.
+    ending: Option<MissionEnd>,
 }
 
 impl Root {
     pub(super) fn new(mission: &Arc<MissionSpec>, settings: &Settings) -> Self {
+        let resources = mission.robot.resources.len();
         Self {
-            mission: Arc::clone(mission),
             free_space: Arc::new(FreeSpace::new(&mission.world.obstacles, mission.robot.radius_m)),
             settings: settings.clone(),
-            table: ResourceTable::new(mission.robot.resources.len()),
-            last_recorded: ResourceTable::new(mission.robot.resources.len()),
-            world_state: mission.start.clone(),
-            running: BTreeMap::new(),
-            round: 0,
+            state: State::new(Arc::new(mission.tree.topology.clone()), resources, mission.start.clone()),
+            last_recorded: ResourceTable::new(resources),
+            told: Vec::new(),
+            observed: None,
             open: None,
             is_wanted: false,
-            deferred: Vec::new(),
-            completed: BTreeSet::new(),
-            progress: 0,
-            keepers: BTreeSet::new(),
-            phase: Phase::Waiting,
+            is_quiet: false,
+            ending: None,
+            mission: Arc::clone(mission),
         }
     }
 
-    /// Who holds what.
-    pub fn table(&self) -> &ResourceTable {
-        &self.table
+    /// What the run has come to.
+    pub fn state(&self) -> &State {
+        &self.state
     }
 
-    /// Robot pose, objects, facts.
-    pub fn world_state(&self) -> &WorldState {
-        &self.world_state
+    /// Whether a turn is due as soon as nothing else is there for root.
+    pub fn wants_turn(&self) -> bool {
+        let has_cause = !self.told.is_empty() || self.is_wanted || self.is_quiet;
+        self.open.is_none() && has_cause && !self.is_over()
     }
 
-    /// Behaviors that were granted and have not ended.
-    pub fn running(&self) -> &BTreeMap<NodeId, Grant> {
-        &self.running
-    }
-
-    pub(super) fn begin(&mut self, now: Time, world_state: WorldState, out: &mut Outbox) {
-        match self.phase {
-            Phase::Waiting => {}
-            // The end came first.
-            Phase::Ending(_) | Phase::Over => return,
-            Phase::Running => panic!("a mission begins once"),
-        }
-        self.world_state = world_state;
-        self.phase = Phase::Running;
-        self.is_wanted = true;
-        self.advance(now, out);
-    }
-
-    pub(super) fn on_observation(&mut self, change: Change) {
-        self.world_state.apply(change);
-    }
-
-    pub(super) fn on_world_change(&mut self, now: Time, change: Change, out: &mut Outbox) {
-        self.deferred.push(Deferred::World(change));
-        self.advance(now, out);
-    }
-
-    pub(super) fn on_release(&mut self, now: Time, release: Release, out: &mut Outbox) {
-        self.deferred.push(Deferred::Release(release));
-        self.advance(now, out);
-    }
-
-    pub(super) fn end(&mut self, now: Time, end: MissionEnd, out: &mut Outbox) {
-        match self.phase {
-            Phase::Waiting | Phase::Running => {
-                self.phase = Phase::Ending(end);
-                if !self.running.is_empty() {
-                    out.push(Effect::Down(TOP, Down::Cancel(self.round)));
-                }
-                self.advance(now, out);
-            }
-            Phase::Ending(_) | Phase::Over => {}
-        }
-    }
-
-    /// Applies what waited for the round to end, and opens the next one if one is wanted.
-    fn advance(&mut self, now: Time, out: &mut Outbox) {
-        if self.open.is_some() {
+    /// Takes note; what comes of it is decided in the next turn.
+    pub(super) fn on_told(&mut self, now: Time, told: Told, out: &mut Outbox) {
+        if self.is_over() {
             return;
         }
-        for deferred in std::mem::take(&mut self.deferred) {
-            match deferred {
-                Deferred::Release(release) => self.apply(now, release, out),
-                Deferred::World(change) => self.apply_world(now, change, out),
+        out.push(Effect::Record(Box::new(Record::Told { at: now, input: told.clone() })));
+        self.told.push(told);
+    }
+
+    /// The next such word says it better; the last one counts in the next turn.
+    pub(super) fn on_observation(&mut self, change: Change) {
+        self.observed = Some(change);
+    }
+
+    /// Takes up what came, in its order; then ends the mission if it is over, else opens a round if one is wanted.
+    pub(super) fn turn(&mut self, now: Time, out: &mut Outbox) {
+        assert!(self.open.is_none(), "a turn begins between rounds");
+        if let Some(change) = self.observed.take() {
+            self.edit(Record::Observed { at: now, change }, out);
+        }
+        out.push(Effect::Record(Box::new(Record::Turn { at: now })));
+        for told in std::mem::take(&mut self.told) {
+            if !self.is_over() {
+                self.take_up(now, told, out);
             }
         }
-        if let Phase::Ending(end) = self.phase
-            && self.running.is_empty()
-        {
-            self.finish(now, end, out);
+        if self.is_over() {
+            return;
         }
-        if self.phase == Phase::Running && std::mem::take(&mut self.is_wanted) {
-            self.open_round(now, out);
+        let is_wanted = std::mem::take(&mut self.is_wanted);
+        let is_quiet = std::mem::take(&mut self.is_quiet);
+        match self.ending {
+            Some(end) if self.state.running().is_empty() => self.finish(now, end, out),
+            Some(_) => self.stop_all(now, out),
+            None if self.state.stage() != Stage::Running => {}
+            None if is_wanted => self.open_round(now, out),
+            None if is_quiet => self.finish(now, MissionEnd::Stalled, out),
+            None => {}
+        }
+    }
+
+    pub(super) fn on_answer(&mut self, now: Time, answer: Answer, out: &mut Outbox) {
+        let view = self.open.take().expect("an answer ends an open round");
+        let is_complete = answer.is_satisfied;
+        let (mut verdict, reopened) = self.decide(now, &view, answer, out);
+        verdict.stopped = self.stop(now, |state, leaf| is_below_failing(state, leaf), out);
+        let is_nothing = verdict.granted.is_empty() && reopened.is_none();
+        self.is_wanted |= !is_nothing;
+        self.is_quiet = is_nothing && self.state.running().is_empty() && !self.settings.waits_when_stalled;
+        out.push(Effect::Down(TOP, Down::Verdict(Arc::new(verdict))));
+        if is_complete {
+            self.finish(now, MissionEnd::Done, out);
+        }
+    }
+
+    fn is_over(&self) -> bool {
+        matches!(self.state.stage(), Stage::Over(_))
+    }
+
+    /// The one way on which anything of the state changes: as a record.
+    fn edit(&mut self, record: Record, out: &mut Outbox) {
+        let at = record.at();
+        assert!(self.state.apply(&record), "root contradicts itself: {record:?}");
+        self.state.table().assert_sound();
+        out.push(Effect::Record(Box::new(record)));
+        self.tell_table(at, out);
+    }
+
+    fn take_up(&mut self, now: Time, told: Told, out: &mut Outbox) {
+        match told {
+            Told::Begin { world_state } => self.begin(now, world_state, out),
+            Told::World { change } => self.change_world(now, change, out),
+            Told::Ended { leaf, outcome } => self.release(now, leaf, outcome, out),
+            Told::End { end } => {
+                self.ending.get_or_insert(end);
+            }
+        }
+    }
+
+    /// The first time the mission begins. Any other time it goes on after its runtime was gone: what ran then ended,
+    /// and whatever is different now came from outside.
+    fn begin(&mut self, now: Time, world_state: Box<WorldState>, out: &mut Outbox) {
+        self.is_wanted = true;
+        if self.state.stage() == Stage::Waiting {
+            self.edit(Record::Began { at: now, world_state }, out);
+            return;
+        }
+        for leaf in self.state.running().keys().copied().collect::<Vec<_>>() {
+            self.release(now, leaf, Outcome { end: End::Interrupted, changes: Vec::new() }, out);
+        }
+        for change in self.state.world().changes_to(&world_state) {
+            self.change_world(now, change, out);
         }
     }
 
     fn open_round(&mut self, now: Time, out: &mut Outbox) {
-        self.round += 1;
         let view = Arc::new(View {
-            round: self.round,
+            round: self.state.round() + 1,
             now,
-            table: self.table.clone(),
-            world_state: self.world_state.clone(),
-            running: self.running.clone(),
-            progress: self.progress,
+            state: self.state.clone(),
             mission: Arc::clone(&self.mission),
             free_space: Arc::clone(&self.free_space),
             rules: Arc::clone(&self.settings.rules),
@@ -184,229 +194,172 @@ impl Root {
         out.push(Effect::Down(TOP, Down::Activation(activation)));
     }
 
-    pub(super) fn on_answer(&mut self, now: Time, answer: Answer, out: &mut Outbox) {
-        let view = self.open.take().expect("an answer ends an open round");
-        let is_complete = answer.is_satisfied;
-        let mut verdict = self.decide(&view, answer);
-        self.name_winners(&mut verdict);
-        let is_quiet = verdict.granted.is_empty() && verdict.reopened.is_none() && self.running.is_empty();
-        // What arrived meanwhile may change nothing: then another round says whether this is a stall.
-        let is_unsure = is_quiet && !self.deferred.is_empty();
-        self.is_wanted |= !verdict.granted.is_empty() || verdict.reopened.is_some() || is_unsure;
-        out.push(Effect::Record(Box::new(Record::Decided {
-            at: now,
-            round: self.round,
-            granted: verdict.granted.values().cloned().collect(),
-            refused: verdict.refused.iter().map(|(&leaf, reason)| Blocked { leaf, reason: reason.clone() }).collect(),
-            reopened: verdict.reopened.clone(),
-        })));
-        self.tell_table(now, out);
-        out.push(Effect::Down(TOP, Down::Verdict(Arc::new(verdict))));
-        if matches!(self.phase, Phase::Ending(_)) && !self.running.is_empty() {
-            out.push(Effect::Down(TOP, Down::Cancel(self.round)));
-        }
-        if self.phase == Phase::Running && is_complete {
-            self.finish(now, MissionEnd::Done, out);
-        } else if self.phase == Phase::Running
-            && is_quiet
-            && self.deferred.is_empty()
-            && !self.settings.waits_when_stalled
-        {
-            self.finish(now, MissionEnd::Stalled, out);
-        }
-        self.advance(now, out);
-    }
-
-    /// Chooses, moves the leases, and finds what lapses or goes back.
-    fn decide(&mut self, view: &View, answer: Answer) -> Verdict {
-        let mut verdict = Verdict { round: self.round, progress: self.progress, ..Verdict::default() };
+    /// Chooses, moves the leases, and finds what lapses or is done again.
+    fn decide(&mut self, now: Time, view: &View, answer: Answer, out: &mut Outbox) -> (Verdict, Option<Reopened>) {
+        let mut verdict = Verdict { round: view.round(), ..Verdict::default() };
         for blocked in answer.blocked {
             verdict.refused.insert(blocked.leaf, blocked.reason);
         }
-        let requests = if self.phase == Phase::Running { answer.requests } else { Vec::new() };
-        let chosen = self.settings.allocator.choose(view, requests);
+        let chosen = self.settings.allocator.choose(view, answer.requests);
         for blocked in chosen.refused {
             verdict.refused.insert(blocked.leaf, blocked.reason);
         }
-        for grant in chosen.granted {
-            self.table.take(&self.mission.tree.topology, &grant);
-            self.remember_skipped(view, &grant, &verdict.refused);
-            self.running.insert(grant.leaf(), grant.clone());
+        for mut grant in chosen.granted {
+            grant.met = met(&grant, &verdict.refused);
             verdict.granted.insert(grant.leaf(), grant);
         }
-        if !answer.is_satisfied && self.phase == Phase::Running {
-            verdict.reopened = self.reopen(view, &verdict);
-        }
-        verdict
-    }
-
-    /// A request that beat another below root may have lost here: a reason names only who got what it is about.
-    fn name_winners(&self, verdict: &mut Verdict) {
-        let told: Vec<_> = verdict.refused.iter().map(|(&leaf, reason)| (leaf, self.winner(reason, verdict))).collect();
-        let lacks = verdict.reopened.as_ref().and_then(|reopened| reopened.lacks.as_ref());
-        let lacks = lacks.and_then(|lacks| self.winner(&lacks.reason, verdict));
-        for (leaf, reason) in told {
-            if let Some(reason) = reason {
-                verdict.refused.insert(leaf, reason);
-            }
-        }
-        if let (Some(reason), Some(reopened)) = (lacks, &mut verdict.reopened)
-            && let Some(lacks) = &mut reopened.lacks
-        {
-            lacks.reason = reason;
-        }
-    }
-
-    /// The true reason where one names a behavior that did not get what it is about.
-    fn winner(&self, reason: &Reason, verdict: &Verdict) -> Option<Reason> {
-        let (by, contested, own) = if let Reason::Outbid { by, resource, own, .. } = *reason {
-            (by, Some(resource), own)
-        } else if let Reason::WholeRobot { by } = *reason {
-            (by, None, 0.0)
-        } else {
-            return None;
+        let mut decided = Record::Decided {
+            at: now,
+            round: view.round(),
+            granted: verdict.granted.values().cloned().collect(),
+            refused: Vec::new(),
+            reopened: None,
         };
-        if self.running.contains_key(&by) {
-            return None;
+        let mut after = self.state.clone();
+        after.apply(&decided);
+        let found = if answer.is_satisfied { None } else { self.reopen(view, after, &verdict) };
+        name_winners(self.state.running(), &mut verdict);
+        let found = found.map(|found| with_winner(self.state.running(), &verdict, found));
+        if let Record::Decided { refused, reopened, .. } = &mut decided {
+            let blocked = |(&leaf, reason): (&NodeId, &Reason)| Blocked { leaf, reason: reason.clone() };
+            *refused = verdict.refused.iter().map(blocked).collect();
+            reopened.clone_from(&found);
         }
-        let has = |grant: &&Grant| grant.bindings.iter().any(|binding| Some(binding.resource) == contested);
-        let winner = verdict.granted.values().find(has).zip(contested);
-        Some(match winner {
-            Some((grant, resource)) => {
-                Reason::Outbid { by: grant.leaf(), resource, own, theirs: grant.request.potential }
-            }
-            None => Reason::Outdone { by },
-        })
+        self.edit(decided, out);
+        (verdict, found)
     }
 
-    fn reopen(&mut self, view: &View, verdict: &Verdict) -> Option<Reopened> {
-        let (tree, table, running, refused) = (&self.mission.tree, &self.table, &self.running, &verdict.refused);
-        let check = LapseCheck { tree, view, table, running, refused };
-        let reopened = check.lapse().or_else(|| {
-            let is_stuck = running.is_empty() && self.deferred.is_empty();
-            if is_stuck { check.go_back(&self.keepers) } else { None }
-        })?;
-        if let Some(resource) = reopened.lapsed {
-            self.table.lapse(resource, reopened.holder);
+    /// At most one in a round; `after` is the state with the grants of this round.
+    fn reopen(&self, view: &View, mut after: State, verdict: &Verdict) -> Option<Reopened> {
+        let tree = &self.mission.tree;
+        let check = LapseCheck { tree, view, state: &after, refused: &verdict.refused };
+        let is_stuck = after.running().is_empty();
+        let mut reopened = check.lapse().or_else(|| if is_stuck { check.redo() } else { None })?;
+        if reopened.lapsed().is_some() {
+            after.apply(&Record::Decided {
+                at: view.now,
+                round: view.round(),
+                granted: Vec::new(),
+                refused: Vec::new(),
+                reopened: Some(reopened.clone()),
+            });
+            reopened.undecided = undecided(tree, &after, reopened.node);
         }
-        self.keepers.remove(&(reopened.holder, reopened.leaf));
         Some(reopened)
     }
 
-    fn apply(&mut self, now: Time, release: Release, out: &mut Outbox) {
-        let grant = self.running.remove(&release.leaf).expect("only what runs ends");
-        let consequences = release.consequences;
-        let were_occupied = self.occupied();
-        for &change in &release.changes {
-            self.world_state.apply(change);
-        }
+    fn release(&mut self, now: Time, leaf: NodeId, outcome: Outcome, out: &mut Outbox) {
         let mission = Arc::clone(&self.mission);
-        let topology = &mission.tree.topology;
-        if let Some(completed) = consequences.completed {
-            let heir = Heir { node: completed.heir.unwrap_or(completed.node), goes_on: completed.heir.is_some() };
-            self.table.hand_over(topology, &grant, completed.node, heir);
-            self.keepers.retain(|(holder, _)| !topology.is_within(*holder, completed.node));
-            self.remember_kept();
-            if self.completed.insert(release.leaf) {
-                self.progress += 1;
-            }
-        }
-        if consequences.completed.is_none() || consequences.failed.is_some() {
-            let is_full = |resource| self.world_state.held_by(resource).is_some();
-            self.table.take_back(topology, release.leaf, consequences.failed, is_full);
-        }
-        if let Some(failed) = consequences.failed {
-            self.keepers
-                .retain(|&(holder, leaf)| !topology.is_within(holder, failed) && !topology.is_within(leaf, failed));
-        }
-        self.release_emptied(&were_occupied, &release.changes);
+        // What ended when its runtime was gone may be told once more by a controller that lived on.
+        let Some(grant) = self.state.running().get(&leaf) else { return };
+        let spec = mission.tree.behavior(leaf).expect("only leaves run");
+        let end = behavior::believed(spec, grant, &outcome);
+        let changes = behavior::changes(spec, grant, &Outcome { end, ..outcome });
+        let is_final = matches!(end, End::Failed(_)) && self.state.status(leaf).failures >= spec.retries;
+        let Settled { consequences, cause } = settle(&mission.tree, &self.state, leaf, end, is_final);
         self.is_wanted = true;
-        out.push(Effect::Record(Box::new(Record::Released {
-            at: now,
-            leaf: release.leaf,
-            end: release.outcome.end,
-            consequences,
-            changes: release.changes,
-        })));
-        self.tell_table(now, out);
-        if self.phase != Phase::Over && consequences.completed.is_some_and(|completed| completed.node == TOP) {
+        self.edit(Record::Released { at: now, leaf, end, consequences, changes }, out);
+        if consequences.completed.is_some_and(|completed| completed.node == TOP) {
             self.finish(now, MissionEnd::Done, out);
-        } else if self.phase == Phase::Running && consequences.failed == Some(TOP) {
-            self.finish(now, MissionEnd::Failed(release.cause), out);
+        } else if consequences.failed == Some(TOP) && self.ending.is_none() {
+            self.finish(now, MissionEnd::Failed(cause), out);
         }
     }
 
-    fn apply_world(&mut self, now: Time, change: Change, out: &mut Outbox) {
-        let were_occupied = self.occupied();
-        let is_different = self.world_state.apply(change);
+    fn change_world(&mut self, now: Time, change: Change, out: &mut Outbox) {
+        let mut after = self.state.clone();
+        let record = Record::World { at: now, change };
+        after.apply(&record);
         // A lease may say of a gripper that it is full when nobody knows with what.
-        if self.release_emptied(&were_occupied, &[change]) || is_different {
-            self.progress += 1;
+        if after.world() != self.state.world() || after.table() != self.state.table() {
             self.is_wanted = true;
-            out.push(Effect::Record(Box::new(Record::World { at: now, change })));
-            self.tell_table(now, out);
+            self.edit(record, out);
         }
     }
 
-    /// Which resources hold an object, by resource.
-    fn occupied(&self) -> Vec<bool> {
-        self.table.iter().map(|(id, _)| self.world_state.held_by(id).is_some()).collect()
-    }
-
-    /// A physical lease ends when the world shows the gripper empty; true if one did.
-    fn release_emptied(&mut self, were_occupied: &[bool], changes: &[Change]) -> bool {
-        let ids: Vec<_> = self.table.iter().map(|(id, _)| id).collect();
-        let before = self.table.leases().count();
-        for id in ids {
-            let is_said_empty = changes.contains(&Change::Emptied(id));
-            if (were_occupied[id.index()] || is_said_empty) && self.world_state.held_by(id).is_none() {
-                self.table.emptied(id);
-            }
+    fn stop_all(&mut self, now: Time, out: &mut Outbox) {
+        let stopped = self.stop(now, |_, _| true, out);
+        if !stopped.is_empty() {
+            let verdict = Verdict { round: self.state.round(), stopped, ..Verdict::default() };
+            out.push(Effect::Down(TOP, Down::Verdict(Arc::new(verdict))));
         }
-        self.table.leases().count() < before
     }
 
-    fn remember_kept(&mut self) {
-        let kept = self.table.leases().filter(|(_, lease)| lease.kind == LeaseKind::Intention);
-        self.keepers.extend(kept.map(|(_, lease)| (lease.holder, lease.behavior)));
-    }
-
-    /// Skipped behaviors count as ones that kept an intention, and what was kept for a skipped node is kept for the
-    /// THEN that skipped it: what they stand for may be undone as well. Ways that an OR did not take stand for nothing.
-    fn remember_skipped(&mut self, view: &View, grant: &Grant, refused: &BTreeMap<NodeId, Reason>) {
-        for skip in &grant.request.skips {
-            let holder = self.mission.tree.topology.parent(skip.from);
-            for (&leaf, reason) in refused.range(skip.from..skip.to) {
-                let spec = self.mission.tree.behavior(leaf).expect("only leaves are refused");
-                let keeps = |claim: &Claim| matches!(claim.keep, Retention::Intention(_));
-                if *reason == Reason::Satisfied && spec.claims.iter().any(keeps) {
-                    self.keepers.insert((holder, leaf));
-                }
-            }
-            for (_, lease) in view.table.leases() {
-                if lease.kind == LeaseKind::Intention && skip.contains(lease.holder) {
-                    self.keepers.insert((holder, lease.behavior));
-                }
-            }
+    /// Tells some of what runs to end, each once.
+    fn stop(&mut self, now: Time, is_meant: impl Fn(&State, NodeId) -> bool, out: &mut Outbox) -> BTreeSet<NodeId> {
+        let state = &self.state;
+        let running = state.running().keys().copied();
+        let leaves: Vec<NodeId> =
+            running.filter(|leaf| !state.status(*leaf).is_stopping && is_meant(state, *leaf)).collect();
+        if !leaves.is_empty() {
+            self.edit(Record::Stopped { at: now, leaves: leaves.clone() }, out);
         }
+        leaves.into_iter().collect()
     }
 
     /// Records every resource that is not as it was last told.
     fn tell_table(&mut self, now: Time, out: &mut Outbox) {
-        for (id, resource) in self.table.iter().filter(|(id, resource)| self.last_recorded.resource(*id) != *resource) {
+        let table = self.state.table();
+        for (id, resource) in table.iter().filter(|(id, resource)| self.last_recorded.resource(*id) != *resource) {
             let state = resource.clone();
             out.push(Effect::Record(Box::new(Record::Resource { at: now, resource: id, state })));
         }
-        self.last_recorded.clone_from(&self.table);
+        self.last_recorded.clone_from(table);
     }
 
     fn finish(&mut self, now: Time, end: MissionEnd, out: &mut Outbox) {
-        self.phase = Phase::Over;
-        if end == MissionEnd::Done {
-            self.table.clear();
-            self.tell_table(now, out);
-        }
-        out.push(Effect::Record(Box::new(Record::Ended { at: now, end })));
+        self.edit(Record::Ended { at: now, end }, out);
         out.push(Effect::Finished(end));
     }
+}
+
+/// Whether a node above a leaf waits for what runs below it to end.
+fn is_below_failing(state: &State, leaf: NodeId) -> bool {
+    state.path(leaf).any(|node| matches!(state.phase(node), Phase::Failing(_)))
+}
+
+/// Leaves that a grant skips since their goal is met.
+fn met(grant: &Grant, refused: &BTreeMap<NodeId, Reason>) -> Vec<NodeId> {
+    let skips = grant.request.skips.iter();
+    let skipped = skips.flat_map(|skip| refused.range(skip.from..skip.to));
+    skipped.filter(|(_, reason)| **reason == Reason::Satisfied).map(|(&leaf, _)| leaf).collect()
+}
+
+/// A request that beat another below root may have lost here: a reason names only who got what it is about.
+fn name_winners(running: &BTreeMap<NodeId, Grant>, verdict: &mut Verdict) {
+    let told: Vec<_> = verdict.refused.iter().map(|(&leaf, reason)| (leaf, winner(running, verdict, reason))).collect();
+    for (leaf, reason) in told {
+        if let Some(reason) = reason {
+            verdict.refused.insert(leaf, reason);
+        }
+    }
+}
+
+fn with_winner(running: &BTreeMap<NodeId, Grant>, verdict: &Verdict, mut reopened: Reopened) -> Reopened {
+    if let Cause::Lapse { heir, .. } = &mut reopened.cause
+        && let Some(reason) = winner(running, verdict, &heir.reason)
+    {
+        heir.reason = reason;
+    }
+    reopened
+}
+
+/// The true reason where one names a behavior that did not get what it is about.
+fn winner(running: &BTreeMap<NodeId, Grant>, verdict: &Verdict, reason: &Reason) -> Option<Reason> {
+    let (by, contested, own) = if let Reason::Outbid { by, resource, own, .. } = *reason {
+        (by, Some(resource), own)
+    } else if let Reason::WholeRobot { by } = *reason {
+        (by, None, 0.0)
+    } else {
+        return None;
+    };
+    if running.contains_key(&by) || verdict.granted.contains_key(&by) {
+        return None;
+    }
+    let has = |grant: &&Grant| grant.bindings.iter().any(|binding| Some(binding.resource) == contested);
+    let winner = verdict.granted.values().find(has).zip(contested);
+    Some(match winner {
+        Some((grant, resource)) => Reason::Outbid { by: grant.leaf(), resource, own, theirs: grant.request.potential },
+        None => Reason::Outdone { by },
+    })
 }

@@ -1,29 +1,21 @@
 //! The immutable snapshot that an activation carries down.
 
-use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::sync::Arc;
 
 use super::{FreeSpace, Geometry};
-use ambidex_model::{
-    Grant, LeaseKind, Lineage, MissionSpec, NodeId, Reason, ResourceId, ResourceTable, Task, Time, WorldState,
-};
+use ambidex_model::state::State;
+use ambidex_model::{LeaseKind, Lineage, MissionSpec, NodeId, Reason, ResourceId, Task, Time, WorldState};
 
-/// The state of resources, world and time at the opening of a round.
+/// The state of the run at the opening of a round.
 #[derive(Debug, Clone)]
 pub struct View {
-    /// Counted from 1.
+    /// Counted from 1: the round that is open.
     pub round: u32,
     /// When it opened.
     pub now: Time,
-    /// Who holds what.
-    pub table: ResourceTable,
-    /// Robot pose, objects, facts.
-    pub world_state: WorldState,
-    /// Behaviors that were granted and have not ended.
-    pub running: BTreeMap<NodeId, Grant>,
-    /// Grows when a behavior completes that had not before, or the world changes from outside.
-    pub progress: u64,
+    /// Tree, table, world, and what runs.
+    pub state: State,
     /// Robot, tree and the fixed part of the world.
     pub mission: Arc<MissionSpec>,
     /// The obstacles of the mission as the base sees them.
@@ -33,6 +25,11 @@ pub struct View {
 }
 
 impl View {
+    /// The round that is open.
+    pub fn round(&self) -> u32 {
+        self.round
+    }
+
     /// The robot in the fixed part of the world.
     pub fn geometry(&self) -> Geometry<'_> {
         Geometry { robot: &self.mission.robot, world: &self.mission.world }
@@ -40,7 +37,7 @@ impl View {
 
     /// The running behavior that moves the base, if any does.
     pub fn driver(&self) -> Option<NodeId> {
-        self.running.keys().copied().find(|&leaf| {
+        self.state.running().keys().copied().find(|&leaf| {
             let behavior = self.mission.tree.behavior(leaf).expect("only leaves run");
             behavior.commands.iter().any(|term| matches!(term.task, Task::DriveTo(_)))
         })
@@ -48,7 +45,7 @@ impl View {
 
     /// Whether an intention lease is kept for a node of this line.
     pub fn is_heir(&self, line: &Lineage<'_>) -> bool {
-        let mut leases = self.table.leases();
+        let mut leases = self.state.table().leases();
         leases.any(|(_, lease)| lease.kind == LeaseKind::Intention && line.contains(lease.holder))
     }
 }

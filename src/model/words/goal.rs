@@ -105,13 +105,18 @@ pub enum End {
     Failed(Fault),
     /// By being told to.
     Canceled,
+    /// Its runtime was gone while it ran; nobody knows how far it came.
+    Interrupted,
 }
 
 impl End {
     /// The controller at which the goal failed.
     pub fn at_fault(self) -> Option<ControllerId> {
         match self {
-            Self::Succeeded | Self::Canceled | Self::Failed(Fault::TimedOut | Fault::Contradicted(_)) => None,
+            Self::Succeeded
+            | Self::Canceled
+            | Self::Interrupted
+            | Self::Failed(Fault::TimedOut | Fault::Contradicted(_)) => None,
             Self::Failed(
                 Fault::Rejected(controller, _)
                 | Fault::Unanswered(controller)
@@ -124,7 +129,7 @@ impl End {
 }
 
 /// How a goal ended and what its controllers said of the world then.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// How it ended.
     pub end: End,

@@ -2,6 +2,7 @@
 
 mod claim;
 mod goal;
+mod header;
 mod ids;
 mod lineage;
 mod link;
@@ -14,6 +15,7 @@ mod record;
 mod rejection;
 mod request;
 mod resource;
+mod source;
 mod spec;
 mod suggestion;
 mod time;
@@ -21,6 +23,7 @@ mod world_state;
 
 pub use claim::{Access, Claim, Retention, Selector};
 pub use goal::{Command, End, Fault, Goal, Mode, Outcome, Part};
+pub use header::{EntryKind, Header, JOURNAL_VERSION, NodeEntry};
 pub use ids::{ChannelId, CommandId, ControllerId, FactId, NodeId, ObjectId, PlaceId, ResourceId, TypeId};
 pub use lineage::{Lineage, NodeRange};
 pub use link::{ControllerState, FromController, PartEnd, ToController};
@@ -30,12 +33,12 @@ pub use names::{Names, is_obeyed, make_legible};
 pub use pose::Pose;
 pub use reason::Reason;
 pub use record::{
-    Blocked, Completion, Consequences, ControllerMessage, EntryKind, Header, JOURNAL_VERSION, Message, MissionEnd,
-    NodeEntry, Record, Reopened,
+    Blocked, Cause, Completion, Consequences, ControllerMessage, Failing, Message, MissionEnd, Record, Reopened, Told,
 };
 pub use rejection::{Refusal, Rejection};
 pub use request::{Binding, Candidate, ClaimOptions, Grant, Request};
 pub use resource::{Heir, Lease, LeaseKind, Resource, ResourceTable};
+pub use source::{Source, SourceFile};
 pub use spec::{
     ArmSpec, BaseSpec, BehaviorSpec, CommandTerm, Condition, ControllerKind, ControllerSpec, EffectTerm, HeadSpec,
     MissionSpec, NodeKind, Obstacle, PlaceSpec, Potential, ResourceSpec, RobotSpec, Task, Topology, TreeSpec,

@@ -5,12 +5,9 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Change, CommandId, ControllerId, End, FromController, Grant, Loss, MissionSpec, Names, NodeId, NodeKind, Reason,
-    Rejection, Request, Resource, ResourceId, Time, ToController, TypeId, WorldState, make_legible,
+    Change, CommandId, ControllerId, End, FromController, Grant, Header, Loss, NodeId, Outcome, Reason, Rejection,
+    Request, Resource, ResourceId, Time, ToController, WorldState,
 };
-
-/// Version of the journal's form; a reader refuses any other.
-pub const JOURNAL_VERSION: u32 = 3;
 
 /// One line of the journal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -18,6 +15,33 @@ pub const JOURNAL_VERSION: u32 = 3;
 pub enum Record {
     /// The first line: what the ids stand for.
     Header(Box<Header>),
+    /// Something from outside the tree reached root: with the turns, all that its decisions depend on.
+    Told {
+        /// Robot time of the coming.
+        at: Time,
+        /// What it was.
+        input: Told,
+    },
+    /// Where the base is while it drives, as root took it over before a turn; no round comes of it.
+    Observed {
+        /// Robot time of the taking over.
+        at: Time,
+        /// Where it is.
+        change: Change,
+    },
+    /// Root took up what it was told since the last turn, in that order, and decided: what stands behind this line
+    /// follows from the lines before it.
+    Turn {
+        /// Robot time of the turn.
+        at: Time,
+    },
+    /// The mission began, or goes on after its runtime was gone: this is how things are.
+    Began {
+        /// Robot time of the beginning.
+        at: Time,
+        /// Robot pose, objects, facts.
+        world_state: Box<WorldState>,
+    },
     /// A message between two nodes.
     Sent {
         /// Robot time of the sending.
@@ -43,6 +67,13 @@ pub enum Record {
         refused: Vec<Blocked>,
         /// What is not done any more.
         reopened: Option<Reopened>,
+    },
+    /// Root told behaviors to end.
+    Stopped {
+        /// Robot time of the telling.
+        at: Time,
+        /// Whom, in tree order.
+        leaves: Vec<NodeId>,
     },
     /// Root applied the end of a behavior.
     Released {
@@ -96,7 +127,12 @@ impl Record {
     pub fn at(&self) -> Time {
         match self {
             Self::Header(_) => Time::ZERO,
-            Self::Sent { at, .. }
+            Self::Told { at, .. }
+            | Self::Observed { at, .. }
+            | Self::Turn { at }
+            | Self::Began { at, .. }
+            | Self::Stopped { at, .. }
+            | Self::Sent { at, .. }
             | Self::Decided { at, .. }
             | Self::Released { at, .. }
             | Self::World { at, .. }
@@ -107,139 +143,32 @@ impl Record {
     }
 }
 
-/// What the ids of a journal stand for.
+/// What reaches root from outside the tree.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Header {
-    /// [`JOURNAL_VERSION`].
-    pub version: u32,
-    /// The mission's name.
-    pub mission: String,
-    /// The robot's name.
-    pub robot: String,
-    /// How requests were chosen.
-    pub allocator: String,
-    /// Parent and kind of each node, by id.
-    pub nodes: Vec<NodeEntry>,
-    /// Type of each resource, by id.
-    pub resource_types: Vec<TypeId>,
-    /// Who moves each resource, by id; empty in a journal that does not tell.
-    #[serde(default)]
-    pub movers: Vec<Option<ControllerId>>,
-    /// The world as the mission has it before any controller said otherwise; none in a journal that does not tell.
-    #[serde(default)]
-    pub start: Option<WorldState>,
-    /// What everything is called.
-    pub names: Names,
-}
-
-impl Header {
-    /// The header of a mission.
-    pub fn new(mission: &MissionSpec, allocator: &str) -> Self {
-        let nodes = mission.tree.nodes.iter().enumerate().map(|(index, node)| NodeEntry {
-            parent: mission.tree.topology.parent(NodeId::from(index)),
-            kind: EntryKind::from(node),
-        });
-        Self {
-            version: JOURNAL_VERSION,
-            mission: mission.name.clone(),
-            robot: mission.robot.name.clone(),
-            allocator: allocator.to_owned(),
-            nodes: nodes.collect(),
-            resource_types: mission.robot.resources.iter().map(|resource| resource.ty).collect(),
-            movers: mission.robot.resources.iter().map(|resource| resource.controller).collect(),
-            start: Some(mission.start.clone()),
-            names: mission.names.clone(),
-        }
-        .legible()
-    }
-
-    /// The same header, in which no name can speak to the terminal that shows it.
-    #[must_use]
-    pub fn legible(mut self) -> Self {
-        [&mut self.mission, &mut self.robot, &mut self.allocator].into_iter().for_each(make_legible);
-        for node in &mut self.nodes {
-            if let EntryKind::Behavior(kind) = &mut node.kind {
-                make_legible(kind);
-            }
-        }
-        Self { names: self.names.legible(), ..self }
-    }
-}
-
-/// A node in the header.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct NodeEntry {
-    /// Its parent; the root's is itself.
-    pub parent: NodeId,
-    /// What it is; a word in the journal.
-    pub kind: EntryKind,
-}
-
-/// What a node in the header is.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(from = "String", into = "String")]
-pub enum EntryKind {
-    /// `root`.
-    Root,
-    /// `and`.
-    And,
-    /// `or`.
-    Or,
-    /// `then`.
-    Then,
-    /// Any other word is the kind of a behavior.
-    Behavior(String),
-}
-
-impl EntryKind {
-    /// The word for it.
-    pub fn word(&self) -> &str {
-        match self {
-            Self::Root => "root",
-            Self::And => "and",
-            Self::Or => "or",
-            Self::Then => "then",
-            Self::Behavior(kind) => kind,
-        }
-    }
-
-    /// Whether it is a leaf.
-    pub fn is_behavior(&self) -> bool {
-        matches!(self, Self::Behavior(_))
-    }
-}
-
-impl From<String> for EntryKind {
-    fn from(word: String) -> Self {
-        match word.as_str() {
-            "root" => Self::Root,
-            "and" => Self::And,
-            "or" => Self::Or,
-            "then" => Self::Then,
-            _ => Self::Behavior(word),
-        }
-    }
-}
-
-impl From<EntryKind> for String {
-    fn from(kind: EntryKind) -> Self {
-        match kind {
-            EntryKind::Behavior(word) => word,
-            EntryKind::Root | EntryKind::And | EntryKind::Or | EntryKind::Then => kind.word().to_owned(),
-        }
-    }
-}
-
-impl From<&NodeKind> for EntryKind {
-    fn from(kind: &NodeKind) -> Self {
-        match kind {
-            NodeKind::Root => Self::Root,
-            NodeKind::And => Self::And,
-            NodeKind::Or => Self::Or,
-            NodeKind::Then => Self::Then,
-            NodeKind::Behavior(behavior) => Self::Behavior(behavior.kind.clone()),
-        }
-    }
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Told {
+    /// Begin the mission, or go on with it: this is how things are.
+    Begin {
+        /// Robot pose, objects, facts.
+        world_state: Box<WorldState>,
+    },
+    /// The world is different, and nobody in the tree did it.
+    World {
+        /// What is different.
+        change: Change,
+    },
+    /// The goal of a behavior ended.
+    Ended {
+        /// The behavior.
+        leaf: NodeId,
+        /// How, and what its controllers said of the world then.
+        outcome: Outcome,
+    },
+    /// End the mission in order: nothing is granted any more, what runs is canceled first.
+    End {
+        /// Why.
+        end: MissionEnd,
+    },
 }
 
 /// A leaf and why it does not run.
@@ -251,17 +180,51 @@ pub struct Blocked {
     pub reason: Reason,
 }
 
-/// A behavior that was done and is not any more.
+/// A behavior that was done and is not any more, with the nodes between it and a node above.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reopened {
-    /// The THEN for which it was done.
-    pub holder: NodeId,
     /// The behavior that is done again.
-    pub leaf: NodeId,
-    /// The lease that lapsed; none where the THEN only goes back.
-    pub lapsed: Option<ResourceId>,
-    /// For whom it was done and what that one lacks; none where the THEN only goes back.
-    pub lacks: Option<Box<Blocked>>,
+    pub node: NodeId,
+    /// The THEN for which it was done, which is not reopened itself.
+    pub up_to: NodeId,
+    /// Why.
+    pub cause: Cause,
+    /// ORs above the behavior of which nothing is done, runs or is held any more: they choose again.
+    #[serde(default)]
+    pub undecided: Vec<NodeId>,
+}
+
+/// Why something is done again.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Cause {
+    /// A lease that was kept for an intention lapsed; the behavior does not ask again before there is progress.
+    Lapse {
+        /// The resource.
+        resource: ResourceId,
+        /// For whom it was kept, and what that one lacks.
+        heir: Box<Blocked>,
+    },
+    /// What it was done for is not so any more.
+    Redo,
+}
+
+impl Reopened {
+    /// The resource whose lease lapsed, if one did.
+    pub fn lapsed(&self) -> Option<ResourceId> {
+        match self.cause {
+            Cause::Lapse { resource, .. } => Some(resource),
+            Cause::Redo => None,
+        }
+    }
+
+    /// For whom it was done and what that one lacks, if that is known.
+    pub fn lacks(&self) -> Option<&Blocked> {
+        match &self.cause {
+            Cause::Lapse { heir, .. } => Some(heir),
+            Cause::Redo => None,
+        }
+    }
 }
 
 /// A message between two nodes, as the journal shows it.
@@ -291,32 +254,40 @@ pub enum Message {
         granted: Vec<NodeId>,
         /// A leaf's reason.
         refused: Option<Reason>,
+        /// Told to end below this edge.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        stopped: Vec<NodeId>,
     },
-    /// Down: what was done is not any more.
-    Reopen {
-        /// The behavior that is done again.
-        leaf: NodeId,
-    },
-    /// Down: end what runs.
-    Cancel,
     /// Up: a behavior ended.
     Release {
         /// The behavior that ended.
         leaf: NodeId,
         /// Success, failure with its fault, or cancel.
         end: End,
-        /// What that means so far.
-        consequences: Consequences,
     },
 }
 
-/// What the end of a behavior means for the nodes above, raised on its way up.
+/// What the end of a behavior means for the nodes above.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Consequences {
     /// What it completes; none where it did not succeed.
     pub completed: Option<Completion>,
     /// The topmost node that fails now, if any does.
     pub failed: Option<NodeId>,
+    /// The node that fails once nothing below it runs any more.
+    #[serde(default)]
+    pub failing: Option<Failing>,
+}
+
+/// A node that cannot be complete any more and waits for what runs below it to end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Failing {
+    /// The node.
+    pub node: NodeId,
+    /// Its child that failed.
+    pub child: NodeId,
+    /// The leaf that it began with.
+    pub cause: NodeId,
 }
 
 /// What a success completes.

@@ -69,6 +69,9 @@ pub struct Grant {
     pub request: Arc<Request>,
     /// The resources, in the order of its claims; an allocator may add more behind them.
     pub bindings: Vec<Binding>,
+    /// Leaves among those that it skips whose goal is met already.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub met: Vec<NodeId>,
 }
 
 impl Grant {

@@ -6,7 +6,8 @@ use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Claim, ControllerId, FactId, Mode, Names, NodeId, ObjectId, PlaceId, Pose, ResourceId, Selector, TypeId, WorldState,
+    Claim, ControllerId, FactId, Mode, Names, NodeId, ObjectId, PlaceId, Pose, ResourceId, Selector, Source, TypeId,
+    WorldState,
 };
 
 /// A mission that can be run.
@@ -24,6 +25,8 @@ pub struct MissionSpec {
     pub tree: TreeSpec,
     /// What everything is called.
     pub names: Names,
+    /// The files that it was made of; none where it was made otherwise.
+    pub source: Option<Source>,
 }
 
 /// The robot as a set of resources and the controllers that move them.
@@ -165,6 +168,16 @@ impl Topology {
             assert!(parent <= before && before < ends[parent.index()], "not in preorder: {parents:?}");
         }
         Self { parents, ends }
+    }
+
+    /// How many nodes there are; at least root.
+    pub fn count(&self) -> usize {
+        self.parents.len()
+    }
+
+    /// A node and those above it, root last.
+    pub fn path(&self, node: NodeId) -> impl Iterator<Item = NodeId> {
+        std::iter::successors(Some(node), |node| (node.0 > 0).then(|| self.parent(*node)))
     }
 
     /// The parent of a node; the root's is itself.

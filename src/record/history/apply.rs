@@ -1,8 +1,9 @@
 //! The fold: what each record changes.
 
+use ambidex_model::state::Stage;
 use ambidex_model::{
-    Blocked, Change, Consequences, ControllerId, ControllerMessage, ControllerState, End, FromController, Grant,
-    Message, MissionEnd, NodeId, Record, Reopened, ResourceId, Time,
+    Blocked, Consequences, ControllerId, ControllerMessage, ControllerState, End, FromController, Grant, Message,
+    MissionEnd, NodeId, Record, Reopened, ResourceId, Time,
 };
 
 use super::{History, Phase, Step};
@@ -16,23 +17,27 @@ impl History {
         let at = self.moment(record.at());
         self.now = at;
         self.controllers.forget_ended();
+        self.apply_to_leaves(at, record);
+        let base = self.state.world().base;
+        self.state.apply(record);
+        if self.state.world().base != base {
+            self.base = Some(self.state.world().base);
+        }
+    }
+
+    /// What the record says of leaves, steps and controllers, before the state has it.
+    fn apply_to_leaves(&mut self, at: Time, record: &Record) {
         match record {
-            Record::Header(_) => {}
             Record::Sent { from, message, .. } => self.sent(*from, message),
-            Record::Decided { round, granted, refused, reopened, .. } => {
-                self.rounds = *round;
+            Record::Decided { granted, refused, reopened, .. } => {
                 if let Some(past) = self.past.as_mut().filter(|past| past.rounds.last() != Some(&at)) {
                     past.rounds.push(at);
                 }
-                granted.iter().for_each(|grant| self.grant(at, grant, refused));
+                granted.iter().for_each(|grant| self.grant(at, grant));
                 refused.iter().for_each(|blocked| self.refuse(blocked));
                 reopened.iter().for_each(|reopened| self.reopen(at, reopened));
             }
-            Record::Released { leaf, end, consequences, changes, .. } => {
-                self.release(at, *leaf, *end, *consequences);
-                changes.iter().for_each(|change| self.change(*change));
-            }
-            Record::World { change, .. } => self.change(*change),
+            Record::Released { leaf, end, consequences, .. } => self.release(at, *leaf, *end, *consequences),
             Record::Resource { resource, state, .. } => {
                 if let Some(known) = self.resources.get_mut(resource.index()) {
                     known.clone_from(state);
@@ -46,6 +51,8 @@ impl History {
                 self.hear(at, *controller, message);
             }
             Record::Ended { end, .. } => self.finish(at, *end),
+            Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Began { .. } => {}
+            Record::Observed { .. } | Record::Stopped { .. } | Record::World { .. } => {}
         }
     }
 
@@ -55,11 +62,7 @@ impl History {
             // A behavior that runs asks for nothing: what it was granted with still says most.
             Message::Answer { running: true, potential: None, .. } if self.leaf(from).is_some() => {}
             Message::Answer { potential, .. } => self.ask(from, *potential),
-            Message::Activation
-            | Message::Verdict { .. }
-            | Message::Reopen { .. }
-            | Message::Cancel
-            | Message::Release { .. } => {}
+            Message::Activation | Message::Verdict { .. } | Message::Release { .. } => {}
         }
     }
 
@@ -69,15 +72,14 @@ impl History {
         }
     }
 
-    fn grant(&mut self, at: Time, grant: &Grant, refused: &[Blocked]) {
+    fn grant(&mut self, at: Time, grant: &Grant) {
         let leaf = grant.leaf();
-        for skipped in self.skipped_by(grant, refused) {
+        for skipped in self.skipped_by(grant) {
             self.states.skip(skipped, at);
         }
         let Some(history) = self.states.leaf_mut(leaf) else { return };
         (history.reason, history.last_end) = (None, None);
         self.states.enter(leaf, at, Phase::Active);
-        self.running.insert(leaf, grant.clone());
         let is_new = std::mem::take(&mut self.is_step_over);
         self.step_count += usize::from(is_new);
         let Some(past) = &mut self.past else { return };
@@ -94,9 +96,9 @@ impl History {
     }
 
     fn reopen(&mut self, at: Time, reopened: &Reopened) {
-        self.is_step_over |= reopened.lapsed.is_some();
-        self.states.reopen(reopened.leaf, at);
-        if let Some(leaf) = self.states.leaf_mut(reopened.leaf) {
+        self.is_step_over |= reopened.lapsed().is_some();
+        self.states.reopen(reopened.node, at);
+        if let Some(leaf) = self.states.leaf_mut(reopened.node) {
             leaf.reopened = Some(reopened.clone());
         }
     }
@@ -105,7 +107,7 @@ impl History {
         self.is_step_over = true;
         self.controllers.release(leaf);
         self.ask(leaf, None);
-        if self.running.remove(&leaf).is_some() {
+        if self.running().contains_key(&leaf) {
             self.last_release = Some(self.last_release.map_or(at, |last| last.max(at)));
         }
         let Some(history) = self.states.leaf_mut(leaf) else { return };
@@ -118,7 +120,7 @@ impl History {
         self.states.settle(leaf, at, consequences);
     }
 
-    /// A controller that was configured says how things are, which wins; a base says where it is all the time.
+    /// A base says where it is all the time.
     fn hear(&mut self, at: Time, controller: ControllerId, message: &ControllerMessage) {
         let message = match message {
             ControllerMessage::Heard { message } => message,
@@ -132,31 +134,26 @@ impl History {
             | ControllerMessage::Refused { .. } => return,
         };
         match message {
-            FromController::Configured { state, .. } => self.observe(state, controller),
+            FromController::Configured { state, .. } => self.observe(at, state, controller),
             FromController::Feedback { state, .. } | FromController::Result { state, .. } => match state {
-                ControllerState::Base { pose, .. } => self.change(Change::Base(*pose)),
+                ControllerState::Base { pose, .. } => self.base = Some(*pose),
                 ControllerState::Arm { .. } | ControllerState::Head { .. } => {}
             },
             FromController::Accepted { .. } | FromController::Rejected { .. } => {}
         }
     }
 
-    fn observe(&mut self, state: &ControllerState, controller: ControllerId) {
-        let movers = self.header.movers.iter().enumerate();
-        let moved = movers.filter(|(_, mover)| **mover == Some(controller)).map(|(index, _)| ResourceId::from(index));
-        let changes = state.changes(moved);
-        changes.into_iter().for_each(|change| self.change(change));
-    }
-
-    fn change(&mut self, change: Change) {
-        let is_known = match change {
-            Change::Base(_) | Change::Emptied(_) => true,
-            Change::Object(object, _) => object.index() < self.world.objects.len(),
-            Change::Fact(fact, _) => fact.index() < self.world.facts.len(),
-        };
-        if is_known {
-            self.is_base_known |= matches!(change, Change::Base(_));
-            self.world.apply(change);
+    /// Before the mission begins what controllers say is how things are; afterwards root says it.
+    fn observe(&mut self, at: Time, state: &ControllerState, controller: ControllerId) {
+        if self.state.stage() == Stage::Waiting {
+            let movers = self.header.movers.iter().enumerate();
+            let moved = movers.filter(|(_, mover)| **mover == Some(controller));
+            for change in state.changes(moved.map(|(index, _)| ResourceId::from(index))) {
+                self.state.apply(&Record::Observed { at, change });
+            }
+        }
+        if let ControllerState::Base { pose, .. } = state {
+            self.base = Some(*pose);
         }
     }
 

@@ -66,7 +66,7 @@ pub enum Phase {
     },
     /// It was told to end.
     Canceled,
-    /// It was done and is not any more.
+    /// It was done and is not any more, or it was interrupted.
     Reopened,
     /// A node above it failed.
     NotAsked,
@@ -95,6 +95,7 @@ impl Phase {
             End::Succeeded => Self::Done,
             End::Failed(fault) => Self::Failed { fault, is_final },
             End::Canceled => Self::Canceled,
+            End::Interrupted => Self::Reopened,
         }
     }
 }

@@ -14,9 +14,10 @@ mod ways;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use ambidex_model::state::State;
 use ambidex_model::{
-    Blocked, ControllerId, Grant, Header, Location, Loss, MissionEnd, Names, NodeId, Pose, Reason, Record, Resource,
-    Time, WorldState,
+    ControllerId, Grant, Header, Location, Loss, MissionEnd, Names, NodeId, Pose, Reason, Record, Resource, Time,
+    WorldState,
 };
 
 pub use controllers::{ActiveCommand, ControllerView, Controllers, LastError, Presence};
@@ -34,17 +35,16 @@ use states::LeafStates;
 #[derive(Debug, Clone)]
 pub struct History {
     header: Arc<Header>,
+    state: State,
     states: LeafStates,
-    running: BTreeMap<NodeId, Grant>,
     resources: Vec<Resource>,
-    world: WorldState,
-    is_base_known: bool,
+    /// Where the base is, as controllers or root said last.
+    base: Option<Pose>,
     controllers: Controllers,
     potentials: Vec<Option<f64>>,
     lost: BTreeMap<ControllerId, (Time, Loss)>,
     begun: Option<Time>,
     now: Time,
-    rounds: u32,
     messages: u64,
     step_count: usize,
     is_step_over: bool,
@@ -103,18 +103,17 @@ impl History {
         let mut world = header.start.clone().unwrap_or(unknown);
         world.objects.resize(names.objects.len(), Location::Unknown);
         world.facts.resize(names.facts.len(), false);
+        let states = LeafStates::new(header, past.is_some());
         Self {
-            states: LeafStates::new(header, past.is_some()),
-            running: BTreeMap::new(),
+            state: State::new(Arc::clone(&states.topology), names.resources.len(), world),
+            states,
             resources: vec![Resource::default(); names.resources.len()],
-            world,
-            is_base_known: header.start.is_some(),
+            base: header.start.as_ref().map(|start| start.base),
             controllers: Controllers::default(),
             potentials: vec![None; header.nodes.len()],
             lost: BTreeMap::new(),
             begun: None,
             now: Time::ZERO,
-            rounds: 0,
             messages: 0,
             step_count: 0,
             is_step_over: true,
@@ -147,7 +146,7 @@ impl History {
 
     /// How many rounds were decided.
     pub fn rounds(&self) -> u32 {
-        self.rounds
+        self.state.round()
     }
 
     /// How many messages went between nodes.
@@ -172,12 +171,17 @@ impl History {
 
     /// The last release, or the last record where something runs on.
     pub fn last_moment(&self) -> Time {
-        self.last_release.filter(|_| self.running.is_empty()).unwrap_or(self.now)
+        self.last_release.filter(|_| self.running().is_empty()).unwrap_or(self.now)
     }
 
     /// What runs, each with what it was granted.
     pub fn running(&self) -> &BTreeMap<NodeId, Grant> {
-        &self.running
+        self.state.running()
+    }
+
+    /// Tree, table, world and what runs, as root has them.
+    pub fn state_of_run(&self) -> &State {
+        &self.state
     }
 
     /// Every resource as root told it last, in resource order.
@@ -185,14 +189,14 @@ impl History {
         &self.resources
     }
 
-    /// Robot pose, objects, facts: as root knows them, corrected by what controllers say.
+    /// Robot pose, objects, facts, as root knows them.
     pub fn world(&self) -> &WorldState {
-        &self.world
+        self.state.world()
     }
 
-    /// Pose of the base in the map frame; none before anything was told of it.
+    /// Pose of the base in the map frame, as was said last; none before anything was told of it.
     pub fn base(&self) -> Option<Pose> {
-        self.is_base_known.then_some(self.world.base)
+        self.base
     }
 
     /// What each controller is at.
@@ -252,10 +256,9 @@ impl History {
         self.states.ways_left()
     }
 
-    /// The leaves that a grant skips and that were not done before; of an OR those of one way. `refused` is what was
-    /// decided with the grant.
-    pub fn skipped_by(&self, grant: &Grant, refused: &[Blocked]) -> Vec<NodeId> {
-        self.states.skipped_by(grant, refused)
+    /// The leaves that a grant skips and that were not done before; of an OR those of one way.
+    pub fn skipped_by(&self, grant: &Grant) -> Vec<NodeId> {
+        self.states.skipped_by(grant)
     }
 
     /// The leaves that count as skipped once the mission is done: their goal is met though nobody went on from it.

@@ -1,5 +1,7 @@
 //! What every node is: leaves as the records tell, composites as their leaves and the records' consequences say.
 
+use std::sync::Arc;
+
 use ambidex_model::{Consequences, EntryKind, Header, NodeId, Time, Topology};
 
 use super::leaf::{LeafHistory, LeafState, Phase};
@@ -7,7 +9,7 @@ use super::leaf::{LeafHistory, LeafState, Phase};
 /// What every node is at a moment.
 #[derive(Debug, Clone)]
 pub(super) struct LeafStates {
-    pub(super) topology: Topology,
+    pub(super) topology: Arc<Topology>,
     pub(super) nodes: Vec<Node>,
     pub(super) leaves: Vec<LeafHistory>,
     entered: u64,
@@ -74,7 +76,7 @@ impl Counts {
 
 impl LeafStates {
     pub(super) fn new(header: &Header, keeps_past: bool) -> Self {
-        let topology = Topology::new(header.nodes.iter().map(|node| node.parent).collect());
+        let topology = Arc::new(Topology::new(header.nodes.iter().map(|node| node.parent).collect()));
         let node = |kind: &EntryKind| Node {
             kind: match kind {
                 EntryKind::Behavior(_) => Kind::Leaf,

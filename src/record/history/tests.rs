@@ -30,7 +30,13 @@ fn header() -> Record {
         movers: vec![Some(ControllerId(0)), None],
         start: None,
         names: Names { nodes: names, resources, objects: vec!["cup".into()], ..Names::default() },
+        waits_when_stalled: false,
+        source: None,
     }))
+}
+
+fn skips_of(request: &Request, leaf: NodeId) -> bool {
+    request.skips.iter().any(|skip| skip.contains(leaf))
 }
 
 fn decided(at: u64, grants: &[(NodeId, &[NodeId])], reopened: Option<NodeId>, refused: &[(NodeId, Reason)]) -> Record {
@@ -39,7 +45,9 @@ fn decided(at: u64, grants: &[(NodeId, &[NodeId])], reopened: Option<NodeId>, re
         let skips = skips.iter().map(range).collect();
         let request =
             Request { leaf: *leaf, potential: 1.0, heir: false, claims: Vec::new(), changes: Vec::new(), skips };
-        Grant { request: Arc::new(request), bindings: Vec::new() }
+        let is_met = |(leaf, reason): &&(NodeId, Reason)| *reason == Reason::Satisfied && skips_of(&request, *leaf);
+        let met = refused.iter().filter(is_met).map(|(leaf, _)| *leaf).collect();
+        Grant { request: Arc::new(request), bindings: Vec::new(), met }
     };
     let blocked = |(leaf, reason): &(NodeId, Reason)| Blocked { leaf: *leaf, reason: reason.clone() };
     Record::Decided {
@@ -47,7 +55,7 @@ fn decided(at: u64, grants: &[(NodeId, &[NodeId])], reopened: Option<NodeId>, re
         round: 1,
         granted: grants.iter().map(grant).collect(),
         refused: refused.iter().map(blocked).collect(),
-        reopened: reopened.map(|leaf| Reopened { holder: THEN, leaf, lapsed: None, lacks: None }),
+        reopened: reopened.map(|node| Reopened { node, up_to: THEN, cause: Cause::Redo, undecided: Vec::new() }),
     }
 }
 
@@ -57,7 +65,7 @@ fn granted(at: u64, leaf: NodeId) -> Record {
 
 fn ended(at: u64, leaf: NodeId, end: End, completed: Option<NodeId>, failed: Option<NodeId>) -> Record {
     let completed = completed.map(|node| Completion { node, heir: None });
-    let consequences = Consequences { completed, failed };
+    let consequences = Consequences { completed, failed, failing: None };
     Record::Released { at: Time(at), leaf, end, consequences, changes: Vec::new() }
 }
 
@@ -119,7 +127,7 @@ fn what_is_done_no_more_opens_what_is_above_it() {
     let again = [&way[..], &[granted(4, D), succeeded(5, D, OR)]].concat();
     check(&again, [Waiting, Waiting, Waiting, Waiting, Done, LeafState::NotNeeded, Done]);
     let reopened = history(&way);
-    assert_eq!(reopened.leaf(C).and_then(|leaf| leaf.reopened()).map(|reopened| reopened.holder), Some(THEN));
+    assert_eq!(reopened.leaf(C).and_then(|leaf| leaf.reopened()).map(|reopened| reopened.up_to), Some(THEN));
     let phases = history(&again).leaf(C).expect("a leaf").phases().to_vec();
     let expected = [Phase::Active, Phase::Done, Phase::Reopened, Phase::NotNeeded];
     assert!(phases.iter().map(|(_, phase)| *phase).eq(expected), "{phases:?}");
@@ -153,6 +161,8 @@ fn of_an_or_one_way_is_skipped_and_the_others_are_not_needed() {
         let mut skip = decided(1, &[(A, &[OR])], None, met);
         let Record::Decided { granted, .. } = &mut skip else { panic!("a decision") };
         Arc::make_mut(&mut granted[0].request).skips[0].to = NodeId(8);
+        let is_met = |(_, reason): &&(NodeId, Reason)| *reason == Reason::Satisfied;
+        granted[0].met = met.iter().filter(is_met).map(|(leaf, _)| *leaf).collect();
         skip
     };
     check(&[past_the_or(&met)], &[C], D, C);

@@ -1,13 +1,13 @@
 //! Which way an OR went, and what that leaves over: leaves that are skipped, that are not needed, that were not asked.
 
-use ambidex_model::{Blocked, Grant, NodeId, NodeRange, Reason};
+use ambidex_model::{Grant, NodeId, NodeRange, Reason};
 
 use super::states::{Kind, LeafStates};
 
 impl LeafStates {
-    /// The leaves that a grant skips and that were not done before; `refused` is what was decided with it.
-    pub(super) fn skipped_by(&self, grant: &Grant, refused: &[Blocked]) -> Vec<NodeId> {
-        let is_met = |leaf: NodeId| refused.iter().any(|one| one.leaf == leaf && one.reason == Reason::Satisfied);
+    /// The leaves that a grant skips and that were not done before.
+    pub(super) fn skipped_by(&self, grant: &Grant) -> Vec<NodeId> {
+        let is_met = |leaf: NodeId| grant.met.contains(&leaf);
         let is_open = |leaf: NodeId| self.leaf(leaf).is_some_and(|leaf| leaf.state().is_open());
         let skipped = |skip: &NodeRange| {
             let is_wanted = |leaf: &NodeId| is_open(*leaf) && self.is_on_the_way(*leaf, skip.from, &is_met);

@@ -16,14 +16,20 @@ pub enum Kind {
     Answer,
     /// Down the tree: what came of it.
     Verdict,
-    /// Down the tree: done no more.
-    Reopen,
-    /// Down the tree: end what runs.
-    Cancel,
     /// Up the tree: a behavior ended.
     Release,
+    /// To root from outside the tree.
+    Told,
+    /// Root took over where a driving base is.
+    Observed,
+    /// Root took up what it was told.
+    Turn,
+    /// The mission began, or went on.
+    Began,
     /// What root decided.
     Decided,
+    /// Root told behaviors to end.
+    Stopped,
     /// Root applied the end of a behavior.
     Released,
     /// The world changed from outside.
@@ -59,6 +65,11 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// Whether it is shown only when it is asked for: what comes often and says little, or what other records say again.
+    pub fn is_minor(self) -> bool {
+        matches!(self, Self::Feedback | Self::Told | Self::Observed | Self::Turn | Self::Began)
+    }
+
     /// The word for it on a command line.
     pub fn word(self) -> &'static str {
         self.into()
@@ -72,11 +83,14 @@ impl Kind {
                 Message::Activation => Self::Activation,
                 Message::Answer { .. } => Self::Answer,
                 Message::Verdict { .. } => Self::Verdict,
-                Message::Reopen { .. } => Self::Reopen,
-                Message::Cancel => Self::Cancel,
                 Message::Release { .. } => Self::Release,
             },
+            Record::Told { .. } => Self::Told,
+            Record::Observed { .. } => Self::Observed,
+            Record::Turn { .. } => Self::Turn,
+            Record::Began { .. } => Self::Began,
             Record::Decided { .. } => Self::Decided,
+            Record::Stopped { .. } => Self::Stopped,
             Record::Released { .. } => Self::Released,
             Record::World { .. } => Self::World,
             Record::Resource { .. } => Self::Resource,

@@ -99,6 +99,11 @@ impl Conversation {
                 let said = nodes::decided(granted, refused, reopened.as_ref(), names);
                 Line { round: Some(*round), ..line(root, said) }
             }
+            Record::Told { input, .. } => Line { to: Some(root), ..line("world".into(), nodes::told(input, names)) },
+            Record::Observed { change, .. } => line(root, phrase::changed(change, names)),
+            Record::Turn { .. } => line(root, "takes up what it was told".into()),
+            Record::Began { .. } => line(root, "the mission begins".into()),
+            Record::Stopped { leaves, .. } => line(root, nodes::stopping(leaves, names)),
             Record::Released { leaf, end, consequences, changes, .. } => {
                 line(root, nodes::released(*leaf, *end, *consequences, changes, names))
             }
@@ -166,6 +171,8 @@ fn style(record: &Record, palette: &Palette) -> Style {
             }
         },
         Record::Header(_) | Record::Ended { .. } => palette.strong,
-        Record::World { .. } | Record::Resource { .. } => Style::new(),
+        Record::Stopped { .. } => palette.canceled,
+        Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } => palette.faint,
+        Record::World { .. } | Record::Resource { .. } | Record::Began { .. } => Style::new(),
     }
 }

@@ -2,32 +2,53 @@
 
 use ambidex_model::{
     Blocked, Change, Consequences, End, Grant, LeaseKind, Message, Names, NodeId, Reason, Reopened, Request, Resource,
+    Told,
 };
 use ambidex_record::format;
 
 use anstyle::Style;
 
 use crate::Palette;
-use crate::text::phrase;
+use crate::text::{mission_ended, phrase};
 
 pub(super) fn said(from: NodeId, to: NodeId, message: &Message, names: &Names) -> String {
     match message {
         Message::Activation => "activation".into(),
         Message::Answer { .. } => answer(from, message, names),
-        Message::Verdict { granted, refused: Some(reason) } if granted.is_empty() => {
+        Message::Verdict { stopped, .. } if stopped == &[to] => "is to end".into(),
+        Message::Verdict { granted, refused: Some(reason), .. } if granted.is_empty() => {
             format!("refused: {}", reason.sentence(names))
+        }
+        Message::Verdict { granted, stopped, .. } if !stopped.is_empty() => {
+            let granted =
+                (!granted.is_empty()).then(|| format!("granted: {}", phrase::nodes(granted.iter().copied(), names)));
+            parts([granted, Some(stopping(stopped, names))])
         }
         Message::Verdict { granted, .. } if granted.is_empty() => "nothing granted".into(),
         Message::Verdict { granted, .. } if granted == &[to] => "granted".into(),
         Message::Verdict { granted, .. } => {
             format!("granted: {}", phrase::nodes(granted.iter().copied(), names))
         }
-        Message::Reopen { leaf } => format!("{} is done no more", names.node(*leaf)),
-        Message::Cancel => "cancel".into(),
-        Message::Release { leaf, end, consequences } => parts([
-            Some(format!("{} {}", names.node(*leaf), phrase::ended(*end, names))),
-            follows(*leaf, *consequences, names),
-        ]),
+        Message::Release { leaf, end } => format!("{} {}", names.node(*leaf), phrase::ended(*end, names)),
+    }
+}
+
+/// Who is to end.
+pub(super) fn stopping(leaves: &[NodeId], names: &Names) -> String {
+    let verb = if leaves.len() == 1 { "is" } else { "are" };
+    format!("{} {verb} to end", phrase::nodes(leaves.iter().copied(), names))
+}
+
+/// What root is told.
+pub(super) fn told(told: &Told, names: &Names) -> String {
+    match told {
+        Told::Begin { .. } => "begin".into(),
+        Told::World { change } => phrase::changed(change, names),
+        Told::Ended { leaf, outcome } => {
+            let ended = format!("{} {}", names.node(*leaf), phrase::ended(outcome.end, names));
+            parts([Some(ended)].into_iter().chain(phrase::changes(&outcome.changes, names).into_iter().map(Some)))
+        }
+        Told::End { end } => format!("end: {}", mission_ended(*end, names)),
     }
 }
 
@@ -36,10 +57,9 @@ pub(super) fn style(message: &Message, palette: &Palette, of_end: impl Fn(End) -
         Message::Activation => palette.faint,
         Message::Answer { asking, .. } if asking.is_empty() => palette.faint,
         Message::Answer { .. } => Style::new(),
+        Message::Verdict { stopped, .. } if !stopped.is_empty() => palette.canceled,
         Message::Verdict { granted, .. } if granted.is_empty() => palette.faint,
         Message::Verdict { .. } => palette.active,
-        Message::Reopen { .. } => palette.waiting,
-        Message::Cancel => palette.canceled,
         Message::Release { end, .. } => of_end(*end),
     }
 }
@@ -110,11 +130,11 @@ pub(super) fn decided(granted: &[Grant], refused: &[Blocked], reopened: Option<&
 
 /// What is done no more, and why.
 fn reopening(reopened: &Reopened, names: &Names) -> String {
-    let mut said = format!("{} is done no more", names.node(reopened.leaf));
-    if let Some(resource) = reopened.lapsed {
+    let mut said = format!("{} is done no more", names.node(reopened.node));
+    if let Some(resource) = reopened.lapsed() {
         said += &format!(", its lease of {} lapses", names.resource(resource));
     }
-    if let Some(lacks) = reopened.lacks.as_deref() {
+    if let Some(lacks) = reopened.lacks() {
         said += &format!(", since {} lacks: {}", names.node(lacks.leaf), lacks.reason.sentence(names));
     }
     said

@@ -19,10 +19,10 @@ pub struct Filters {
     pub resource: Option<String>,
     /// A controller that says it or is told.
     pub controller: Option<String>,
-    /// Any of these kinds; empty for all but feedback.
+    /// Any of these kinds; empty for all that are not minor.
     pub kinds: Vec<Kind>,
-    /// Feedback besides.
-    pub with_feedback: bool,
+    /// Minor ones besides.
+    pub with_minor: bool,
     /// Rounds; what has none belongs to the one that was decided last.
     pub rounds: Option<RangeInclusive<u32>>,
     /// Not before this moment since the mission began.
@@ -63,10 +63,10 @@ impl Selection {
 
     /// Whether a record is wanted; `round` is its own or the one that was decided last.
     pub(super) fn has(&self, record: &Record, round: u32, history: &History) -> bool {
-        let Filters { kinds, rounds, from, to, with_feedback, .. } = &self.rest;
+        let Filters { kinds, rounds, from, to, with_minor, .. } = &self.rest;
         let (at, kind) = (history.now(), Kind::of(record));
-        let is_kind = if kinds.is_empty() { kind != Kind::Feedback } else { kinds.contains(&kind) };
-        (is_kind || (*with_feedback && kind == Kind::Feedback))
+        let is_kind = if kinds.is_empty() { !kind.is_minor() } else { kinds.contains(&kind) };
+        (is_kind || (*with_minor && kind.is_minor()))
             && rounds.as_ref().is_none_or(|rounds| rounds.contains(&round))
             && from.is_none_or(|from| at >= from)
             && to.is_none_or(|to| at <= to)

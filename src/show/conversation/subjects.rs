@@ -2,7 +2,7 @@
 
 use ambidex_model::{
     Blocked, Change, CommandId, Consequences, ControllerId, ControllerMessage, FromController, Location, Message,
-    MissionEnd, NodeId, Reason, Record, Request, ResourceId, ToController,
+    MissionEnd, NodeId, Reason, Record, Request, ResourceId, ToController, Told,
 };
 
 use ambidex_record::History;
@@ -12,11 +12,17 @@ pub(super) fn of_node(record: &Record, history: &History, marks: &[bool]) -> boo
     let is = &|node: NodeId| marks.get(node.index()) == Some(&true);
     match record {
         Record::Header(_) | Record::World { .. } => false,
+        Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => false,
+        Record::Told { input, .. } => match input {
+            Told::Ended { leaf, .. } => is(*leaf),
+            Told::Begin { .. } | Told::World { .. } | Told::End { .. } => false,
+        },
+        Record::Stopped { leaves, .. } => leaves.iter().any(|leaf| is(*leaf)),
         Record::Sent { from, to, message, .. } => is(*from) || is(*to) || message_of(message, is),
         Record::Decided { granted, refused, reopened, .. } => {
             granted.iter().any(|grant| is(grant.leaf()) || grant.skipped(marks.len()).any(is))
                 || blocked_of(refused, is)
-                || reopened.iter().any(|reopened| is(reopened.leaf) || is(reopened.holder))
+                || reopened.iter().any(|reopened| is(reopened.node) || is(reopened.up_to))
         }
         Record::Released { leaf, consequences, .. } => is(*leaf) || consequences_of(consequences, is),
         Record::Resource { state, .. } => state.leases().iter().any(|lease| is(lease.holder) || is(lease.behavior)),
@@ -38,17 +44,23 @@ pub(super) fn of_resource(record: &Record, wanted: ResourceId) -> bool {
         Record::Sent { message, .. } => match message {
             Message::Answer { request, blocked, .. } => request.as_deref().is_some_and(requested) || refused(blocked),
             Message::Verdict { refused, .. } => refused.as_ref().is_some_and(|reason| lacks(reason, wanted)),
-            Message::Activation | Message::Reopen { .. } | Message::Cancel | Message::Release { .. } => false,
+            Message::Activation | Message::Release { .. } => false,
         },
         Record::Decided { granted, refused: blocked, reopened, .. } => {
             granted.iter().any(|grant| grant.bindings.iter().any(|binding| binding.resource == wanted))
                 || refused(blocked)
-                || reopened.iter().any(|reopened| reopened.lapsed == Some(wanted))
+                || reopened.iter().any(|reopened| reopened.lapsed() == Some(wanted))
         }
         Record::Released { changes, .. } => changes.iter().any(|change| moves(change, wanted)),
         Record::World { change, .. } => moves(change, wanted),
         Record::Resource { resource, .. } => *resource == wanted,
+        Record::Told { input, .. } => match input {
+            Told::Ended { outcome, .. } => outcome.changes.iter().any(|change| moves(change, wanted)),
+            Told::World { change } => moves(change, wanted),
+            Told::Begin { .. } | Told::End { .. } => false,
+        },
         Record::Header(_) | Record::Controller { .. } | Record::Ended { .. } => false,
+        Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } | Record::Stopped { .. } => false,
     }
 }
 
@@ -60,7 +72,10 @@ pub(super) fn of_controller(record: &Record, wanted: ControllerId) -> bool {
             end.at_fault() == Some(wanted)
         }
         Record::Ended { end, .. } => *end == MissionEnd::ControllerLost(wanted),
+        Record::Told { input: Told::Ended { outcome, .. }, .. } => outcome.end.at_fault() == Some(wanted),
+        Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => false,
         Record::Header(_)
+        | Record::Stopped { .. }
         | Record::Sent { .. }
         | Record::Decided { .. }
         | Record::World { .. }
@@ -95,11 +110,10 @@ fn command(message: &ControllerMessage) -> Option<CommandId> {
 
 fn message_of(message: &Message, is: &impl Fn(NodeId) -> bool) -> bool {
     match message {
-        Message::Activation | Message::Cancel => false,
+        Message::Activation => false,
         Message::Answer { asking, blocked, .. } => asking.iter().any(|&leaf| is(leaf)) || blocked_of(blocked, is),
-        Message::Verdict { granted, .. } => granted.iter().any(|&leaf| is(leaf)),
-        Message::Reopen { leaf } => is(*leaf),
-        Message::Release { leaf, consequences, .. } => is(*leaf) || consequences_of(consequences, is),
+        Message::Verdict { granted, stopped, .. } => granted.iter().chain(stopped).any(|&leaf| is(leaf)),
+        Message::Release { leaf, .. } => is(*leaf),
     }
 }
 

@@ -25,6 +25,11 @@ fn goal(to: u32, leaf: &str, mode: Mode, command: Command) -> Record {
     controller(to, ControllerMessage::Told { leaf: Some(named(leaf)), message })
 }
 
+fn stop(leaves: &[&str]) -> Message {
+    let stopped = leaves.iter().map(|leaf| named(leaf)).collect();
+    Message::Verdict { granted: Vec::new(), refused: None, stopped }
+}
+
 fn heard(from: u32, message: FromController) -> Record {
     controller(from, ControllerMessage::Heard { message })
 }
@@ -65,8 +70,6 @@ fn request() -> Request {
 fn records() -> Vec<Record> {
     let outbid = Reason::Outbid { by: named("move 2-1"), resource: ResourceId(0), own: 0.25, theirs: 0.5 };
     let at = Point3::new(0.5, 0.25, 0.75);
-    let consequences =
-        Consequences { completed: Some(Completion { node: named("object 1"), heir: None }), failed: None };
     let mut decision = decided(7.4, 2, vec![grant("pick 1", &[0, 1], &[2], &["move 1-1"])]);
     if let Record::Decided { refused, .. } = &mut decision {
         refused.push(Blocked { leaf: named("move 3-1"), reason: outbid.clone() });
@@ -78,8 +81,16 @@ fn records() -> Vec<Record> {
         sent("pick 1", "object 1", answer("pick 1", Some(request()), None)),
         sent("move 3-1", "object 3", answer("move 3-1", None, Some(Reason::NotAt { place: PlaceId(0) }))),
         decision,
-        sent("object 1", "pick 1", Message::Verdict { granted: vec![named("pick 1")], refused: None }),
-        sent("object 3", "move 3-1", Message::Verdict { granted: Vec::new(), refused: Some(outbid) }),
+        sent(
+            "object 1",
+            "pick 1",
+            Message::Verdict { granted: vec![named("pick 1")], refused: None, stopped: Vec::new() },
+        ),
+        sent(
+            "object 3",
+            "move 3-1",
+            Message::Verdict { granted: Vec::new(), refused: Some(outbid), stopped: Vec::new() },
+        ),
         goal(2, "pick 1", Mode::Achieve, Command::Grasp { object: ObjectId(0), at }),
         goal(1, "pick 1", Mode::Maintain, Command::Look { at }),
         controller(1, ControllerMessage::Joined { leaf: named("pick 2"), id: id() }),
@@ -95,10 +106,14 @@ fn records() -> Vec<Record> {
                 state: state(),
             },
         ),
-        sent("pick 1", "object 1", Message::Release { leaf: named("pick 1"), end: End::Succeeded, consequences }),
+        sent("pick 1", "object 1", Message::Release { leaf: named("pick 1"), end: End::Succeeded }),
         released(9.0, "pick 2", End::Failed(Fault::Aborted(ControllerId(3)))),
         Record::World { at: seconds(9.5), change: Change::Object(ObjectId(2), Location::At(PlaceId(1))) },
-        sent("object 1", "move 1-1", Message::Reopen { leaf: named("move 1-1") }),
+        sent("object 1", "move 1-2", stop(&["move 1-2"])),
+        sent("all objects", "object 1", stop(&["move 1-2"])),
+        Record::Stopped { at: seconds(9.5), leaves: vec![named("move 1-2")] },
+        Record::Turn { at: seconds(9.5) },
+        Record::Told { at: seconds(9.5), input: Told::End { end: MissionEnd::Canceled } },
         Record::Ended { at: seconds(10.0), end: MissionEnd::Failed(named("pick 2")) },
     ]
 }
@@ -130,10 +145,14 @@ experiment 1 on pr2, greedy: 22 nodes with 16 behaviors
     1.600 s             left_arm → pick 1         accepted goal 1.7
     1.600 s                 head → pick 1 + pick 2  goal 1.7 is at 25 %
     1.600 s             left_arm → pick 1         goal 1.7 succeeded after 1.60 s
-    0.000 s    r2         pick 1 → object 1       pick 1 succeeded; object 1 is complete
+    0.000 s    r2         pick 1 → object 1       pick 1 succeeded
     1.600 s                 root                  pick 2 failed: right_arm gave up
     2.100 s                world                  object 3 is at counter now
-    0.000 s    r2       object 1 → move 1-1       move 1-1 is done no more
+    0.000 s    r2       object 1 → move 1-2       is to end
+    0.000 s    r2    all objects → object 1       move 1-2 is to end
+    2.100 s                 root                  move 1-2 is to end
+    2.100 s                 root                  takes up what it was told
+    2.100 s                world → root           end: canceled
     2.600 s                 root                  the mission is over: failed at pick 2
 ";
 
@@ -145,7 +164,7 @@ fn every_record_is_a_line() {
 }
 
 fn everything() -> Filters {
-    Filters { with_feedback: true, ..Filters::default() }
+    Filters { with_minor: true, ..Filters::default() }
 }
 
 /// Which lines of all a filter leaves.
@@ -163,24 +182,27 @@ fn check(adapt: impl Fn(&mut Filters), expected: &[usize]) {
 fn filters_select_and_combine() {
     let some = |name: &str| Some(name.to_owned());
     check(|filters| filters.node = some("pick 1"), &[3, 5, 6, 8, 9, 10, 11, 12, 13, 14]);
-    check(|filters| filters.node = some("pick 2"), &[10, 12, 15, 18]);
+    check(|filters| filters.node = some("pick 2"), &[10, 12, 15, 22]);
     check(|filters| filters.node = some("move 3*"), &[4, 5, 7]);
-    check(|filters| filters.node = some("*"), &[2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 17, 18]);
-    let goals = |filters: &mut Filters| (filters.kinds, filters.with_feedback) = (vec![Kind::Goal], false);
+    check(|filters| filters.node = some("*"), &[2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 17, 18, 19, 22]);
+    let goals = |filters: &mut Filters| (filters.kinds, filters.with_minor) = (vec![Kind::Goal], false);
     check(goals, &[8, 9]);
-    check(|filters| filters.kinds = vec![Kind::Goal], &[8, 9, 12]);
-    check(|filters| filters.kinds = vec![Kind::Feedback], &[12]);
-    let quiet = |filters: &mut Filters| (filters.controller, filters.with_feedback) = (some("head"), false);
+    check(|filters| filters.kinds = vec![Kind::Goal], &[8, 9, 12, 20, 21]);
+    check(|filters| filters.kinds = vec![Kind::Feedback], &[12, 20, 21]);
+    let quiet = |filters: &mut Filters| (filters.controller, filters.with_minor) = (some("head"), false);
     check(quiet, &[9, 10]);
-    check(|filters| filters.kinds = vec![Kind::Goal, Kind::Feedback], &[8, 9, 12]);
+    check(|filters| filters.kinds = vec![Kind::Goal, Kind::Feedback], &[8, 9, 12, 20, 21]);
     check(|filters| filters.resource = some("left_gripper"), &[3, 5]);
     check(|filters| filters.resource = some("base"), &[3, 5, 7]);
     check(|filters| filters.controller = some("left_arm"), &[1, 8, 11, 13]);
     check(|filters| filters.controller = some("right_arm"), &[15]);
     check(|filters| filters.rounds = Some(0..=1), &[0, 1]);
-    check(|filters| filters.rounds = Some(2..=2), &[2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18]);
-    check(|filters| filters.from = Some(seconds(1.8)), &[16, 18]);
-    check(|filters| filters.to = Some(seconds(0.0)), &[0, 1, 2, 3, 4, 5, 6, 7, 14, 17]);
+    check(
+        |filters| filters.rounds = Some(2..=2),
+        &[2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22],
+    );
+    check(|filters| filters.from = Some(seconds(1.8)), &[16, 19, 20, 21, 22]);
+    check(|filters| filters.to = Some(seconds(0.0)), &[0, 1, 2, 3, 4, 5, 6, 7, 14, 17, 18]);
     let both = |filters: &mut Filters| {
         filters.node = some("pick 1");
         filters.controller = some("head");

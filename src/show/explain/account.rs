@@ -75,7 +75,9 @@ impl Account {
                 let said: Vec<String> = ["It".to_owned()].into_iter().chain(ends).chain(changes).collect();
                 self.tell(*leaf, Entry::moment(at, None, ended(*end), said.join(" ")));
             }
+            Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
             Record::Header(_)
+            | Record::Stopped { .. }
             | Record::Ended { .. }
             | Record::Sent { .. }
             | Record::Released { .. }
@@ -151,15 +153,14 @@ impl Account {
         let names = self.history.names();
         let moment = |state, said| Entry::moment(decision.at, Some(decision.round), state, said);
         let mut entries = Vec::new();
-        if let Some(reopened) = decision.reopened.filter(|reopened| reopened.leaf == leaf) {
+        if let Some(reopened) = decision.reopened.filter(|reopened| reopened.node == leaf) {
             entries.push(moment(LeafState::Waiting, format!("It {}", sentence::reopened(reopened, names))));
         }
         if let Some(grant) = decision.granted.iter().find(|grant| grant.leaf() == leaf) {
             entries.push(moment(LeafState::Active, self.started(grant, decision)));
             return entries;
         }
-        let skipper =
-            decision.granted.iter().find(|grant| self.history.skipped_by(grant, decision.refused).contains(&leaf));
+        let skipper = decision.granted.iter().find(|grant| self.history.skipped_by(grant).contains(&leaf));
         if let Some(grant) = skipper {
             let next = names.node(grant.leaf());
             let said = format!("It is skipped: its goal is met already, and {next} goes on from there.");

@@ -1,6 +1,6 @@
 //! Sentences that both the story and an account tell.
 
-use ambidex_model::{Blocked, Change, Consequences, End, Grant, Names, NodeId, Reason, Reopened, Time};
+use ambidex_model::{Blocked, Cause, Change, Consequences, End, Grant, Names, NodeId, Reason, Reopened, Time};
 use ambidex_record::{History, LeafState};
 
 use crate::text::phrase;
@@ -48,6 +48,7 @@ pub(super) fn ended(history: &History, at: Time, leaf: NodeId, end: End, consequ
     let mut said = vec![match end {
         End::Succeeded => format!("is done{after}."),
         End::Canceled => format!("is canceled{after}."),
+        End::Interrupted => format!("is interrupted{after}, since its runtime was gone."),
         End::Failed(fault) => format!("fails{after}: {}.", phrase::fault_sentence(fault, names)),
     }];
     if let Some(done) = consequences.completed.filter(|done| done.node != leaf) {
@@ -86,16 +87,14 @@ pub(super) fn skipped(leaves: &[NodeId], names: &Names) -> Option<String> {
 
 /// What is done no more, after its name or "it", and why.
 pub(super) fn reopened(reopened: &Reopened, names: &Names) -> String {
-    let why = match (reopened.lapsed, reopened.lacks.as_deref()) {
-        (Some(resource), Some(lacks)) => format!(
+    let why = match &reopened.cause {
+        Cause::Lapse { resource, heir } => format!(
             ": {} was kept for {}, which cannot come now, since {}",
-            names.resource(resource),
-            names.node(lacks.leaf),
-            lacks.reason.sentence(names)
+            names.resource(*resource),
+            names.node(heir.leaf),
+            heir.reason.sentence(names)
         ),
-        (Some(resource), None) => format!(": {} is not kept for it any longer", names.resource(resource)),
-        (None, Some(lacks)) => format!(": {} lacks it, since {}", names.node(lacks.leaf), lacks.reason.sentence(names)),
-        (None, None) => format!(": {} goes back to it", names.node(reopened.holder)),
+        Cause::Redo => format!(": {} goes back to it", names.node(reopened.up_to)),
     };
     format!("counts as done no more{why}.")
 }

@@ -55,7 +55,7 @@ impl Step {
         }
         self.is_decided = true;
         if let Some(reopened) = reopened {
-            let said = format!("{} {}", names.node(reopened.leaf), sentence::reopened(reopened, names));
+            let said = format!("{} {}", names.node(reopened.node), sentence::reopened(reopened, names));
             self.happened.push((LeafState::Waiting, said));
         }
         if !granted.is_empty() {
@@ -63,7 +63,7 @@ impl Step {
         }
         for grant in granted {
             self.waits.remove(&grant.leaf());
-            let skipped = sentence::skipped(&history.skipped_by(grant, refused), names);
+            let skipped = sentence::skipped(&history.skipped_by(grant), names);
             self.happened.extend(skipped.map(|said| (LeafState::Skipped, said)));
         }
         for Blocked { leaf, reason } in refused {

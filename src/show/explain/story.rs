@@ -68,7 +68,9 @@ impl Story {
                 }
                 self.happens(*at, of_end(MissionOutcome::from(*end)), said);
             }
+            Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
             Record::Header(_)
+            | Record::Stopped { .. }
             | Record::Sent { .. }
             | Record::World { .. }
             | Record::Resource { .. }

@@ -46,10 +46,10 @@ fn turns() -> Vec<Record> {
     if let Record::Decided { reopened, .. } = &mut lapse {
         let lacks = Blocked { leaf: named("pick 1"), reason: Reason::OutOfReach { object: ObjectId(0) } };
         *reopened = Some(Reopened {
-            holder: named("object 1"),
-            leaf: named("move 1-1"),
-            lapsed: Some(base),
-            lacks: Some(Box::new(lacks)),
+            node: named("move 1-1"),
+            up_to: named("object 1"),
+            cause: Cause::Lapse { resource: base, heir: Box::new(lacks) },
+            undecided: Vec::new(),
         });
     }
     vec![

@@ -16,7 +16,8 @@ pub fn line(history: &History, record: &Record) -> Option<String> {
     let names = history.names();
     let text = match record {
         Record::Header(header) => begins(history, header),
-        Record::Sent { .. } | Record::Resource { .. } => return None,
+        Record::Sent { .. } | Record::Resource { .. } | Record::Told { .. } => return None,
+        Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } | Record::Stopped { .. } => return None,
         Record::Decided { granted, reopened, .. } => decided(history, granted, reopened.as_ref())?,
         Record::Released { leaf, end, .. } => released(*leaf, *end, names),
         Record::World { change, .. } => changed(change, names)?,
@@ -40,8 +41,8 @@ fn decided(history: &History, granted: &[Grant], reopened: Option<&Reopened>) ->
         parts.extend(skipped(history));
     }
     if let Some(reopened) = reopened {
-        let leaf = names.node(reopened.leaf);
-        parts.push(match reopened.lapsed {
+        let leaf = names.node(reopened.node);
+        parts.push(match reopened.lapsed() {
             Some(resource) => format!("reopened {leaf}, {} lapsed", names.resource(resource)),
             None => format!("reopened {leaf}"),
         });
@@ -101,6 +102,7 @@ fn released(leaf: NodeId, end: End, names: &Names) -> String {
     match end {
         End::Succeeded => format!("done {leaf}"),
         End::Canceled => format!("canceled {leaf}"),
+        End::Interrupted => format!("interrupted {leaf}"),
         End::Failed(fault) => format!("failed {leaf}: {}", fault_sentence(fault, names)),
     }
 }

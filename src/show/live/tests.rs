@@ -171,8 +171,10 @@ fn what_goes_wrong_has_its_line() {
              it is from an earlier life of the daemon or the controller",
         ),
     );
-    let reopened =
-        Reopened { holder: named("object 1"), leaf: named("move 1-1"), lapsed: Some(ResourceId(0)), lacks: None };
+    let heir = Box::new(Blocked { leaf: named("pick 1"), reason: Reason::OutOfReach { object: ObjectId(0) } });
+    let cause = Cause::Lapse { resource: ResourceId(0), heir };
+    let (node, up_to) = (named("move 1-1"), named("object 1"));
+    let reopened = Reopened { node, up_to, cause, undecided: Vec::new() };
     check(
         Record::Decided {
             at: seconds(9.5),

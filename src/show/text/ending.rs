@@ -20,6 +20,7 @@ pub(crate) fn ended(end: End) -> LeafState {
         End::Succeeded => LeafState::Done,
         End::Failed(_) => LeafState::Failed,
         End::Canceled => LeafState::Canceled,
+        End::Interrupted => LeafState::Waiting,
     }
 }
 

@@ -120,6 +120,7 @@ pub(crate) fn ended(end: End, names: &Names) -> String {
     match end {
         End::Succeeded => "succeeded".into(),
         End::Canceled => "was canceled".into(),
+        End::Interrupted => "was interrupted: its runtime was gone".into(),
         End::Failed(fault) => format!("failed: {}", fault_sentence(fault, names)),
     }
 }

@@ -20,7 +20,7 @@ fn phases(history: &History, name: &str) -> Vec<(f64, Phase)> {
 
 fn failed_for_good(at_s: f64, name: &str, top: &str) -> Record {
     let (end, consequences) =
-        (End::Failed(Fault::TimedOut), Consequences { completed: None, failed: Some(named(top)) });
+        (End::Failed(Fault::TimedOut), Consequences { completed: None, failed: Some(named(top)), failing: None });
     Record::Released { at: seconds(at_s), leaf: named(name), end, consequences, changes: Vec::new() }
 }
 
@@ -65,7 +65,8 @@ fn what_fails_waits_again_until_it_fails_for_good() {
 
 #[test]
 fn what_is_reopened_is_not_done_any_more() {
-    let reopened = Reopened { holder: named("object 1"), leaf: named("move 1-1"), lapsed: None, lacks: None };
+    let (node, up_to) = (named("move 1-1"), named("object 1"));
+    let reopened = Reopened { node, up_to, cause: Cause::Redo, undecided: Vec::new() };
     let back =
         Record::Decided { at: seconds(5.0), round: 2, granted: vec![], refused: vec![], reopened: Some(reopened) };
     let history = history(&[

@@ -19,9 +19,8 @@ pub struct Watch {
     /// Leaves that asked in this round.
     asking: BTreeSet<NodeId>,
     done: BTreeSet<NodeId>,
+    failed: BTreeSet<NodeId>,
     granted: BTreeMap<NodeId, Grant>,
-    /// Behaviors that ended, and whether well, while the word of it is on its way to root.
-    ended: BTreeMap<NodeId, bool>,
     /// Nothing is granted or refused any more; there is no reason for "the mission is being canceled".
     is_canceling: bool,
     /// Resources that a behavior may have left a lease on by an earlier success.
@@ -37,8 +36,8 @@ impl Watch {
             unjudged: BTreeSet::new(),
             asking: BTreeSet::new(),
             done: BTreeSet::new(),
+            failed: BTreeSet::new(),
             granted: BTreeMap::new(),
-            ended: BTreeMap::new(),
             is_canceling: false,
             left: BTreeSet::new(),
         }
@@ -46,13 +45,12 @@ impl Watch {
 
     pub fn given(&mut self, node: NodeId, input: &Input) {
         match input {
-            Input::Ended(outcome) => {
+            Input::Ended(_) => {
                 let is_granted = self.granted.contains_key(&node);
                 assert!(is_granted, "{node:?} ran without a grant");
-                self.ended.insert(node, outcome.end == End::Succeeded);
             }
             Input::End(_) => self.is_canceling = true,
-            Input::Begin(_) | Input::World(_) | Input::Observed(_) => {}
+            Input::Begin(_) | Input::World(_) | Input::Observed(_) | Input::Turn => {}
             Input::Down(_) | Input::Up(..) => {}
         }
     }
@@ -63,11 +61,11 @@ impl Watch {
                 assert!(self.unanswered.insert(child), "{child:?} is asked twice");
                 assert!(!self.unjudged.contains(&child), "{child:?} had no verdict");
             }
-            Down::Verdict(_) => {
+            Down::Verdict(verdict) => {
                 assert!(!self.unanswered.contains(&child), "{child:?} is judged before it answered");
-                assert!(self.unjudged.remove(&child), "{child:?} is judged without an answer");
+                let is_judged = self.unjudged.remove(&child);
+                assert!(is_judged || !verdict.stopped.is_empty(), "{child:?} is judged without an answer");
             }
-            Down::Reopen(_) | Down::Cancel(_) => {}
         }
     }
 
@@ -104,15 +102,17 @@ impl Watch {
                 granted.iter().for_each(|grant| self.skip(grant));
                 granted.iter().for_each(|grant| self.start(grant));
                 if let Some(reopened) = reopened {
-                    let mut node = reopened.leaf;
-                    while node != reopened.holder {
+                    let mut node = reopened.node;
+                    while node != reopened.up_to {
                         self.done.remove(&node);
                         node = self.mission.tree.topology.parent(node);
                     }
                 }
             }
             Record::Released { leaf, end, consequences, .. } => self.release(*leaf, *end, consequences),
-            Record::Header(_) | Record::Sent { .. } | Record::World { .. } | Record::Resource { .. } => {}
+            Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
+            Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::World { .. } => {}
+            Record::Resource { .. } => {}
             Record::Controller { .. } | Record::Ended { .. } => {}
         }
     }
@@ -124,7 +124,7 @@ impl Watch {
 
     /// The table, the world and what runs, against each other and against what was granted.
     pub fn check(&mut self, handled: NodeId, root: &Root, goals: &BTreeMap<NodeId, Goal>, end: Option<MissionEnd>) {
-        let now = (root.table(), root.world_state());
+        let now = (root.state().table(), root.state().world());
         if handled != NodeId(0) {
             let before = self.before.as_ref().expect("root began");
             assert!((&before.0, &before.1) == now, "{handled:?} wrote what is root's");
@@ -132,7 +132,7 @@ impl Watch {
             return;
         }
         self.before = Some((now.0.clone(), now.1.clone()));
-        let running = root.running();
+        let running = root.state().running();
         assert!(running.keys().eq(self.granted.keys()), "{running:?} is not what was granted");
         for (leaf, goal) in goals {
             let grant = running.get(leaf).expect("no leaf runs without a grant");
@@ -144,13 +144,13 @@ impl Watch {
         running.values().for_each(|grant| self.check_alone(grant, root));
         self.check_leases(root);
         if end == Some(MissionEnd::Done) {
-            assert_eq!(root.table().leases().count(), 0, "a complete task leaves none");
+            assert_eq!(root.state().table().leases().count(), 0, "a complete task leaves none");
             assert!(running.is_empty());
         }
     }
 
     fn check_alone(&self, grant: &Grant, root: &Root) {
-        for other in root.running().values().filter(|other| other.leaf() != grant.leaf()) {
+        for other in root.state().running().values().filter(|other| other.leaf() != grant.leaf()) {
             let both = other.request.changes.iter().find(|object| grant.request.changes.contains(object));
             assert!(both.is_none(), "{both:?} is changed by {:?} and {:?}", grant.leaf(), other.leaf());
             for (a, b) in grant.bindings.iter().flat_map(|a| other.bindings.iter().map(move |b| (a, b))) {
@@ -159,7 +159,7 @@ impl Watch {
             }
         }
         for binding in &grant.bindings {
-            let resource = root.table().resource(binding.resource);
+            let resource = root.state().table().resource(binding.resource);
             assert_eq!(resource.access(), Some(binding.access), "{:?}", grant.leaf());
             let mut leases = resource.leases().iter();
             assert!(leases.any(|lease| lease.holder == grant.leaf() && lease.kind == LeaseKind::Running));
@@ -167,7 +167,7 @@ impl Watch {
     }
 
     fn check_leases(&self, root: &Root) {
-        for (id, lease) in root.table().leases() {
+        for (id, lease) in root.state().table().leases() {
             let is_known = match lease.kind {
                 LeaseKind::Running => self.granted.contains_key(&lease.behavior) && lease.holder == lease.behavior,
                 LeaseKind::Intention => {
@@ -176,11 +176,13 @@ impl Watch {
                         && !self.done.contains(&lease.holder)
                         && self.may_leave(lease.behavior, id.0)
                 }
-                LeaseKind::Physical => self.may_leave(lease.behavior, id.0) || root.world_state().held_by(id).is_some(),
+                LeaseKind::Physical => {
+                    self.may_leave(lease.behavior, id.0) || root.state().world().held_by(id).is_some()
+                }
             };
             assert!(is_known, "nobody keeps {lease:?} on {id:?}");
         }
-        for (id, resource) in root.table().iter() {
+        for (id, resource) in root.state().table().iter() {
             let sound = match resource.access() {
                 None => resource.owners() == 0,
                 Some(Access::Exclusive) => resource.owners() == 1,
@@ -210,20 +212,17 @@ impl Watch {
         while child.0 > 0 {
             let node = topology.parent(child);
             assert!(!self.done.contains(&child), "{child:?} is done and runs again");
+            assert!(!self.failed.contains(&child), "{child:?} has failed and runs again");
             match self.mission.tree.nodes[node.index()] {
                 NodeKind::Then => {
                     let mut before = topology.children(node).take_while(|&other| other != child);
-                    assert!(before.all(|other| self.is_done(other)), "{child:?} is before its turn");
+                    assert!(before.all(|other| self.done.contains(&other)), "{child:?} is before its turn");
+                    let mut others = topology.children(node).filter(|&other| other != child);
+                    assert!(!others.any(|other| self.is_busy(other)), "two children of {node:?} at once");
                 }
                 NodeKind::Or => {
                     let mut others = topology.children(node).filter(|&other| other != child);
-                    let busy = others.find(|&other| {
-                        self.done.contains(&other)
-                            || self
-                                .granted
-                                .keys()
-                                .any(|leaf| topology.is_within(*leaf, other) && !self.ended.contains_key(leaf))
-                    });
+                    let busy = others.find(|&other| self.done.contains(&other) || self.is_busy(other));
                     assert_eq!(busy, None, "beside {child:?} of an OR");
                 }
                 NodeKind::Root | NodeKind::And => {}
@@ -235,21 +234,13 @@ impl Watch {
         assert!(before.is_none(), "{:?} is granted while it runs", grant.leaf());
     }
 
-    /// Whether a node is done, also if root does not know yet.
-    fn is_done(&self, node: NodeId) -> bool {
-        let mut children = self.mission.tree.topology.children(node);
-        self.done.contains(&node)
-            || match self.mission.tree.nodes[node.index()] {
-                NodeKind::And | NodeKind::Then => children.all(|child| self.is_done(child)),
-                NodeKind::Or => children.any(|child| self.is_done(child)),
-                NodeKind::Root => false,
-                NodeKind::Behavior(_) => self.ended.get(&node) == Some(&true),
-            }
+    /// Whether something below a node runs in the eyes of root.
+    fn is_busy(&self, node: NodeId) -> bool {
+        self.granted.range(node..self.mission.tree.topology.end(node)).next().is_some()
     }
 
     fn release(&mut self, leaf: NodeId, end: End, consequences: &Consequences) {
         let grant = self.granted.remove(&leaf).expect("only what was granted ends");
-        self.ended.remove(&leaf);
         let keeps = |keep| !matches!(keep, Retention::Release);
         for binding in &grant.bindings {
             if end == End::Succeeded && keeps(binding.keep) {
@@ -259,6 +250,9 @@ impl Watch {
             }
         }
         assert_eq!(end == End::Succeeded, consequences.completed.is_some());
+        self.failed.extend(consequences.failed);
+        // It waits for what runs below it, and starts nothing more.
+        self.failed.extend(consequences.failing.map(|failing| failing.node));
         let Some(completed) = consequences.completed else {
             return;
         };

@@ -49,7 +49,6 @@ fn every_message_is_an_event() {
     has_event(&events, "verdict", &with(&["granted"]));
     has_event(&events, "verdict", &with(&["reason"]));
     has_event(&events, "release", &with(&["leaf", "end"]));
-    has_event(&events, "release", &with(&["completes", "heir"]));
     has_event(&events, "attached", &["controller"]);
     has_event(&events, "configure", &["controller", "generation", "speed"]);
     has_event(&events, "configured", &["controller", "generation"]);

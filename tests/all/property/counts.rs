@@ -83,11 +83,13 @@ impl Counts {
                     *self.reasons.entry(variant(&blocked.reason)).or_default() += 1;
                 }
                 if let Some(reopened) = reopened {
-                    self.lapses += u64::from(reopened.lapsed.is_some());
-                    self.went_back += u64::from(reopened.lapsed.is_none());
+                    self.lapses += u64::from(reopened.lapsed().is_some());
+                    self.went_back += u64::from(reopened.lapsed().is_none());
                 }
             }
             Record::Released { consequences, .. } => self.failures += u64::from(consequences.failed.is_some()),
+            Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
+            Record::Stopped { .. } => {}
             Record::Header(_) | Record::Sent { .. } | Record::World { .. } | Record::Resource { .. } => {}
             Record::Controller { .. } | Record::Ended { .. } => {}
         }

@@ -74,7 +74,8 @@ impl Agenda {
                 self.events.remove(&when);
             }
             // What ended in the meantime is gone already.
-            let Some(grant) = driver.root().running().get(&leaf).filter(|_| driver.goals.contains_key(&leaf)) else {
+            let Some(grant) = driver.root().state().running().get(&leaf).filter(|_| driver.goals.contains_key(&leaf))
+            else {
                 continue;
             };
             let (lasts, outcome) = match told {
@@ -177,11 +178,17 @@ pub fn all_at_once(case: &Case, cancel_after: usize, mut watch: impl FnMut(&Driv
         if steps > cancel_after && !std::mem::replace(&mut is_canceled, true) {
             driver.give(ROOT, Input::End(MissionEnd::Canceled));
         } else if rng.is(85) && driver.step() {
+        } else if driver.is_turn_due() && rng.is(50) {
+            driver.turn();
         } else if let Some((at, event)) = agenda.next() {
             driver.now = driver.now.max(at);
             give(&mut driver, &event);
         } else {
-            assert!(driver.step(), "nothing is left to happen, and the mission goes on");
+            let goes_on = driver.step() || driver.is_turn_due();
+            assert!(goes_on, "nothing is left to happen, and the mission goes on");
+            if driver.is_turn_due() {
+                driver.turn();
+            }
         }
         watch(&driver);
         assert!(rounds(&driver) <= MOST_ROUNDS, "a livelock");
@@ -189,7 +196,10 @@ pub fn all_at_once(case: &Case, cancel_after: usize, mut watch: impl FnMut(&Driv
     driver.rest();
     assert!(driver.goals.is_empty(), "still runs: {:?}", driver.goals);
     if is_canceled {
-        assert!(matches!(driver.finished, Some(MissionEnd::Canceled | MissionEnd::Done)));
+        // What came before the cancel may have ended it.
+        let end = driver.finished;
+        let ends = matches!(end, Some(MissionEnd::Canceled | MissionEnd::Done | MissionEnd::Failed(_)));
+        assert!(ends, "{end:?}");
     }
     counts(&driver)
 }
@@ -229,7 +239,10 @@ fn compare(
     decisions: &[Decision],
 ) {
     let said = records.iter().filter_map(|record| match record {
-        Record::Released { leaf, end, consequences, .. } => Some(format!("{leaf:?} {end:?} {consequences:?}")),
+        Record::Released { leaf, end, consequences, .. } => {
+            Some((*leaf, *end, Consequences { failing: None, ..*consequences }))
+                .map(|(leaf, end, consequences)| format!("{leaf:?} {end:?} {consequences:?}"))
+        }
         Record::Decided { granted, refused, reopened, .. } => Some(decided(
             case,
             granted.iter(),
@@ -237,7 +250,8 @@ fn compare(
             reopened.as_ref(),
         )),
         Record::Ended { end, .. } => Some(format!("{end:?}")),
-        Record::Header(_) | Record::Sent { .. } | Record::World { .. } => None,
+        Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => None,
+        Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::World { .. } => None,
         Record::Resource { .. } | Record::Controller { .. } => None,
     });
     let said: Vec<String> = said.collect();
@@ -264,7 +278,7 @@ fn compare(
 
 /// Leases, world, and what runs.
 fn compare_state(driver: &Driver, model: &Model<'_>, seen: &str) {
-    for (id, resource) in driver.root().table().iter() {
+    for (id, resource) in driver.root().state().table().iter() {
         let leases = resource.leases().iter().map(|lease| Held {
             holder: lease.holder,
             behavior: lease.behavior,
@@ -274,8 +288,8 @@ fn compare_state(driver: &Driver, model: &Model<'_>, seen: &str) {
         let (row, core) = (&model.rows[id.index()], (resource.access(), leases.collect()));
         assert!((row.access, row.leases.clone()) == core, "{}\n{id:?}: core {core:?}, reference {row:?}", seen);
     }
-    assert!(*driver.root().world_state() == model.world_state, "{}\nreference {:?}", seen, model.world_state);
-    assert!(driver.root().running().keys().eq(model.running.keys()), "{seen}");
+    assert!(*driver.root().state().world() == model.world_state, "{}\nreference {:?}", seen, model.world_state);
+    assert!(driver.root().state().running().keys().eq(model.running.keys()), "{seen}");
 }
 
 /// The kind of a reason.
@@ -298,7 +312,7 @@ fn decided<'a>(
 ) -> String {
     let name = |leaf: NodeId| case.mission.names.node(leaf).to_owned();
     let granted: Vec<_> = granted
-        .map(|Grant { request, bindings }| {
+        .map(|Grant { request, bindings, .. }| {
             let (changes, skips) = (&request.changes, &request.skips);
             format!("{} {} {bindings:?} {changes:?} {skips:?}", name(request.leaf), request.potential)
         })
@@ -310,8 +324,8 @@ fn decided<'a>(
     });
     let refused: Vec<_> = refused.collect();
     let reopened = reopened.map(|reopened| {
-        let lacks = reopened.lacks.as_ref().map(|lacks| (lacks.leaf, kind(&lacks.reason)));
-        format!("{:?} {:?} {:?} lacks {lacks:?}", reopened.holder, reopened.leaf, reopened.lapsed)
+        let lacks = reopened.lacks().map(|lacks| (lacks.leaf, kind(&lacks.reason)));
+        format!("{:?} {:?} {:?} lacks {lacks:?}", reopened.up_to, reopened.node, reopened.lapsed())
     });
     format!("granted {granted:?} refused {refused:?} reopened {reopened:?}")
 }

@@ -148,7 +148,7 @@ fn following_ends_on_a_signal() {
     let text = fs::read_to_string(&log).expect("a log");
     let unfinished: String = text.lines().take(50).map(|line| format!("{line}\n")).collect();
     let live = home.write("live.jsonl", &unfinished);
-    let follower = home.start(["trace", "--follow", live.to_str().expect("a path")]);
+    let follower = home.start(["trace", "--feedback", "--follow", live.to_str().expect("a path")]);
     let out = home.path("1.out");
     let told = || fs::read_to_string(&out).is_ok_and(|out| out.lines().count() == 50);
     within(Duration::from_secs(20), "all is told", told);

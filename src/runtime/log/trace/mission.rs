@@ -48,13 +48,13 @@ pub(super) fn decided(at_s: f64, round: u32, granted: &[Grant], refused: usize, 
 }
 
 pub(super) fn reopened(at_s: f64, round: u32, reopened: &Reopened, names: &Names) {
-    let lacks = reopened.lacks.as_deref();
+    let lacks = reopened.lacks();
     debug!(
         target: MISSION,
         round,
-        leaf = names.node(reopened.leaf),
-        holder = names.node(reopened.holder),
-        lapsed = reopened.lapsed.map(|resource| names.resource(resource)),
+        leaf = names.node(reopened.node),
+        holder = names.node(reopened.up_to),
+        lapsed = reopened.lapsed().map(|resource| names.resource(resource)),
         heir = lacks.map(|lacks| names.node(lacks.leaf)),
         reason = lacks.map(|lacks| display(format::reason(&lacks.reason, names))),
         at_s,
@@ -88,8 +88,13 @@ pub(super) fn released(
     }
     match end {
         End::Succeeded | End::Canceled => released!(info),
-        End::Failed(_) => released!(warn),
+        End::Failed(_) | End::Interrupted => released!(warn),
     }
+}
+
+pub(super) fn stopped(at_s: f64, leaves: &[NodeId], names: &Names) {
+    let stopped = format::nodes(leaves.iter().copied(), names);
+    debug!(target: MISSION, %stopped, at_s, "told to end");
 }
 
 pub(super) fn changed(at_s: f64, change: &Change, names: &Names) {

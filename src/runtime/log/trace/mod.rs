@@ -36,6 +36,9 @@ pub fn emit(record: &Record, names: &Names) {
         Record::Released { at, leaf, end, consequences, changes } => {
             mission::released(at.seconds(), *leaf, *end, *consequences, changes, names)
         }
+        // What they say comes again in what root does of it.
+        Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
+        Record::Stopped { at, leaves } => mission::stopped(at.seconds(), leaves, names),
         Record::World { at, change } => mission::changed(at.seconds(), change, names),
         Record::Resource { at, resource, state } => mission::used(at.seconds(), *resource, state, names),
         Record::Controller { at, controller, message } => {

@@ -2,7 +2,7 @@
 
 use tracing::{debug, trace};
 
-use ambidex_model::{Consequences, End, Message, Names, NodeId};
+use ambidex_model::{End, Message, Names, NodeId};
 
 use super::TREE;
 use ambidex_record::format;
@@ -33,17 +33,16 @@ pub(super) fn sent(edge: &Edge, message: &Message, names: &Names) {
     match message {
         Message::Activation => tell!(trace, edge, names, "activation"),
         Message::Answer { .. } => answer(edge, message, names),
-        Message::Verdict { granted, refused } => tell!(
+        Message::Verdict { granted, refused, stopped } => tell!(
             trace,
             edge,
             names,
             granted = %format::nodes(granted.iter().copied(), names),
+            stopped = (!stopped.is_empty()).then(|| display(format::nodes(stopped.iter().copied(), names))),
             reason = refused.as_ref().map(|reason| display(format::reason(reason, names))),
             "verdict"
         ),
-        Message::Reopen { leaf } => tell!(trace, edge, names, leaf = names.node(*leaf), "reopen"),
-        Message::Cancel => tell!(trace, edge, names, "cancel"),
-        Message::Release { leaf, end, consequences } => release(edge, *leaf, *end, *consequences, names),
+        Message::Release { leaf, end } => release(edge, *leaf, *end, names),
     }
 }
 
@@ -80,10 +79,7 @@ fn answer(edge: &Edge, message: &Message, names: &Names) {
     }
 }
 
-fn release(edge: &Edge, leaf: NodeId, end: End, consequences: Consequences, names: &Names) {
-    let completes = consequences.completed.map(|completion| completion.node);
-    let heir = consequences.completed.and_then(|completion| completion.heir);
-    let fails = consequences.failed;
+fn release(edge: &Edge, leaf: NodeId, end: End, names: &Names) {
     tell!(
         trace,
         edge,
@@ -91,9 +87,6 @@ fn release(edge: &Edge, leaf: NodeId, end: End, consequences: Consequences, name
         leaf = names.node(leaf),
         end = format::end(end),
         controller = format::at_fault(end, names),
-        completes = completes.map(|node| names.node(node)),
-        heir = heir.map(|node| names.node(node)),
-        fails = fails.map(|node| names.node(node)),
         "release"
     );
 }

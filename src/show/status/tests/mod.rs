@@ -132,7 +132,7 @@ fn a_node_tells_state_potential_and_reason() {
 #[test]
 fn a_failure_is_told_of_leaf_and_nodes() {
     let aborted = End::Failed(Fault::Aborted(ControllerId(2)));
-    let consequences = Consequences { completed: None, failed: Some(named("all objects")) };
+    let consequences = Consequences { completed: None, failed: Some(named("all objects")), failing: None };
     let mut records = picking();
     records.push(released(9.0, "pick 1", aborted));
     let again = snapshot(&records, LIVES);

@@ -1,6 +1,6 @@
 //! When an intention lapses and when a THEN goes back (`semantics` 2).
 
-use ambidex::model::{Blocked, Grant, LeaseKind, NodeId, NodeKind, Reason, Reopened, ResourceId};
+use ambidex::model::{Blocked, Cause, Grant, LeaseKind, NodeId, NodeKind, Reason, Reopened, ResourceId};
 
 use super::{Decision, Model, Refusal, Row};
 
@@ -26,7 +26,8 @@ impl Model<'_> {
         let cause = lacks.reason.root_cause().clone();
         self.silent.insert(leaf, (self.progress, heir, cause));
         self.let_choose_again(leaf);
-        Some(Reopened { holder, leaf, lapsed: Some(resource), lacks: Some(Box::new(lacks)) })
+        let cause = Cause::Lapse { resource, heir: Box::new(lacks) };
+        Some(Reopened { node: leaf, up_to: holder, cause, undecided: Vec::new() })
     }
 
     /// Whether no heir runs and none waits for anything that runs.
@@ -59,7 +60,7 @@ impl Model<'_> {
         let (holder, leaf) = of_first.max()?;
         self.undo(holder, leaf);
         self.silent.remove(&leaf);
-        Some(Reopened { holder, leaf, lapsed: None, lacks: None })
+        Some(Reopened { node: leaf, up_to: holder, cause: Cause::Redo, undecided: Vec::new() })
     }
 
     /// What was kept for a skipped node is kept for the THEN that skipped it.

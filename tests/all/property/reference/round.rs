@@ -22,8 +22,7 @@ impl Model<'_> {
             decision.granted.insert(grant.leaf(), grant);
         }
         let rows = self.rows.clone();
-        for ask in &accepted {
-            let grant = decision.granted[&ask.grant.leaf()].clone();
+        for grant in decision.granted.values().cloned().collect::<Vec<_>>() {
             self.take(&grant);
             self.settle_grant(&grant, &decision);
             self.keep_skipped(&grant, &rows);

@@ -118,7 +118,7 @@ impl Model<'_> {
                     failed = Some(leaf);
                 }
             }
-            End::Canceled => {}
+            End::Canceled | End::Interrupted => {}
         }
         for pair in self.upward(leaf).windows(2) {
             let [child, node] = *pair else { unreachable!() };
@@ -142,7 +142,7 @@ impl Model<'_> {
         } else if failed == Some(TOP) {
             self.finish(MissionEnd::Failed(cause));
         }
-        Consequences { completed, failed }
+        Consequences { completed, failed, failing: None }
     }
 
     fn fail_child(&mut self, node: NodeId, child: NodeId, cause: NodeId) {

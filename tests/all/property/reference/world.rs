@@ -68,6 +68,7 @@ impl Model<'_> {
                     skips: skips.to_vec(),
                 }),
                 bindings: Vec::new(),
+                met: Vec::new(),
             },
             is_heir,
             serving,

@@ -1,0 +1,238 @@
+//! How records change the state: the one place where anything of it is written.
+
+use std::sync::Arc;
+
+use super::{Bar, Phase, Stage, State, Status};
+use crate::{
+    Cause, Change, Consequences, End, Grant, Heir, LeaseKind, MissionEnd, NodeId, NodeRange, Record, Reopened,
+    ResourceId, WorldState,
+};
+
+impl State {
+    /// Takes the next record; those that say nothing of the state are passed over. False if it contradicts the state,
+    /// as a grant of what somebody else holds: then whatever contradicts is passed over too.
+    pub fn apply(&mut self, record: &Record) -> bool {
+        match record {
+            Record::Began { world_state, .. } => self.begin(world_state),
+            Record::Observed { change, .. } => self.change_world(&[*change]),
+            Record::World { change, .. } => self.change(&[*change]),
+            Record::Decided { round, granted, reopened, .. } => {
+                self.round = *round;
+                let are_granted = granted.iter().fold(true, |sound, grant| self.grant(grant) && sound);
+                reopened.iter().all(|reopened| self.reopen(reopened)) && are_granted
+            }
+            Record::Stopped { leaves, .. } => leaves.iter().fold(true, |sound, leaf| self.stop(*leaf) && sound),
+            Record::Released { leaf, end, consequences, changes, .. } => {
+                self.release(*leaf, *end, *consequences, changes)
+            }
+            Record::Ended { end, .. } => {
+                self.finish(*end);
+                true
+            }
+            Record::Header(_) | Record::Told { .. } | Record::Turn { .. } => true,
+            Record::Sent { .. } | Record::Resource { .. } | Record::Controller { .. } => true,
+        }
+    }
+
+    fn begin(&mut self, world_state: &WorldState) -> bool {
+        let is_of_this_world =
+            world_state.objects.len() == self.world.objects.len() && world_state.facts.len() == self.world.facts.len();
+        if is_of_this_world {
+            self.world = Arc::new(world_state.clone());
+            self.stage = Stage::Running;
+        }
+        is_of_this_world
+    }
+
+    fn stop(&mut self, leaf: NodeId) -> bool {
+        let is_running = self.running.contains_key(&leaf);
+        if is_running {
+            self.status_mut(leaf).is_stopping = true;
+        }
+        is_running
+    }
+
+    fn status_mut(&mut self, node: NodeId) -> &mut Status {
+        self.nodes.get_mut(node.index())
+    }
+
+    /// What was skipped is done, the way to the behavior is chosen, and its leases move to it.
+    fn grant(&mut self, grant: &Grant) -> bool {
+        if !self.can_grant(grant) {
+            return false;
+        }
+        let topology = Arc::clone(&self.topology);
+        let leaf = grant.leaf();
+        for skip in &grant.request.skips {
+            self.skip(*skip, grant);
+        }
+        Arc::make_mut(&mut self.table).take(&topology, grant);
+        Arc::make_mut(&mut self.running).insert(leaf, grant.clone());
+        let status = self.status_mut(leaf);
+        (status.bar, status.is_stopping) = (None, false);
+        let mut child = leaf;
+        for parent in topology.path(leaf).skip(1) {
+            if self.status(parent).way != Some(child) {
+                self.status_mut(parent).way = Some(child);
+            }
+            child = parent;
+        }
+        true
+    }
+
+    /// Skipped behaviors count as ones that kept an intention, and what was kept for a skipped node is kept for the
+    /// THEN that skipped it: what they stand for may be undone as well.
+    fn skip(&mut self, skip: NodeRange, grant: &Grant) {
+        let topology = Arc::clone(&self.topology);
+        let then = topology.parent(skip.from);
+        let kept = self.table.leases().filter(|(_, lease)| lease.kind == LeaseKind::Intention);
+        let kept: Vec<NodeId> =
+            kept.filter(|(_, lease)| skip.contains(lease.holder)).map(|(_, lease)| lease.behavior).collect();
+        let met = grant.met.iter().copied().filter(|leaf| skip.contains(*leaf));
+        for leaf in met.chain(kept) {
+            self.status_mut(leaf).kept_for = Some(then);
+        }
+        for child in topology.children(then).filter(|child| skip.contains(*child)) {
+            self.status_mut(child).phase = Phase::Done;
+        }
+    }
+
+    fn reopen(&mut self, reopened: &Reopened) -> bool {
+        if !self.can_reopen(reopened) {
+            return false;
+        }
+        let progress = self.progress;
+        let path: Vec<NodeId> = self.topology.path(reopened.node).take_while(|node| *node != reopened.up_to).collect();
+        for node in path {
+            self.status_mut(node).phase = Phase::Pending;
+        }
+        for or in &reopened.undecided {
+            self.status_mut(*or).way = None;
+        }
+        let status = self.status_mut(reopened.node);
+        status.kept_for = None;
+        status.bar = match &reopened.cause {
+            Cause::Lapse { heir, .. } => Some(Box::new(Bar { progress, heir: (**heir).clone() })),
+            Cause::Redo => None,
+        };
+        if let Cause::Lapse { resource, .. } = reopened.cause {
+            Arc::make_mut(&mut self.table).lapse(resource, reopened.up_to);
+        }
+        true
+    }
+
+    fn release(&mut self, leaf: NodeId, end: End, consequences: Consequences, changes: &[Change]) -> bool {
+        if !self.can_release(leaf, consequences, changes) {
+            return false;
+        }
+        let Some(grant) = Arc::make_mut(&mut self.running).remove(&leaf) else { return false };
+        let topology = Arc::clone(&self.topology);
+        self.status_mut(leaf).is_stopping = false;
+        if let End::Failed(_) = end {
+            self.status_mut(leaf).failures += 1;
+        }
+        let were_occupied = self.occupied();
+        self.change_world(changes);
+        if let Some(completed) = consequences.completed {
+            let heir = Heir { node: completed.heir.unwrap_or(completed.node), goes_on: completed.heir.is_some() };
+            Arc::make_mut(&mut self.table).hand_over(&topology, &grant, completed.node, heir);
+            self.complete(leaf, completed.node);
+        }
+        if consequences.completed.is_none() || consequences.failed.is_some() {
+            let world = Arc::clone(&self.world);
+            let is_full = |resource| world.held_by(resource).is_some();
+            Arc::make_mut(&mut self.table).take_back(&topology, leaf, consequences.failed, is_full);
+        }
+        if let Some(failed) = consequences.failed {
+            self.fail(consequences.completed.map_or(leaf, |completed| topology.parent(completed.node)), failed);
+        }
+        if let Some(failing) = consequences.failing {
+            self.status_mut(failing.node).phase = Phase::Failing(failing);
+        }
+        self.release_emptied(&were_occupied, changes);
+        true
+    }
+
+    /// The behavior and all above it up to a node are done; what was kept within that node is kept no more, and what
+    /// still is, for whoever holds it now.
+    fn complete(&mut self, leaf: NodeId, top: NodeId) {
+        for node in self.topology.path(leaf).take_while(|node| *node >= top).collect::<Vec<_>>() {
+            self.status_mut(node).phase = Phase::Done;
+        }
+        self.forget_kept(top);
+        let kept = self.table.leases().filter(|(_, lease)| lease.kind == LeaseKind::Intention);
+        for (behavior, holder) in kept.map(|(_, lease)| (lease.behavior, lease.holder)).collect::<Vec<_>>() {
+            self.status_mut(behavior).kept_for = Some(holder);
+        }
+        let status = self.status_mut(leaf);
+        if !std::mem::replace(&mut status.has_completed, true) {
+            self.progress += 1;
+        }
+    }
+
+    /// The nodes on the way from one to another above it have failed.
+    fn fail(&mut self, from: NodeId, top: NodeId) {
+        for node in self.topology.path(from).take_while(|node| *node >= top).collect::<Vec<_>>() {
+            self.status_mut(node).phase = Phase::Failed;
+        }
+        let parent = self.topology.parent(top);
+        self.status_mut(parent).way = None;
+        for node in (top.0..self.topology.end(top).0).map(NodeId) {
+            if self.status(node).kept_for.is_some() {
+                self.status_mut(node).kept_for = None;
+            }
+        }
+    }
+
+    /// Nothing below a node is kept for it or for a node within it any more.
+    fn forget_kept(&mut self, top: NodeId) {
+        for node in (top.0..self.topology.end(top).0).map(NodeId) {
+            if self.status(node).kept_for.is_some_and(|holder| self.topology.is_within(holder, top)) {
+                self.status_mut(node).kept_for = None;
+            }
+        }
+    }
+
+    fn change(&mut self, changes: &[Change]) -> bool {
+        let were_occupied = self.occupied();
+        let is_known = self.change_world(changes);
+        self.release_emptied(&were_occupied, changes);
+        self.progress += 1;
+        is_known
+    }
+
+    fn change_world(&mut self, changes: &[Change]) -> bool {
+        let known = changes.iter().filter(|change| self.knows(**change)).copied().collect::<Vec<_>>();
+        let world = Arc::make_mut(&mut self.world);
+        for change in &known {
+            world.apply(*change);
+        }
+        known.len() == changes.len()
+    }
+
+    /// Which resources hold an object, by resource.
+    fn occupied(&self) -> Vec<bool> {
+        self.table.iter().map(|(id, _)| self.world.held_by(id).is_some()).collect()
+    }
+
+    /// A physical lease ends when the world shows the gripper empty.
+    fn release_emptied(&mut self, were_occupied: &[bool], changes: &[Change]) {
+        for (index, was_occupied) in were_occupied.iter().enumerate() {
+            let id = ResourceId::from(index);
+            let is_said_empty = changes.contains(&Change::Emptied(id));
+            if (*was_occupied || is_said_empty) && self.world.held_by(id).is_none() {
+                Arc::make_mut(&mut self.table).emptied(id);
+            }
+        }
+    }
+
+    fn finish(&mut self, end: MissionEnd) {
+        if let Stage::Over(_) = self.stage {
+            return;
+        }
+        self.stage = Stage::Over(end);
+        if end == MissionEnd::Done {
+            Arc::make_mut(&mut self.table).clear();
+        }
+    }
+}

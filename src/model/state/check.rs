@@ -1,0 +1,64 @@
+//! Whether what a record says can be so: records may come from a file that anybody wrote.
+
+use super::State;
+use crate::{Cause, Change, Consequences, Grant, LeaseKind, Lineage, NodeId, Reopened, ResourceId};
+
+impl State {
+    pub(super) fn knows(&self, change: Change) -> bool {
+        match change {
+            Change::Base(_) | Change::Emptied(_) => true,
+            Change::Object(object, _) => object.index() < self.world.objects.len(),
+            Change::Fact(fact, _) => fact.index() < self.world.facts.len(),
+        }
+    }
+
+    /// Ids are known, the behavior does not run, and nobody stands in its way.
+    pub(super) fn can_grant(&self, grant: &Grant) -> bool {
+        let leaf = grant.leaf();
+        let is_skip = |skip: &crate::NodeRange| {
+            skip.from.0 > 0 && skip.from < skip.to && skip.to.index() <= self.topology.count()
+        };
+        if !self.has(leaf) || self.running.contains_key(&leaf) || !grant.request.skips.iter().all(is_skip) {
+            return false;
+        }
+        let line = Lineage { topology: &self.topology, node: leaf, skips: &grant.request.skips };
+        let is_free = |resource: ResourceId, access| {
+            resource.index() < self.table.count() && self.table.resource(resource).obstacle(&line, access).is_none()
+        };
+        grant.met.iter().all(|node| self.has(*node))
+            && grant.bindings.iter().all(|binding| is_free(binding.resource, binding.access))
+    }
+
+    pub(super) fn can_reopen(&self, reopened: &Reopened) -> bool {
+        let lapses = match reopened.cause {
+            Cause::Lapse { resource, .. } if resource.index() < self.table.count() => {
+                let mut leases = self.table.resource(resource).leases().iter();
+                leases.any(|lease| lease.holder == reopened.up_to && lease.kind == LeaseKind::Intention)
+            }
+            Cause::Lapse { .. } => false,
+            Cause::Redo => true,
+        };
+        lapses && self.is_above(reopened.up_to, reopened.node) && reopened.undecided.iter().all(|or| self.has(*or))
+    }
+
+    pub(super) fn can_release(&self, leaf: NodeId, consequences: Consequences, changes: &[Change]) -> bool {
+        if !self.running.contains_key(&leaf) {
+            return false;
+        }
+        let is_mine = |node: NodeId| node.0 > 0 && self.topology.path(leaf).any(|above| above == node);
+        let is_last = |node: NodeId| self.running_below(node).all(|(other, _)| other == leaf);
+        let ends = consequences.completed.map(|completed| completed.node).into_iter().chain(consequences.failed);
+        ends.into_iter().all(|node| is_mine(node) && is_last(node))
+            && consequences.completed.and_then(|completed| completed.heir).is_none_or(is_mine)
+            && consequences.failing.is_none_or(|failing| self.has(failing.node))
+            && changes.iter().all(|change| self.knows(*change))
+    }
+
+    fn has(&self, node: NodeId) -> bool {
+        node.index() < self.topology.count()
+    }
+
+    fn is_above(&self, top: NodeId, node: NodeId) -> bool {
+        self.has(node) && self.has(top) && self.topology.is_within(node, top)
+    }
+}

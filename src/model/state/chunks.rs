@@ -1,0 +1,44 @@
+//! A list that is cheap to clone and to change in a few places: clones share all chunks that neither has changed.
+
+use std::sync::Arc;
+
+/// Things in one chunk: a change copies as many, a clone counts one reference for as many.
+const CHUNK: usize = 64;
+
+/// A list of fixed length.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Chunks<T> {
+    chunks: Vec<Arc<Vec<T>>>,
+}
+
+impl<T: Clone + Default> Chunks<T> {
+    pub(super) fn new(count: usize) -> Self {
+        let chunk = |from| Arc::new(vec![T::default(); CHUNK.min(count - from)]);
+        Self { chunks: (0..count).step_by(CHUNK).map(chunk).collect() }
+    }
+
+    pub(super) fn get(&self, index: usize) -> &T {
+        &self.chunks[index / CHUNK][index % CHUNK]
+    }
+
+    pub(super) fn get_mut(&mut self, index: usize) -> &mut T {
+        &mut Arc::make_mut(&mut self.chunks[index / CHUNK])[index % CHUNK]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clone_keeps_what_it_was() {
+        let mut list: Chunks<u32> = Chunks::new(130);
+        *list.get_mut(129) = 7;
+        let before = list.clone();
+        *list.get_mut(129) = 8;
+        *list.get_mut(0) = 1;
+        assert_eq!((*list.get(0), *list.get(129)), (1, 8));
+        assert_eq!((*before.get(0), *before.get(129)), (0, 7));
+        assert!(Arc::ptr_eq(&list.chunks[1], &before.chunks[1]));
+    }
+}

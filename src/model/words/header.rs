@@ -1,0 +1,151 @@
+//! The first line of a journal: what its ids stand for, and the files that its mission was made of.
+
+use serde::{Deserialize, Serialize};
+
+use super::{ControllerId, MissionSpec, Names, NodeId, NodeKind, Source, TypeId, WorldState, make_legible};
+
+/// Version of the journal's form; a reader refuses any other.
+pub const JOURNAL_VERSION: u32 = 4;
+
+/// What the ids of a journal stand for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// [`JOURNAL_VERSION`].
+    pub version: u32,
+    /// The mission's name.
+    pub mission: String,
+    /// The robot's name.
+    pub robot: String,
+    /// How requests were chosen.
+    pub allocator: String,
+    /// Parent and kind of each node, by id.
+    pub nodes: Vec<NodeEntry>,
+    /// Type of each resource, by id.
+    pub resource_types: Vec<TypeId>,
+    /// Who moves each resource, by id; empty in a journal that does not tell.
+    #[serde(default)]
+    pub movers: Vec<Option<ControllerId>>,
+    /// The world as the mission has it before any controller said otherwise; none in a journal that does not tell.
+    #[serde(default)]
+    pub start: Option<WorldState>,
+    /// What everything is called.
+    pub names: Names,
+    /// Whether a stall waited for the world instead of ending the mission.
+    #[serde(default)]
+    pub waits_when_stalled: bool,
+    /// The files that the mission was made of; none where it was made otherwise.
+    #[serde(default)]
+    pub source: Option<Source>,
+}
+
+impl Header {
+    /// The header of a mission.
+    pub fn new(mission: &MissionSpec, allocator: &str, waits_when_stalled: bool) -> Self {
+        let nodes = mission.tree.nodes.iter().enumerate().map(|(index, node)| NodeEntry {
+            parent: mission.tree.topology.parent(NodeId::from(index)),
+            kind: EntryKind::from(node),
+        });
+        Self {
+            version: JOURNAL_VERSION,
+            mission: mission.name.clone(),
+            robot: mission.robot.name.clone(),
+            allocator: allocator.to_owned(),
+            nodes: nodes.collect(),
+            resource_types: mission.robot.resources.iter().map(|resource| resource.ty).collect(),
+            movers: mission.robot.resources.iter().map(|resource| resource.controller).collect(),
+            start: Some(mission.start.clone()),
+            names: mission.names.clone(),
+            waits_when_stalled,
+            source: mission.source.clone(),
+        }
+        .legible()
+    }
+
+    /// The same header, in which no name can speak to the terminal that shows it.
+    #[must_use]
+    pub fn legible(mut self) -> Self {
+        [&mut self.mission, &mut self.robot, &mut self.allocator].into_iter().for_each(make_legible);
+        for node in &mut self.nodes {
+            if let EntryKind::Behavior(kind) = &mut node.kind {
+                make_legible(kind);
+            }
+        }
+        Self { names: self.names.legible(), ..self }
+    }
+}
+
+/// A node in the header.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NodeEntry {
+    /// Its parent; the root's is itself.
+    pub parent: NodeId,
+    /// What it is; a word in the journal.
+    pub kind: EntryKind,
+}
+
+/// What a node in the header is.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "String", into = "String")]
+pub enum EntryKind {
+    /// `root`.
+    Root,
+    /// `and`.
+    And,
+    /// `or`.
+    Or,
+    /// `then`.
+    Then,
+    /// Any other word is the kind of a behavior.
+    Behavior(String),
+}
+
+impl EntryKind {
+    /// The word for it.
+    pub fn word(&self) -> &str {
+        match self {
+            Self::Root => "root",
+            Self::And => "and",
+            Self::Or => "or",
+            Self::Then => "then",
+            Self::Behavior(kind) => kind,
+        }
+    }
+
+    /// Whether it is a leaf.
+    pub fn is_behavior(&self) -> bool {
+        matches!(self, Self::Behavior(_))
+    }
+}
+
+impl From<String> for EntryKind {
+    fn from(word: String) -> Self {
+        match word.as_str() {
+            "root" => Self::Root,
+            "and" => Self::And,
+            "or" => Self::Or,
+            "then" => Self::Then,
+            _ => Self::Behavior(word),
+        }
+    }
+}
+
+impl From<EntryKind> for String {
+    fn from(kind: EntryKind) -> Self {
+        match kind {
+            EntryKind::Behavior(word) => word,
+            EntryKind::Root | EntryKind::And | EntryKind::Or | EntryKind::Then => kind.word().to_owned(),
+        }
+    }
+}
+
+impl From<&NodeKind> for EntryKind {
+    fn from(kind: &NodeKind) -> Self {
+        match kind {
+            NodeKind::Root => Self::Root,
+            NodeKind::And => Self::And,
+            NodeKind::Or => Self::Or,
+            NodeKind::Then => Self::Then,
+            NodeKind::Behavior(behavior) => Self::Behavior(behavior.kind.clone()),
+        }
+    }
+}
