@@ -4,7 +4,7 @@
 //! Each crate below is a floor of the house (`docs/architecture.md`); this one is their common face.
 
 pub use ambidex_core as core;
-pub use ambidex_core::{behavior, dispatch, sim, tree, world};
+pub use ambidex_core::{behavior, dispatch, replay, sim, tree, world};
 pub use ambidex_files as files;
 pub use ambidex_link as link;
 pub use ambidex_model as model;

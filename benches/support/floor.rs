@@ -92,7 +92,12 @@ impl FloorTask {
                 Input::World(_) => {
                     self.activate(&Down::Activation(Activation { view: Arc::clone(&self.view), skips: Arc::from([]) }))
                 }
-                Input::Ended(_) | Input::Begin(_) | Input::Observed(_) | Input::End(_) | Input::Turn => {
+                Input::Ended(_)
+                | Input::Begin(_)
+                | Input::Observed(_)
+                | Input::End(_)
+                | Input::Told(_)
+                | Input::Turn => {
                     panic!("nothing runs")
                 }
             }

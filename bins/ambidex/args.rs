@@ -18,6 +18,7 @@ use crate::timeline::TimelineArgs;
 use crate::trace::TraceArgs;
 use crate::tree::TreeArgs;
 use crate::values::{self, LogFormat};
+use crate::verify::VerifyArgs;
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -70,6 +71,8 @@ pub enum Verb {
     Trace(TraceArgs),
     /// Say in sentences what happened in a run and why, or why one behavior ran or did not.
     Explain(ExplainArgs),
+    /// Compute every decision of a log again, and say whether it is the same.
+    Verify(VerifyArgs),
     /// Turn a task file or a robot file of the dHTT software into one of Ambidex.
     Import(ImportArgs),
     /// Print a completion script for a shell.

@@ -24,6 +24,7 @@ mod timeline;
 mod trace;
 mod tree;
 mod values;
+mod verify;
 mod waiting;
 
 use std::process::ExitCode;
@@ -48,6 +49,7 @@ fn main() -> ExitCode {
         Verb::Tree(args) => tree::tree(&args),
         Verb::Trace(args) => trace::trace(&args),
         Verb::Explain(args) => explain::explain(&args),
+        Verb::Verify(args) => verify::verify(&args),
         Verb::Import(args) => import::import(&args),
         Verb::Completions { shell } => {
             let mut script = Vec::new();

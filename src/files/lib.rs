@@ -39,7 +39,7 @@ pub use schema::schema;
 pub use settings::{NoSetting, Setting};
 pub use sources::{Disk, InMemory, Sources};
 
-use ambidex_model::{MissionSpec, Names};
+use ambidex_model::{MissionSpec, Names, Source};
 use describe::Described;
 use fault::Faults;
 use files::{Files, beside};
@@ -48,6 +48,7 @@ use kinds::Kinds;
 use parameter::{Known, RobotNames, refuse_open_defaults};
 use reader::Item;
 use settings::Given;
+use sources::{Kept, Recorder, below};
 use task::{Subtrees, Surroundings};
 use world::WorldNames;
 
@@ -84,8 +85,30 @@ pub fn load_mission(
     settings: &[Setting],
 ) -> Result<Loaded, FilesError> {
     let mut faults = Faults::default();
-    let files = Files::with_includes(sources, path, &mut faults);
-    loaded(path, &files, &Overrides { robot: robot_override, settings }, faults)
+    let recorder = Recorder::new(sources);
+    let files = Files::with_includes(&recorder, path, &mut faults);
+    let mut loaded = loaded(path, &files, &Overrides { robot: robot_override, settings }, faults)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let source = Source {
+        mission: below(folder, path),
+        robot: robot_override.map(|robot| below(folder, robot)),
+        settings: settings.iter().map(|setting| (setting.name.clone(), setting.value.clone())).collect(),
+        files: recorder.files(folder),
+    };
+    if let Some(mission) = Arc::get_mut(&mut loaded.mission) {
+        mission.source = Some(source);
+    }
+    Ok(loaded)
+}
+
+/// Loads a mission once more from the files that it was made of.
+///
+/// # Errors
+/// Every mistake in all its files, as another version of this program may see them.
+pub fn load_source(source: &Source) -> Result<Loaded, FilesError> {
+    let setting = |(name, value): &(String, String)| Setting { name: name.clone(), value: value.clone() };
+    let settings: Vec<Setting> = source.settings.iter().map(setting).collect();
+    load_mission(&Kept::new(source), Path::new(&source.mission), source.robot.as_deref().map(Path::new), &settings)
 }
 
 /// Loads a robot alone, as a controller process does.

@@ -1,11 +1,13 @@
 //! Where files come from: a disk, or memory where there is none, as in tests, an editor or a browser.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::{Component, Path, PathBuf};
 
 use crate::document::MAX_BYTES;
+use ambidex_model::{Source, SourceFile};
 
 /// Paths to bytes. Text is made of them by the reader, which says where they are none.
 pub trait Sources {
@@ -26,6 +28,78 @@ pub struct Disk;
 /// Files that are only held in memory.
 #[derive(Debug, Clone, Default)]
 pub struct InMemory(BTreeMap<PathBuf, Vec<u8>>);
+
+/// What was read of other sources, to be kept with what was made of it.
+pub(crate) struct Recorder<'s> {
+    sources: &'s dyn Sources,
+    read: RefCell<Vec<(PathBuf, Vec<u8>)>>,
+}
+
+/// The files of a mission as they were when it was made.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Kept(BTreeMap<PathBuf, (PathBuf, Vec<u8>)>);
+
+impl<'s> Recorder<'s> {
+    pub(crate) fn new(sources: &'s dyn Sources) -> Self {
+        Self { sources, read: RefCell::default() }
+    }
+
+    /// All that was read, with paths as seen from a folder.
+    pub(crate) fn files(&self, folder: &Path) -> Vec<SourceFile> {
+        let read = self.read.borrow();
+        let mut identities: BTreeMap<PathBuf, String> = BTreeMap::new();
+        let file = |(path, content): &(PathBuf, Vec<u8>)| {
+            let shown = below(folder, path);
+            let identity = self.sources.identity(path);
+            let same_as = identity.as_ref().and_then(|identity| identities.get(identity).cloned());
+            if let Some(identity) = identity {
+                identities.entry(identity).or_insert_with(|| shown.clone());
+            }
+            SourceFile { path: shown, same_as, text: String::from_utf8_lossy(content).into_owned() }
+        };
+        read.iter().map(file).collect()
+    }
+}
+
+/// A path as seen from a folder where it lies below it, else as it is.
+pub(crate) fn below(folder: &Path, path: &Path) -> String {
+    path.strip_prefix(folder).unwrap_or(path).to_string_lossy().into_owned()
+}
+
+impl Sources for Recorder<'_> {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        let content = self.sources.read(path)?;
+        let mut read = self.read.borrow_mut();
+        if read.iter().all(|(known, _)| known != path) {
+            read.push((path.to_owned(), content.clone()));
+        }
+        Ok(content)
+    }
+
+    fn identity(&self, path: &Path) -> Option<PathBuf> {
+        self.sources.identity(path)
+    }
+}
+
+impl Kept {
+    pub(crate) fn new(source: &Source) -> Self {
+        let file = |file: &SourceFile| {
+            let identity = file.same_as.as_ref().unwrap_or(&file.path);
+            (PathBuf::from(&file.path), (PathBuf::from(identity), file.text.clone().into_bytes()))
+        };
+        Self(source.files.iter().map(file).collect())
+    }
+}
+
+impl Sources for Kept {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        self.0.get(path).map(|(_, content)| content.clone()).ok_or_else(|| ErrorKind::NotFound.into())
+    }
+
+    fn identity(&self, path: &Path) -> Option<PathBuf> {
+        self.0.get(path).map(|(identity, _)| identity.clone())
+    }
+}
 
 impl Sources for Disk {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {

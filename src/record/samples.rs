@@ -86,6 +86,7 @@ fn header() -> Record {
         }),
         names: names(),
         waits_when_stalled: false,
+        has_messages: true,
         source: None,
     }))
 }

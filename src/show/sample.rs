@@ -57,6 +57,7 @@ pub(super) fn header() -> Header {
             controllers: list(&["base", "head", "left_arm", "right_arm"]),
         },
         waits_when_stalled: false,
+        has_messages: true,
         source: None,
     }
 }

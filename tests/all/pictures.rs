@@ -316,6 +316,7 @@ fn long_run(behaviors: usize, rounds: u32) -> Vec<u8> {
         movers: Vec::new(),
         start: None,
         waits_when_stalled: false,
+        has_messages: true,
         source: None,
     };
     let mut write = |record: &Record| journal.write(record).expect("memory takes all");

@@ -130,7 +130,7 @@ impl Root {
         let view = self.open.take().expect("an answer ends an open round");
         let is_complete = answer.is_satisfied;
         let (mut verdict, reopened) = self.decide(now, &view, answer, out);
-        verdict.stopped = self.stop(now, |state, leaf| is_below_failing(state, leaf), out);
+        verdict.stopped = self.stop(now, is_below_failing, out);
         let is_nothing = verdict.granted.is_empty() && reopened.is_none();
         self.is_wanted |= !is_nothing;
         self.is_quiet = is_nothing && self.state.running().is_empty() && !self.settings.waits_when_stalled;

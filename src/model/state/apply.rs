@@ -18,10 +18,10 @@ impl State {
             Record::World { change, .. } => self.change(&[*change]),
             Record::Decided { round, granted, reopened, .. } => {
                 self.round = *round;
-                let are_granted = granted.iter().fold(true, |sound, grant| self.grant(grant) && sound);
+                let are_granted = each(granted, |grant| self.grant(grant));
                 reopened.iter().all(|reopened| self.reopen(reopened)) && are_granted
             }
-            Record::Stopped { leaves, .. } => leaves.iter().fold(true, |sound, leaf| self.stop(*leaf) && sound),
+            Record::Stopped { leaves, .. } => each(leaves, |leaf| self.stop(*leaf)),
             Record::Released { leaf, end, consequences, changes, .. } => {
                 self.release(*leaf, *end, *consequences, changes)
             }
@@ -235,4 +235,13 @@ impl State {
             Arc::make_mut(&mut self.table).clear();
         }
     }
+}
+
+/// Does something with each, also behind one that fails; true if none does.
+fn each<T>(things: &[T], mut apply: impl FnMut(&T) -> bool) -> bool {
+    let mut are_sound = true;
+    for thing in things {
+        are_sound &= apply(thing);
+    }
+    are_sound
 }

@@ -33,6 +33,9 @@ pub struct Header {
     /// Whether a stall waited for the world instead of ending the mission.
     #[serde(default)]
     pub waits_when_stalled: bool,
+    /// Whether messages between nodes are told, and with decisions why everything else does not run.
+    #[serde(default = "yes")]
+    pub has_messages: bool,
     /// The files that the mission was made of; none where it was made otherwise.
     #[serde(default)]
     pub source: Option<Source>,
@@ -56,6 +59,7 @@ impl Header {
             start: Some(mission.start.clone()),
             names: mission.names.clone(),
             waits_when_stalled,
+            has_messages: true,
             source: mission.source.clone(),
         }
         .legible()
@@ -72,6 +76,10 @@ impl Header {
         }
         Self { names: self.names.legible(), ..self }
     }
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// A node in the header.

@@ -123,6 +123,32 @@ pub enum Record {
 }
 
 impl Record {
+    /// Puts another moment in the place of its own.
+    pub fn set_at(&mut self, moment: Time) {
+        match self {
+            Self::Header(_) => {}
+            Self::Told { at, .. }
+            | Self::Observed { at, .. }
+            | Self::Turn { at }
+            | Self::Began { at, .. }
+            | Self::Stopped { at, .. }
+            | Self::Sent { at, .. }
+            | Self::Decided { at, .. }
+            | Self::Released { at, .. }
+            | Self::World { at, .. }
+            | Self::Resource { at, .. }
+            | Self::Controller { at, .. }
+            | Self::Ended { at, .. } => *at = moment,
+        }
+    }
+
+    /// Leaves out of a decision why everything else does not run; that can be computed again.
+    pub fn forget_refusals(&mut self) {
+        if let Self::Decided { refused, .. } = self {
+            refused.clear();
+        }
+    }
+
     /// When; the header stands at the beginning of the run.
     pub fn at(&self) -> Time {
         match self {

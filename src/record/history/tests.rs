@@ -31,6 +31,7 @@ fn header() -> Record {
         start: None,
         names: Names { nodes: names, resources, objects: vec!["cup".into()], ..Names::default() },
         waits_when_stalled: false,
+        has_messages: true,
         source: None,
     }))
 }

@@ -50,7 +50,7 @@ impl Watch {
                 assert!(is_granted, "{node:?} ran without a grant");
             }
             Input::End(_) => self.is_canceling = true,
-            Input::Begin(_) | Input::World(_) | Input::Observed(_) | Input::Turn => {}
+            Input::Begin(_) | Input::World(_) | Input::Observed(_) | Input::Told(_) | Input::Turn => {}
             Input::Down(_) | Input::Up(..) => {}
         }
     }

@@ -4,7 +4,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use ambidex::model::{Change, Consequences, End, Grant, MissionEnd, NodeId, Outcome, Reason, Record, Time, WorldState};
+use ambidex::model::{
+    Change, Consequences, End, Grant, Header, MissionEnd, NodeId, Outcome, Reason, Record, Time, WorldState,
+};
+use ambidex::replay::Replay;
 use ambidex::tree::{Input, Settings};
 use ambidex::world::{Compatible, Use};
 
@@ -36,13 +39,23 @@ impl Compatible for Apart {
     }
 }
 
+fn settings(case: &Case) -> Settings {
+    let rules = Arc::new(Apart(case.clashing.clone()));
+    Settings { allocator: case.allocator(), rules, waits_when_stalled: false }
+}
+
 fn driver(case: &Case, interleaving: u64) -> Driver {
-    let settings = Settings {
-        allocator: case.allocator(),
-        rules: Arc::new(Apart(case.clashing.clone())),
-        waits_when_stalled: false,
-    };
-    Driver::new(&case.mission, &settings, Rng::of(&[case.seed, 7, interleaving]))
+    Driver::new(&case.mission, &settings(case), Rng::of(&[case.seed, 7, interleaving]))
+}
+
+/// What root was told, told once more in another order of messages, leads to the same decisions.
+fn replay(case: &Case, records: &[Record]) {
+    let header = Header::new(&case.mission, case.allocator().name(), false);
+    let mut replay = Replay::new(&case.mission, &settings(case), &header);
+    for record in records {
+        replay.take(record).unwrap_or_else(|difference| panic!("{difference:#?}"));
+    }
+    assert_eq!(replay.finish().1, [], "the log lacks what follows");
 }
 
 #[derive(Debug, Clone)]
@@ -195,6 +208,7 @@ pub fn all_at_once(case: &Case, cancel_after: usize, mut watch: impl FnMut(&Driv
     }
     driver.rest();
     assert!(driver.goals.is_empty(), "still runs: {:?}", driver.goals);
+    replay(case, &driver.records);
     if is_canceled {
         // What came before the cancel may have ended it.
         let end = driver.finished;

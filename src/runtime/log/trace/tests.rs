@@ -158,7 +158,7 @@ fn every_record_has_its_event() {
             record,
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. }
         );
-        assert!(is_told_again != !events(std::slice::from_ref(&record)).is_empty(), "{record:?}");
+        assert_eq!(is_told_again, events(std::slice::from_ref(&record)).is_empty(), "{record:?}");
     }
 }
 

@@ -1,0 +1,111 @@
+//! `ambidex verify`: every decision of a log computed again.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use ambidex::files;
+use ambidex::model::{Header, MissionSpec, Record};
+use ambidex::record::{Reader, shown};
+use ambidex::replay::{Difference, Replay};
+use ambidex::show::conversation::{Conversation, Filters, Selection};
+use ambidex::tree::Settings;
+use clap::{Args, ValueEnum};
+use miette::{IntoDiagnostic, Report, Result, miette};
+
+use crate::args::AllocatorName;
+use crate::diagnostics::report_all;
+use crate::exit::Exit;
+use crate::log;
+use crate::page::Page;
+
+/// `ambidex verify`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+LOG is a file or the name of an instance. Left out, it is the newest log there.
+
+A log carries the files that its mission was made of, and all that root was told. From these every decision is computed
+again: with the same version of this program it is the same, wherever and however fast it runs.
+
+Exit codes: 0 the same, 1 a record differs, 2 the log cannot be read, or was written without its files.")]
+pub struct VerifyArgs {
+    /// The log: a file or an instance.
+    pub log: Option<String>,
+}
+
+/// A log's mission and how it was run.
+pub struct Rerun {
+    pub mission: Arc<MissionSpec>,
+    pub settings: Settings,
+    pub allocator: AllocatorName,
+}
+
+/// Computes every decision of a log again.
+pub fn verify(args: &VerifyArgs) -> Result<Exit> {
+    let path = log::find(args.log.as_deref())?;
+    let mut reader = Reader::open(&path).into_diagnostic()?;
+    let header = reader.header().clone();
+    let Rerun { mission, settings, .. } = rerun(&header, &path)?;
+    let mut replay = Replay::new(&mission, &settings, &header);
+    let mut page = Page::new();
+    let selection = Selection::new(&Filters::default(), &header).map_err(|error| log::unknown(&error))?;
+    let mut said = Conversation::new(&header, selection);
+    let mut count = 0_u64;
+    for record in reader.by_ref() {
+        let record = record.into_diagnostic()?;
+        count += 1;
+        let taken = replay.take(&record);
+        said.take(&record);
+        if let Err(difference) = taken {
+            page.text(&told(&difference, count, &said, &page.palette()))?;
+            return Ok(Exit::Failed);
+        }
+    }
+    let cut = if reader.is_truncated() { "; its last line was cut off" } else { "" };
+    let decisions = replay.decisions();
+    page.text(&format!("same: {decisions} decisions computed again from {count} records{cut}\n"))?;
+    Ok(Exit::Done)
+}
+
+/// The mission of a log, made again of the files that the log carries.
+///
+/// # Errors
+/// When it carries none, or none that this version of the program takes.
+pub fn rerun(header: &Header, path: &Path) -> Result<Rerun> {
+    let source = header.source.as_ref();
+    let source = source.ok_or_else(|| miette!("the log {} does not carry the files of its mission", shown(path)))?;
+    let mission = files::load_source(source).map_err(|error| report_all(&error))?.mission;
+    let unknown = |_| miette!("the log {} was made with the allocator `{}`", shown(path), header.allocator);
+    let allocator = AllocatorName::from_str(&header.allocator, false).map_err(unknown)?;
+    let settings = Settings {
+        allocator: allocator.allocator(),
+        waits_when_stalled: header.waits_when_stalled,
+        ..Settings::default()
+    };
+    Ok(Rerun { mission, settings, allocator })
+}
+
+/// A difference as an error, for verbs that need a log without one.
+pub fn differs(difference: &Difference, line: u64) -> Report {
+    miette!(
+        help = "`ambidex verify` shows the difference",
+        "line {line} of the log does not follow from what stands before it{}",
+        if difference.found.is_none() { ": something is missing" } else { "" }
+    )
+}
+
+/// Where the log and what follows part.
+fn told(difference: &Difference, line: u64, said: &Conversation, palette: &ambidex::show::Palette) -> String {
+    let line_of = |record: &Option<Box<Record>>| match record {
+        Some(record) => said.line(record, palette).trim_end().to_owned(),
+        None => "nothing".to_owned(),
+    };
+    let (mut found, mut expected) = (line_of(&difference.found), line_of(&difference.expected));
+    if found == expected {
+        let json = |record: &Option<Box<Record>>| serde_json::to_string(record).unwrap_or_default();
+        (found, expected) = (json(&difference.found), json(&difference.expected));
+    }
+    if difference.found.is_none() {
+        found = "goes on with the next turn".to_owned();
+    }
+    format!("different at line {line}\n  the log:  {found}\n  computed: {expected}\n")
+}
