@@ -219,6 +219,7 @@ fn measure_runtime(histogram: &mut Histogram<u64>, has_journal: bool) {
             attach_timeout: Some(Duration::from_secs(10)),
             grace: Duration::from_secs(1),
             journal,
+            resumed: None,
         };
         let (_control, controlled) = tokio::sync::mpsc::unbounded_channel();
         runtime::run(mission, links.into(), options, controlled).await

@@ -181,8 +181,7 @@ impl Machines {
             is_on: false,
             counted,
         };
-        let world_state = mission.start.clone();
-        machines.come_to_rest(Input::Begin(Box::new(world_state)));
+        machines.come_to_rest(Input::Begin(Vec::new()));
         machines
     }
 
@@ -253,6 +252,7 @@ impl Actors {
             attach_timeout: None,
             grace: Duration::from_secs(1),
             journal,
+            resumed: None,
         };
         let (control, controlled) = mpsc::unbounded_channel();
         let run = tokio.spawn(runtime::run(mission, Vec::new(), options, controlled));

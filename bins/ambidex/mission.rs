@@ -89,6 +89,7 @@ fn go(
         attach_timeout,
         grace: GRACE,
         journal: Some(Box::new(Watcher(to_observer))),
+        resumed: None,
     };
     let mission = loaded.mission;
     let ended = runtime.block_on(async {

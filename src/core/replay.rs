@@ -4,8 +4,13 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use crate::dispatch::start_states;
 use crate::tree::{Effect, Input, Node, Outbox, Root, Settings, Up, build};
-use ambidex_model::{Header, MissionEnd, MissionSpec, NodeId, Record, Time, Told, Topology};
+use ambidex_model::state::Stage;
+use ambidex_model::{
+    ControllerId, ControllerMessage, ControllerState, Header, MissionEnd, MissionSpec, NodeId, Record, Time, Told,
+    Topology,
+};
 
 /// A log that is taken record by record, the header first.
 #[derive(Debug)]
@@ -20,7 +25,27 @@ pub struct Replay {
     turn: Option<Vec<Record>>,
     inbox: VecDeque<(NodeId, Input)>,
     told_to_end: Vec<MissionEnd>,
+    /// The end that the log tells and root did not.
+    ended: Option<MissionEnd>,
     decisions: u64,
+    /// What controllers said of themselves last.
+    states: Vec<ControllerState>,
+    at: Time,
+}
+
+/// A run as its log leaves it, to go on from there.
+#[derive(Debug)]
+pub struct Resumed {
+    /// The machines; what runs in their eyes ends when the mission goes on.
+    pub nodes: Vec<Node>,
+    /// What controllers said of themselves last, by controller.
+    pub states: Vec<ControllerState>,
+    /// The last moment of the log.
+    pub at: Time,
+    /// What follows from the log and is not in it any more: its writer was killed before it came to that.
+    pub missing: Vec<Record>,
+    /// How it ended, if it has: then nothing goes on.
+    pub end: Option<MissionEnd>,
 }
 
 /// A record of the log that does not follow from those before it.
@@ -30,6 +55,19 @@ pub struct Difference {
     pub found: Option<Box<Record>>,
     /// What follows; none where nothing does.
     pub expected: Option<Box<Record>>,
+}
+
+impl Resumed {
+    /// A run that begins with nothing behind it.
+    pub fn fresh(mission: &Arc<MissionSpec>, settings: &Settings) -> Self {
+        Self {
+            nodes: build(mission, settings),
+            states: start_states(mission),
+            at: Time::ZERO,
+            missing: Vec::new(),
+            end: None,
+        }
+    }
 }
 
 impl Replay {
@@ -43,7 +81,10 @@ impl Replay {
             turn: None,
             inbox: VecDeque::new(),
             told_to_end: Vec::new(),
+            ended: None,
             decisions: 0,
+            states: start_states(mission),
+            at: Time::ZERO,
         }
     }
 
@@ -72,8 +113,13 @@ impl Replay {
     /// # Errors
     /// When it does not follow from those before it.
     pub fn take(&mut self, record: &Record) -> Result<(), Difference> {
+        self.at = self.at.max(record.at());
         match record {
-            Record::Header(_) | Record::Sent { .. } | Record::Controller { .. } => Ok(()),
+            Record::Header(_) | Record::Sent { .. } => Ok(()),
+            Record::Controller { controller, message, .. } => {
+                self.hear(*controller, message);
+                Ok(())
+            }
             Record::Told { at, input } => {
                 if let Told::End { end } = input {
                     self.told_to_end.push(*end);
@@ -96,8 +142,10 @@ impl Replay {
             Record::Began { .. } | Record::Stopped { .. } | Record::World { .. } => self.compare(record),
             Record::Decided { .. } | Record::Released { .. } | Record::Resource { .. } => self.compare(record),
             // Not all ends are root's word: a defect ends a mission without it, and so does a grace that is over.
-            Record::Ended { end: MissionEnd::NodeLost(_) | MissionEnd::TaskLost, .. } => Ok(()),
-            Record::Ended { end, .. } if self.made.is_empty() && self.told_to_end.contains(end) => Ok(()),
+            Record::Ended { end, .. } if self.is_without_root(*end) => {
+                self.ended = Some(*end);
+                Ok(())
+            }
             Record::Ended { .. } => self.compare(record),
         }
     }
@@ -107,10 +155,29 @@ impl Replay {
         self.turn.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
-    /// The machines as they are now, and what follows from the last turn and the log does not tell, as of a writer that
-    /// was killed.
-    pub fn finish(self) -> (Vec<Node>, Vec<Record>) {
-        (self.nodes, self.made.into())
+    /// The run as the log leaves it.
+    pub fn finish(self) -> Resumed {
+        let end = match self.root().state().stage() {
+            Stage::Over(end) => Some(end),
+            Stage::Waiting | Stage::Running => self.ended,
+        };
+        Resumed { nodes: self.nodes, states: self.states, at: self.at, missing: self.made.into(), end }
+    }
+
+    fn is_without_root(&self, end: MissionEnd) -> bool {
+        matches!(end, MissionEnd::NodeLost(_) | MissionEnd::TaskLost)
+            || self.made.is_empty() && self.told_to_end.contains(&end)
+    }
+
+    fn hear(&mut self, controller: ControllerId, message: &ControllerMessage) {
+        let state = match message {
+            ControllerMessage::Heard { message } => message.state(),
+            ControllerMessage::Attached | ControllerMessage::Told { .. } | ControllerMessage::Joined { .. } => None,
+            ControllerMessage::Refused { .. } | ControllerMessage::Lost { .. } => None,
+        };
+        if let (Some(known), Some(state)) = (self.states.get_mut(controller.index()), state) {
+            *known = state.at_rest();
+        }
     }
 
     fn compare(&mut self, found: &Record) -> Result<(), Difference> {

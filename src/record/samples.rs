@@ -189,7 +189,7 @@ fn turns() -> Vec<Record> {
     let outcome = Outcome { end: End::Interrupted, changes: vec![Change::Base(Pose::new(1.0, 2.0, 0.5))] };
     let told = |input| Record::Told { at, input };
     vec![
-        told(Told::Begin { world_state: world_state() }),
+        told(Told::Begin { changes: vec![Change::Base(Pose::new(1.0, 0.0, 0.0))] }),
         told(Told::World { change: Change::Fact(FactId(0), true) }),
         told(Told::Ended { leaf: NodeId(2), outcome }),
         told(Told::End { end: MissionEnd::Canceled }),

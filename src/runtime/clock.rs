@@ -8,18 +8,24 @@ use ambidex_link::monotonic_ns;
 use ambidex_model::Time;
 use ambidex_model::session::ClockOrigin;
 
-/// Robot time of a run: it starts at zero and passes `speed` times as fast as the wall clock.
+/// Robot time of a run: it starts at zero, or where its log ends, and passes `speed` times as fast as the wall clock.
 #[derive(Debug, Clone, Copy)]
 pub struct Clock {
     origin: ClockOrigin,
     start: Instant,
+    from: Time,
     speed: f64,
 }
 
 impl Clock {
     /// A clock that is at zero now; `speed` in robot seconds per wall second, finite and above zero.
     pub fn start(speed: f64) -> Self {
-        Self { origin: ClockOrigin(monotonic_ns()), start: Instant::now(), speed }
+        Self::resume(Time::ZERO, speed)
+    }
+
+    /// A clock that is at a later moment now.
+    pub fn resume(from: Time, speed: f64) -> Self {
+        Self { origin: ClockOrigin(monotonic_ns()), start: Instant::now(), from, speed }
     }
 
     /// What makes the controllers' clocks agree with this one.
@@ -34,7 +40,7 @@ impl Clock {
 
     /// The present moment in robot time.
     pub fn now(&self) -> Time {
-        self.origin.time_at(self.now_ns(), self.speed)
+        self.from + self.origin.time_at(self.now_ns(), self.speed).since(Time::ZERO)
     }
 
     /// The present moment in nanoseconds of the monotonic clock.
@@ -46,6 +52,6 @@ impl Clock {
     /// When a moment of robot time comes on the wall clock.
     pub fn instant(&self, at: Time) -> Instant {
         // One microsecond more, so that the moment has come even when the division rounds down.
-        self.start + at.since(Time::ZERO).div_f64(self.speed) + Duration::from_micros(1)
+        self.start + at.since(self.from).div_f64(self.speed) + Duration::from_micros(1)
     }
 }

@@ -46,8 +46,8 @@ impl DispatchTask {
             Effect::Reset(id) => drop(self.links[id.index()].send(Order::Reset)),
             Effect::Ended(leaf, outcome) => self.nodes[leaf.index()].ended(outcome),
             Effect::Observed(change) => self.nodes[NodeId(0).index()].observed(change),
-            Effect::Ready(world_state) => {
-                self.root.begin(world_state);
+            Effect::Ready(said) => {
+                self.root.begin(said);
                 self.signal(Signal::Begun);
             }
             Effect::Configured(id) => self.signal(Signal::Attached(id)),

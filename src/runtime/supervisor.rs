@@ -16,8 +16,9 @@ use super::node_task::{Surroundings, ToRoot, wire};
 use super::port::Port;
 use super::signal::Signal;
 use ambidex_core::dispatch::{self, Dispatch, Limits};
-use ambidex_core::tree::{self, Settings};
-use ambidex_model::{Change, ControllerId, Header, Loss, MissionEnd, MissionSpec, NodeId, Record};
+use ambidex_core::replay::Resumed;
+use ambidex_core::tree::Settings;
+use ambidex_model::{Change, ControllerId, Loss, MissionEnd, MissionSpec, NodeId, Record};
 
 /// How long the log may take in the end to write what waits, wall time.
 const WRITER_GRACE: Duration = Duration::from_secs(5);
@@ -34,6 +35,8 @@ pub struct Options {
     pub grace: Duration,
     /// Where records go; none writes no journal.
     pub journal: Option<Box<dyn Sink>>,
+    /// A run that goes on, as its log leaves it; none begins a new one.
+    pub resumed: Option<Resumed>,
 }
 
 /// How a run ended.
@@ -65,6 +68,7 @@ pub async fn run(
     options: Options,
     control: mpsc::UnboundedReceiver<Control>,
 ) -> Ended {
+    let mut resumed = options.resumed;
     let (journal, writer) = match options.journal {
         Some(sink) => {
             let (journal, writer) = Journal::new(sink);
@@ -73,12 +77,14 @@ pub async fn run(
         None => (None, None),
     };
     if let Some(journal) = &journal {
-        let settings = &options.settings;
-        let header = Header::new(&mission, settings.allocator.name(), settings.waits_when_stalled);
-        journal.write(Record::Header(Box::new(header)));
+        match &mut resumed {
+            Some(resumed) => std::mem::take(&mut resumed.missing).into_iter().for_each(|record| journal.write(record)),
+            None => journal.write(Record::Header(Box::new(options.settings.header(&mission)))),
+        }
     }
+    let begun = resumed.unwrap_or_else(|| Resumed::fresh(&mission, &options.settings));
     let timing = Timing { clock: options.clock, grace: options.grace };
-    let mut supervisor = Supervisor::start(&mission, links, &options.settings, timing, journal, control);
+    let mut supervisor = Supervisor::start(&mission, links, begun, timing, journal, control);
     supervisor.writer = writer;
     supervisor.watch(options.attach_timeout).await
 }
@@ -113,7 +119,7 @@ impl Supervisor {
     fn start(
         mission: &Arc<MissionSpec>,
         links: Vec<Box<dyn Port>>,
-        settings: &Settings,
+        begun: Resumed,
         timing: Timing,
         journal: Option<Journal>,
         control: mpsc::UnboundedReceiver<Control>,
@@ -127,7 +133,7 @@ impl Supervisor {
             supervisor: to_supervisor.clone(),
             journal: journal.clone(),
         });
-        let (nodes, ways, root) = wire(tree::build(mission, settings), &around);
+        let (nodes, ways, root) = wire(begun.nodes, &around);
         let (mut tasks, mut others, mut ids) = (JoinSet::new(), JoinSet::new(), HashMap::new());
         let mut aborts = Vec::new();
         for node in nodes {
@@ -138,7 +144,7 @@ impl Supervisor {
         }
         let orders = spawn_links(links, timing.clock, &to_dispatch, &mut others);
         let dispatch = DispatchTask {
-            dispatch: Dispatch::new(mission, Limits::at_speed(timing.clock.speed())),
+            dispatch: Dispatch::new(mission, begun.states, Limits::at_speed(timing.clock.speed())),
             inbox,
             links: orders,
             root: root.clone(),
@@ -149,7 +155,7 @@ impl Supervisor {
         };
         others.spawn(dispatch.run());
         if mission.robot.controllers.is_empty() {
-            root.begin(mission.start.clone());
+            root.begin(Vec::new());
         }
         Self {
             timing,

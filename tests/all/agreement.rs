@@ -122,6 +122,7 @@ fn live(mission: &Arc<MissionSpec>, seed: u64, controls: Vec<Control>) -> (Ended
             attach_timeout: Some(Duration::from_secs(10)),
             grace: Duration::from_secs(3),
             journal: Some(journal),
+            resumed: None,
         };
         runtime::run(Arc::clone(mission), links, options, controlled).await
     });

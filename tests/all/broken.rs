@@ -59,6 +59,7 @@ fn a_panic_in_a_link_ends_the_run() {
             attach_timeout: None,
             grace: Duration::ZERO,
             journal: None,
+            resumed: None,
         };
         let run = tokio::spawn(runtime::run(mission, links, options, controlled));
         let ended = tokio::time::timeout(DEADLINE, run).await.expect("the run hangs");

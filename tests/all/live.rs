@@ -89,7 +89,14 @@ pub fn run_with(
             }
             to_records.lock().expect("no poison").push(record.clone());
         });
-        let options = Options { settings, clock, attach_timeout: Some(DEADLINE), grace: GRACE, journal: Some(journal) };
+        let options = Options {
+            settings,
+            clock,
+            attach_timeout: Some(DEADLINE),
+            grace: GRACE,
+            journal: Some(journal),
+            resumed: None,
+        };
         // A task like the others, so that it is woken in turn with them and not after many of their steps.
         let run = tokio::spawn(runtime::run(Arc::new(mission.clone()), links, options, controlled));
         let ended = tokio::time::timeout(DEADLINE, run).await.expect("the run hangs");

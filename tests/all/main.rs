@@ -20,6 +20,7 @@ mod property;
 mod published;
 mod reading;
 mod rebuilt;
+mod resuming;
 mod rooms;
 mod rules;
 mod shipped;

@@ -41,8 +41,7 @@ impl Run {
     pub fn new(mission: MissionSpec, settings: Settings, events: &[Event]) -> Self {
         let driver = Driver::new(&std::sync::Arc::new(mission.clone()), &settings, Rng::of(&[1]));
         let mut run = Self { driver, mission };
-        let world_state = run.mission.start.clone();
-        run.give(NodeId(0), Input::Begin(Box::new(world_state)));
+        run.give(NodeId(0), Input::Begin(Vec::new()));
         for event in events {
             run.driver.now = Time(run.driver.now.0 + 1_000_000);
             let outcome = |end, changes| Input::Ended(Box::new(Outcome { end, changes }));

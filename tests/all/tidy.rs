@@ -13,7 +13,7 @@ use imports::{Source, of_crate, sources};
 /// by what they depend on.
 const ROOMS: &[(&str, &[(&str, u32)])] = &[
     ("model", &[("words", 0), ("motion", 1), ("state", 1), ("session", 2)]),
-    ("core", &[("world", 0), ("behavior", 1), ("tree", 2), ("dispatch", 2), ("sim", 3), ("replay", 3)]),
+    ("core", &[("world", 0), ("behavior", 1), ("tree", 2), ("dispatch", 2), ("replay", 3), ("sim", 4)]),
     (
         "link",
         &[

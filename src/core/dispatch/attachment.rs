@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use ambidex_model::{CommandId, ControllerId, ControllerKind, ControllerState, MissionSpec, Time, WorldState};
+use ambidex_model::{CommandId, ControllerId, ControllerKind, ControllerState, MissionSpec, Time};
 
 /// How often a controller is configured that does not answer, before it counts as lost.
 const TRIES: u32 = 3;
@@ -77,8 +77,13 @@ impl Attachment {
     }
 }
 
-/// Where a simulated controller starts.
-pub(super) fn start_state(mission: &MissionSpec, id: ControllerId) -> ControllerState {
+/// What every controller is configured with when a mission begins, by controller. A real one answers with its own state.
+pub fn start_states(mission: &MissionSpec) -> Vec<ControllerState> {
+    let controllers = 0..mission.robot.controllers.len();
+    controllers.map(|index| state(mission, ControllerId::from(index))).collect()
+}
+
+fn state(mission: &MissionSpec, id: ControllerId) -> ControllerState {
     match mission.robot.controllers[id.index()].kind {
         ControllerKind::Base(_) => ControllerState::Base { pose: mission.start.base, velocity: Vector3::zeros() },
         ControllerKind::Arm(arm) => {
@@ -99,18 +104,4 @@ pub(super) fn is_credible(mission: &MissionSpec, id: ControllerId, state: &Contr
         }
         (ControllerState::Base { .. } | ControllerState::Arm { .. } | ControllerState::Head { .. }, _) => false,
     }
-}
-
-/// The start corrected by what the controllers say; theirs wins.
-pub(super) fn world_state(
-    mission: &MissionSpec,
-    states: impl Iterator<Item = (ControllerId, ControllerState)>,
-) -> WorldState {
-    let mut world_state = mission.start.clone();
-    for (id, state) in states {
-        for change in state.changes(mission.robot.moved_by(id)) {
-            world_state.apply(change);
-        }
-    }
-    world_state
 }

@@ -9,12 +9,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use attachment::Attachment;
+pub use attachment::start_states;
 use command_queue::CommandQueue;
 use goals::Running;
 
 use ambidex_model::{
     Change, CommandId, ControllerId, ControllerMessage, ControllerState, End, FromController, Goal, Loss, MissionSpec,
-    NodeId, Outcome, Part, Record, Refusal, Rejection, Time, ToController, WorldState,
+    NodeId, Outcome, Part, Record, Refusal, Rejection, Time, ToController,
 };
 
 /// What reaches the dispatch.
@@ -47,8 +48,8 @@ pub enum Effect {
     Tell(ControllerId, ToController),
     /// This controller is attached and configured.
     Configured(ControllerId),
-    /// All of them are: how things really are.
-    Ready(WorldState),
+    /// All of them are: what they say of the world.
+    Ready(Vec<Change>),
     /// The goal of this leaf ended.
     Ended(NodeId, Outcome),
     /// Where the base is while it drives.
@@ -88,6 +89,8 @@ impl Limits {
 #[derive(Debug)]
 pub struct Dispatch {
     mission: Arc<MissionSpec>,
+    /// What controllers are configured with.
+    states: Vec<ControllerState>,
     limits: Limits,
     attachments: Vec<Attachment>,
     queues: Vec<CommandQueue>,
@@ -99,11 +102,12 @@ pub struct Dispatch {
 }
 
 impl Dispatch {
-    /// For a mission whose controllers are not there yet.
-    pub fn new(mission: &Arc<MissionSpec>, limits: Limits) -> Self {
+    /// For a mission whose controllers are not there yet, and are configured with these states.
+    pub fn new(mission: &Arc<MissionSpec>, states: Vec<ControllerState>, limits: Limits) -> Self {
         let count = mission.robot.controllers.len();
         Self {
             mission: Arc::clone(mission),
+            states,
             limits,
             attachments: vec![Attachment::default(); count],
             queues: (0..count).map(|_| CommandQueue::default()).collect(),
@@ -158,7 +162,7 @@ impl Dispatch {
             self.effects.push(Effect::Reset(id));
             return;
         };
-        let start = attachment::start_state(&self.mission, id);
+        let start = self.states[id.index()];
         let limits = self.mission.robot.controllers[id.index()].kind;
         let configure = ToController::Configure { generation, speed: self.limits.speed, limits, start };
         self.tell(now, id, None, configure);
@@ -222,12 +226,13 @@ impl Dispatch {
             return;
         }
         self.is_ready = true;
-        let states = self
-            .attachments
-            .iter()
-            .enumerate()
-            .filter_map(|(index, attachment)| attachment.state().map(|state| (ControllerId::from(index), state)));
-        self.effects.push(Effect::Ready(attachment::world_state(&self.mission, states)));
+        let robot = &self.mission.robot;
+        let said = self.attachments.iter().enumerate().filter_map(|(index, attachment)| {
+            let moved = robot.moved_by(ControllerId::from(index));
+            attachment.state().map(|state| state.changes(moved))
+        });
+        let said = said.flatten().collect();
+        self.effects.push(Effect::Ready(said));
     }
 
     fn lost(&mut self, now: Time, id: ControllerId, why: Loss) {

@@ -6,12 +6,11 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use crate::dispatch::{self, Dispatch, Limits};
-use crate::tree::{self, Effect, Input, Node, Outbox, Settings};
+use crate::replay::Resumed;
+use crate::tree::{Effect, Input, Node, Outbox, Settings};
 use ambidex_model::motion::{self, STEP};
 use ambidex_model::session::Attendance;
-use ambidex_model::{
-    Change, ControllerId, Header, MissionEnd, MissionSpec, NodeId, Record, Time, ToController, WorldState,
-};
+use ambidex_model::{Change, ControllerId, MissionEnd, MissionSpec, NodeId, Record, Time, ToController};
 pub use plant::Body;
 use plant::Plant;
 
@@ -72,35 +71,41 @@ pub fn simulate_bodies(
     events: Vec<(Time, Event)>,
     journal: &mut dyn FnMut(&Record),
 ) -> MissionEnd {
-    Simulation::new(mission, settings, bodies, events, journal).run()
+    journal(&Record::Header(Box::new(settings.header(mission))));
+    Simulation::new(mission, Resumed::fresh(mission, settings), bodies, events, journal).run()
+}
+
+/// Goes on with a mission as a log leaves it; what is written to `journal` belongs behind that log.
+pub fn resume(mission: &Arc<MissionSpec>, mut resumed: Resumed, journal: &mut dyn FnMut(&Record)) -> MissionEnd {
+    let bodies = mission.robot.controllers.iter().map(|spec| motion::simulated(&spec.kind)).collect();
+    std::mem::take(&mut resumed.missing).iter().for_each(&mut *journal);
+    if let Some(end) = resumed.end {
+        return end;
+    }
+    Simulation::new(mission, resumed, bodies, Vec::new(), journal).run()
 }
 
 impl<'a> Simulation<'a> {
     fn new(
         mission: &Arc<MissionSpec>,
-        settings: &Settings,
+        begun: Resumed,
         bodies: Vec<Body>,
         mut events: Vec<(Time, Event)>,
         journal: &'a mut dyn FnMut(&Record),
     ) -> Self {
-        journal(&Record::Header(Box::new(Header::new(
-            mission,
-            settings.allocator.name(),
-            settings.waits_when_stalled,
-        ))));
         if !events.iter().any(|(_, event)| matches!(event, Event::Attach(_))) {
-            let all = (0..bodies.len()).map(|index| (Time::ZERO, Event::Attach(ControllerId::from(index))));
+            let all = (0..bodies.len()).map(|index| (begun.at, Event::Attach(ControllerId::from(index))));
             events.extend(all);
         }
         events.sort_by_key(|(at, _)| *at);
         Self {
             mission: Arc::clone(mission),
-            nodes: tree::build(mission, settings),
-            dispatch: Dispatch::new(mission, Limits::at_speed(1.0)),
+            nodes: begun.nodes,
+            dispatch: Dispatch::new(mission, begun.states, Limits::at_speed(1.0)),
             plants: bodies.into_iter().map(Plant::new).collect(),
             deliveries: VecDeque::new(),
             events: events.into(),
-            now: Time::ZERO,
+            now: begun.at,
             has_begun: false,
             end: None,
             is_safe: false,
@@ -110,7 +115,7 @@ impl<'a> Simulation<'a> {
 
     fn run(mut self) -> MissionEnd {
         if self.plants.is_empty() {
-            self.begin(self.mission.start.clone());
+            self.begin(Vec::new());
         }
         loop {
             self.come_to_rest();
@@ -207,7 +212,7 @@ impl<'a> Simulation<'a> {
     fn carry_dispatch(&mut self, effect: dispatch::Effect) {
         match effect {
             dispatch::Effect::Tell(id, message) => self.deliveries.push_back(Delivery::Controller(id, message)),
-            dispatch::Effect::Ready(world_state) => self.begin(world_state),
+            dispatch::Effect::Ready(said) => self.begin(said),
             dispatch::Effect::Ended(leaf, outcome) => {
                 self.deliveries.push_back(Delivery::Node(leaf, Input::Ended(Box::new(outcome))));
             }
@@ -221,9 +226,9 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    fn begin(&mut self, world_state: WorldState) {
+    fn begin(&mut self, said: Vec<Change>) {
         self.has_begun = true;
-        self.tell_root(Input::Begin(Box::new(world_state)));
+        self.tell_root(Input::Begin(said));
     }
 
     fn tell_root(&mut self, input: Input) {

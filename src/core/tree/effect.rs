@@ -1,7 +1,7 @@
 //! What goes into a node and what comes out.
 
 use super::{Down, Up};
-use ambidex_model::{Change, Goal, MissionEnd, NodeId, NodeRange, Outcome, Record, Time, Told, Topology, WorldState};
+use ambidex_model::{Change, Goal, MissionEnd, NodeId, NodeRange, Outcome, Record, Time, Told, Topology};
 
 /// What reaches a node. What is rare and large lies behind a pointer: every inbox has room for 32 of these.
 #[derive(Debug, Clone)]
@@ -14,8 +14,8 @@ pub enum Input {
     Ended(Box<Outcome>),
     /// To root: what a log says that it was told.
     Told(Box<Told>),
-    /// To root: begin the mission; this is how things are.
-    Begin(Box<WorldState>),
+    /// To root: begin the mission, or go on with it; this is what controllers say of the world.
+    Begin(Vec<Change>),
     /// To root: the world is different, and nobody in the tree did it.
     World(Change),
     /// To root: the base is here while a goal runs; no round comes of it.

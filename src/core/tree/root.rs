@@ -10,8 +10,8 @@ use crate::behavior;
 use crate::world::{Compatible, FreeSpace, Unconstrained, View};
 use ambidex_model::state::{Phase, Stage, State};
 use ambidex_model::{
-    Blocked, Cause, Change, End, Grant, MissionEnd, MissionSpec, NodeId, Outcome, Reason, Record, Reopened,
-    ResourceTable, Time, Told, WorldState,
+    Blocked, Cause, Change, EffectTerm, End, Grant, Header, Location, MissionEnd, MissionSpec, NodeId, Outcome, Reason,
+    Record, Reopened, ResourceTable, Time, Told,
 };
 
 /// The top of the task: root's one child.
@@ -26,6 +26,13 @@ pub struct Settings {
     pub rules: Arc<dyn Compatible>,
     /// Whether a stall waits for the world instead of ending the mission.
     pub waits_when_stalled: bool,
+}
+
+impl Settings {
+    /// The first record of a run of a mission.
+    pub fn header(&self, mission: &MissionSpec) -> Header {
+        Header::new(mission, self.allocator.name(), self.waits_when_stalled)
+    }
 }
 
 impl Default for Settings {
@@ -155,7 +162,7 @@ impl Root {
 
     fn take_up(&mut self, now: Time, told: Told, out: &mut Outbox) {
         match told {
-            Told::Begin { world_state } => self.begin(now, world_state, out),
+            Told::Begin { changes } => self.begin(now, changes, out),
             Told::World { change } => self.change_world(now, change, out),
             Told::Ended { leaf, outcome } => self.release(now, leaf, outcome, out),
             Told::End { end } => {
@@ -164,20 +171,36 @@ impl Root {
         }
     }
 
-    /// The first time the mission begins. Any other time it goes on after its runtime was gone: what ran then ended,
-    /// and whatever is different now came from outside.
-    fn begin(&mut self, now: Time, world_state: Box<WorldState>, out: &mut Outbox) {
+    /// The first time the mission begins. Any other time it goes on after its runtime was gone: whatever is different
+    /// now came from outside, and what ran then ended.
+    fn begin(&mut self, now: Time, changes: Vec<Change>, out: &mut Outbox) {
         self.is_wanted = true;
         if self.state.stage() == Stage::Waiting {
+            let mut world_state = Box::new(self.state.world().clone());
+            for change in changes {
+                world_state.apply(change);
+            }
             self.edit(Record::Began { at: now, world_state }, out);
             return;
+        }
+        for change in changes {
+            self.change_world(now, self.understood(change), out);
         }
         for leaf in self.state.running().keys().copied().collect::<Vec<_>>() {
             self.release(now, leaf, Outcome { end: End::Interrupted, changes: Vec::new() }, out);
         }
-        for change in self.state.world().changes_to(&world_state) {
-            self.change_world(now, change, out);
-        }
+    }
+
+    /// An object that has left its gripper while somebody was putting it down lies there, though nobody was told.
+    fn understood(&self, change: Change) -> Change {
+        let Change::Emptied(gripper) = change else { return change };
+        let Some(held) = self.state.world().held_by(gripper) else { return change };
+        let running = self.state.running().keys().filter_map(|leaf| self.mission.tree.behavior(*leaf));
+        let put_down = running.flat_map(|spec| &spec.effects).find_map(|effect| match effect {
+            EffectTerm::Lies(object, place) if *object == held => Some(*place),
+            EffectTerm::Lies(..) | EffectTerm::Taken(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
+        });
+        put_down.map_or(change, |place| Change::Object(held, Location::At(place)))
     }
 
     fn open_round(&mut self, now: Time, out: &mut Outbox) {

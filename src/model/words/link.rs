@@ -97,6 +97,14 @@ impl FromController {
         }
     }
 
+    /// How the controller says that it is.
+    pub fn state(&self) -> Option<ControllerState> {
+        match *self {
+            Self::Configured { state, .. } | Self::Feedback { state, .. } | Self::Result { state, .. } => Some(state),
+            Self::Accepted { .. } | Self::Rejected { .. } => None,
+        }
+    }
+
     /// Whether it is the last word on its command.
     pub fn is_last(&self) -> bool {
         match self {
@@ -148,6 +156,16 @@ pub enum ControllerState {
 }
 
 impl ControllerState {
+    /// The same without its motion.
+    #[must_use]
+    pub fn at_rest(self) -> Self {
+        match self {
+            Self::Base { pose, .. } => Self::Base { pose, velocity: Vector3::zeros() },
+            Self::Arm { gripper, holds, .. } => Self::Arm { gripper, velocity: Vector3::zeros(), holds },
+            Self::Head { angles, .. } => Self::Head { angles, velocity: [0.0; 2] },
+        }
+    }
+
     /// What the state says of the world, for the resources that the controller moves.
     pub fn changes(&self, resources: impl IntoIterator<Item = ResourceId>) -> Vec<Change> {
         match *self {

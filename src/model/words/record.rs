@@ -173,10 +173,10 @@ impl Record {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Told {
-    /// Begin the mission, or go on with it: this is how things are.
+    /// Begin the mission, or go on with it.
     Begin {
-        /// Robot pose, objects, facts.
-        world_state: Box<WorldState>,
+        /// What controllers say of the world, which wins over what is known of it.
+        changes: Vec<Change>,
     },
     /// The world is different, and nobody in the tree did it.
     World {

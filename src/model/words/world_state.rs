@@ -47,19 +47,6 @@ impl WorldState {
         self.objects.iter().position(|&at| at == Location::In(resource)).map(ObjectId::from)
     }
 
-    /// What makes this one the other; both are of one world.
-    pub fn changes_to(&self, other: &Self) -> Vec<Change> {
-        let base = (self.base != other.base).then_some(Change::Base(other.base));
-        let objects = std::iter::zip(&self.objects, &other.objects).enumerate();
-        let moved = |(index, (from, to)): (usize, (&Location, &Location))| {
-            (from != to).then(|| Change::Object(ObjectId::from(index), *to))
-        };
-        let facts = std::iter::zip(&self.facts, &other.facts).enumerate();
-        let changed =
-            |(index, (from, to)): (usize, (&bool, &bool))| (from != to).then(|| Change::Fact(FactId::from(index), *to));
-        base.into_iter().chain(objects.filter_map(moved)).chain(facts.filter_map(changed)).collect()
-    }
-
     /// Applies a change; true if anything is different now.
     pub fn apply(&mut self, change: Change) -> bool {
         match change {
