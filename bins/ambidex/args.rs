@@ -85,8 +85,6 @@ pub enum Verb {
 /// What every way to run a mission takes.
 #[derive(Debug, Args)]
 pub struct MissionArgs {
-    /// The mission file.
-    pub mission: PathBuf,
     /// Use this robot file instead of the one that the mission names.
     #[arg(long, value_name = "FILE")]
     pub robot: Option<PathBuf>,
@@ -113,9 +111,15 @@ pub struct MissionArgs {
     pub log_format: LogFormat,
 }
 
-/// What a mission with processes takes besides.
+/// The mission of a run with processes, and what it takes besides.
 #[derive(Debug, Args)]
 pub struct LiveArgs {
+    /// The mission file. With --resume it may be left out; if it is there, it must be that of the log.
+    #[arg(required_unless_present = "resume")]
+    pub mission: Option<PathBuf>,
+    /// Go on in this log, a file or an instance, as if its runtime had never been gone.
+    #[arg(long, value_name = "LOG", conflicts_with_all = ["log", "allocator"])]
+    pub resume: Option<String>,
     /// Robot seconds per wall second, for simulated controllers.
     #[arg(long, default_value_t = 1.0, value_parser = values::speed)]
     pub speed: f64,
@@ -128,9 +132,9 @@ pub struct LiveArgs {
 #[derive(Debug, Args)]
 pub struct RunArgs {
     #[command(flatten)]
-    pub mission: MissionArgs,
-    #[command(flatten)]
     pub live: LiveArgs,
+    #[command(flatten)]
+    pub common: MissionArgs,
     /// Name of this robot's runtime [default: a fresh one].
     #[arg(long, value_parser = values::instance)]
     pub instance: Option<Instance>,
@@ -143,9 +147,9 @@ pub struct RunArgs {
 #[derive(Debug, Args)]
 pub struct DaemonArgs {
     #[command(flatten)]
-    pub mission: MissionArgs,
-    #[command(flatten)]
     pub live: LiveArgs,
+    #[command(flatten)]
+    pub common: MissionArgs,
     /// Name of this robot's runtime.
     #[arg(long, default_value = "default", value_parser = values::instance)]
     pub instance: Instance,
@@ -179,8 +183,10 @@ pub struct ControllerArgs {
 /// `ambidex simulate`.
 #[derive(Debug, Args)]
 pub struct SimulateArgs {
+    /// The mission file.
+    pub mission: PathBuf,
     #[command(flatten)]
-    pub mission: MissionArgs,
+    pub common: MissionArgs,
 }
 
 /// Names of allocators.

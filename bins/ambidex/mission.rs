@@ -1,11 +1,12 @@
 //! `ambidex run` and `ambidex daemon`: a mission over controller processes.
 
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 use std::time::Duration;
 
 use ambidex::files::{self, Disk, Loaded};
 use ambidex::link::Instance;
-use ambidex::model::{Loss, MissionEnd, MissionSpec, Record};
+use ambidex::model::{Loss, MissionEnd, MissionSpec, Record, Time};
 use ambidex::runtime::{self, Clock, Ended, Options, Sink};
 use ambidex::tree::Settings;
 use miette::{IntoDiagnostic, Result};
@@ -16,6 +17,7 @@ use crate::children::Children;
 use crate::diagnostics::{report_all, say_all};
 use crate::exit::Exit;
 use crate::observer::Observer;
+use crate::resume::{Resume, RobotFile, resume};
 use crate::terminal::{Patience, QUIET, Terminal};
 use crate::{descriptors, robot, signals};
 
@@ -30,25 +32,54 @@ const TALK_GRACE: Duration = Duration::from_secs(1);
 /// Runs a mission with child processes.
 pub fn run(args: &RunArgs) -> Result<Exit> {
     let instance = args.instance.clone().unwrap_or_else(Instance::fresh);
-    let loaded = load(&args.mission)?;
-    let timeout = Some(args.attach_timeout);
-    go(&args.mission, &args.live, &instance, timeout, loaded, true)
+    go(&args.common, &args.live, &instance, Some(args.attach_timeout), true)
 }
 
 /// Runs a mission with controllers that others started.
 pub fn daemon(args: &DaemonArgs) -> Result<Exit> {
-    let loaded = load(&args.mission)?;
-    go(&args.mission, &args.live, &args.instance, args.attach_timeout, loaded, false)
+    go(&args.common, &args.live, &args.instance, args.attach_timeout, false)
 }
 
 /// Loads the files of a mission and says what is surely not meant in them.
-pub fn load(args: &MissionArgs) -> Result<Loaded> {
-    let loaded = files::load_mission(&Disk, &args.mission, args.robot.as_deref(), &args.set)
-        .map_err(|error| report_all(&error))?;
+pub fn load(mission: &Path, args: &MissionArgs) -> Result<Loaded> {
+    let loaded =
+        files::load_mission(&Disk, mission, args.robot.as_deref(), &args.set).map_err(|error| report_all(&error))?;
     if !args.quiet {
         say_all(&loaded.warnings);
     }
     Ok(loaded)
+}
+
+/// What is to be run, new or from where its log ends.
+struct Job {
+    mission: Arc<MissionSpec>,
+    settings: Settings,
+    /// Where controllers find the robot.
+    robot_path: PathBuf,
+    resumed: Option<Resume>,
+    _robot_file: Option<RobotFile>,
+}
+
+fn job(args: &MissionArgs, live: &LiveArgs) -> Result<Job> {
+    if let Some(log) = &live.resume {
+        let resumed = resume(log, live.mission.as_deref(), args)?;
+        let robot_file = resumed.robot_file()?;
+        return Ok(Job {
+            mission: Arc::clone(&resumed.rerun.mission),
+            settings: resumed.rerun.settings.clone(),
+            robot_path: robot_file.path(),
+            resumed: Some(resumed),
+            _robot_file: Some(robot_file),
+        });
+    }
+    let mission = live.mission.as_deref().expect("a mission or a log is required");
+    let Loaded { mission, robot_path, .. } = load(mission, args)?;
+    let settings = Settings {
+        allocator: args.allocator.allocator(),
+        waits_when_stalled: live.on_stall == OnStall::Wait,
+        ..Settings::default()
+    };
+    Ok(Job { mission, settings, robot_path, resumed: None, _robot_file: None })
 }
 
 fn go(
@@ -56,45 +87,49 @@ fn go(
     live: &LiveArgs,
     instance: &Instance,
     attach_timeout: Option<Duration>,
-    loaded: Loaded,
     has_children: bool,
 ) -> Result<Exit> {
-    descriptors::ensure(loaded.mission.robot.controllers.len())?;
+    let mut job = job(args, live)?;
+    descriptors::ensure(job.mission.robot.controllers.len())?;
     let terminal = Terminal::start(args.log_format, QUIET, Patience::Drops);
+    let ended = job.resumed.take_if(|resume| resume.resumed.end.is_some());
+    if let Some((resume, end)) = ended.and_then(|resume| resume.resumed.end.map(|end| (resume, end))) {
+        return Ok(ended_before(resume, end, args, &terminal));
+    }
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().into_diagnostic()?;
     let _entered = runtime.enter();
     // Before anything is begun that a signal would have to end.
     let (to_run, control) = mpsc::unbounded_channel();
     let signals = signals::cancel_on_signals(to_run.clone()).into_diagnostic()?;
-    let clock = Clock::start(live.speed);
-    let links = robot::links(&loaded.mission, instance, &clock).into_diagnostic()?;
-    let observer = Observer::new(&loaded.mission, args, instance.name(), &terminal, true).into_diagnostic()?;
+    let from = job.resumed.as_ref().map_or(Time::ZERO, |resumed| resumed.resumed.at);
+    let clock = Clock::resume(from, live.speed);
+    let links = robot::links(&job.mission, instance, &clock).into_diagnostic()?;
+    let (observer, resumed) = match job.resumed.take() {
+        Some(Resume { resumed, file, history, .. }) => {
+            (Observer::resume(file, history, args, &terminal), Some(resumed))
+        }
+        None => (Observer::new(&job.mission, args, instance.name(), &terminal, true).into_diagnostic()?, None),
+    };
     observer.say_what_it_waits_for();
     let observer = Arc::new(Mutex::new(observer));
-    let robot = &loaded.mission.robot;
     let start = || {
-        let children = Children::start(robot, &loaded.robot_path, instance, args.log_format, &terminal)?;
+        let robot = &job.mission.robot;
+        let children = Children::start(robot, &job.robot_path, instance, args.log_format, &terminal)?;
         children.watch(&terminal, &to_run);
         Ok::<_, miette::Report>(children)
     };
     let children = has_children.then(start).transpose()?;
-    let to_observer = Arc::clone(&observer);
     let options = Options {
-        settings: Settings {
-            allocator: args.allocator.allocator(),
-            waits_when_stalled: live.on_stall == OnStall::Wait,
-            ..Settings::default()
-        },
+        settings: job.settings.clone(),
         clock,
         attach_timeout,
         grace: GRACE,
-        journal: Some(Box::new(Watcher(to_observer))),
-        resumed: None,
+        journal: Some(Box::new(Watcher(Arc::clone(&observer)))),
+        resumed,
     };
-    let mission = loaded.mission;
     let ended = runtime.block_on(async {
         tokio::spawn(signals);
-        runtime::run(Arc::clone(&mission), links, options, control).await
+        runtime::run(Arc::clone(&job.mission), links, options, control).await
     });
     if let Some(children) = children {
         children.end(CHILD_GRACE);
@@ -102,7 +137,22 @@ fn go(
             terminal.say(&format!("warning: shared memory was not swept: {error}"));
         }
     }
-    let end = Exit::from(&ended);
+    Ok(tell_end(&ended, &observer, &job.mission, &terminal))
+}
+
+/// Nothing of the log goes on: it is completed where it lacks the last words, and told once more.
+fn ended_before(resume: Resume, end: MissionEnd, args: &MissionArgs, terminal: &Terminal) -> Exit {
+    let mut observer = Observer::resume(resume.file, resume.history, args, terminal);
+    resume.resumed.missing.iter().for_each(|record| observer.take(record));
+    observer.finish();
+    terminal.say("the mission of this log had ended: nothing is left to go on with");
+    terminal.finish(TALK_GRACE);
+    Exit::from(end)
+}
+
+/// Closes the log, tells how it ended, and what went wrong outside the task.
+fn tell_end(ended: &Ended, observer: &Mutex<Observer>, mission: &MissionSpec, terminal: &Terminal) -> Exit {
+    let end = Exit::from(ended);
     // The thread that writes the log has left it, unless what the log goes to takes nothing any more.
     let observer = match observer.try_lock() {
         Ok(observer) => Some(observer),
@@ -112,15 +162,15 @@ fn go(
     let (mut is_whole, mut how) = (false, None);
     if let Some(mut observer) = observer {
         if let Ended::Mission(MissionEnd::ControllerLost(id)) = ended {
-            how = observer.lost(id);
+            how = observer.lost(*id);
         }
         is_whole = observer.finish();
     }
-    if let Some(complaint) = complaint(&ended, &mission, how) {
+    if let Some(complaint) = complaint(ended, mission, how) {
         terminal.say(&complaint);
     }
     terminal.finish(TALK_GRACE);
-    Ok(if is_whole { end } else { end.with_incomplete_log() })
+    if is_whole { end } else { end.with_incomplete_log() }
 }
 
 /// Hands the records of a run to whoever looks at it.

@@ -67,6 +67,22 @@ impl Observer {
         })
     }
 
+    /// Goes on with a log, of which the history is known; controllers are awaited.
+    pub fn resume(file: JournalFile, history: History, args: &MissionArgs, terminal: &Terminal) -> Self {
+        Self {
+            names: history.names().clone(),
+            file,
+            failure: None,
+            history: Some(history),
+            terminal: terminal.clone(),
+            is_quiet: args.quiet,
+            is_json: args.json,
+            drawn: None,
+            is_stale: false,
+            is_live: true,
+        }
+    }
+
     /// Takes the next record.
     pub fn take(&mut self, record: &Record) {
         if self.failure.is_none()

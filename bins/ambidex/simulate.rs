@@ -14,8 +14,8 @@ use crate::terminal::{Patience, QUIET, Terminal};
 
 /// Runs a mission under a virtual clock.
 pub fn simulate(args: &SimulateArgs) -> Result<Exit> {
-    let args = &args.mission;
-    let loaded = load(args)?;
+    let (mission, args) = (&args.mission, &args.common);
+    let loaded = load(mission, args)?;
     let terminal = Terminal::start(args.log_format, QUIET, Patience::Waits);
     let mut observer = Observer::new(&loaded.mission, args, "simulate", &terminal, false).into_diagnostic()?;
     let settings = Settings { allocator: args.allocator.allocator(), ..Settings::default() };

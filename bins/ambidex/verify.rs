@@ -36,7 +36,6 @@ pub struct VerifyArgs {
 pub struct Rerun {
     pub mission: Arc<MissionSpec>,
     pub settings: Settings,
-    pub allocator: AllocatorName,
 }
 
 /// Computes every decision of a log again.
@@ -81,7 +80,7 @@ pub fn rerun(header: &Header, path: &Path) -> Result<Rerun> {
         waits_when_stalled: header.waits_when_stalled,
         ..Settings::default()
     };
-    Ok(Rerun { mission, settings, allocator })
+    Ok(Rerun { mission, settings })
 }
 
 /// A difference as an error, for verbs that need a log without one.

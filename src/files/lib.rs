@@ -1,6 +1,7 @@
 //! Files to checked specs: every fault with file, line and key, all at once. No tree is built here and nothing runs.
 
 mod describe;
+mod difference;
 mod document;
 mod fault;
 mod files;
@@ -30,6 +31,7 @@ mod world;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+pub use difference::difference;
 pub use fault::{Fault, FilesError, Severity};
 pub use format::Format;
 pub use import::{Beside, ImportError, Imported, import};
@@ -39,7 +41,7 @@ pub use schema::schema;
 pub use settings::{NoSetting, Setting};
 pub use sources::{Disk, InMemory, Sources};
 
-use ambidex_model::{MissionSpec, Names, Source};
+use ambidex_model::{MissionSpec, Names, Source, SourceFile};
 use describe::Described;
 use fault::Faults;
 use files::{Files, beside};
@@ -99,6 +101,14 @@ pub fn load_mission(
         mission.source = Some(source);
     }
     Ok(loaded)
+}
+
+/// The text of the robot file of a mission that was loaded from files.
+pub fn robot_text(mission: &MissionSpec) -> Option<&str> {
+    let source = mission.source.as_ref()?;
+    // The mission names it, with what it includes read before; and it alone is a robot.
+    let is_robot = |file: &&SourceFile| load_robot(&Kept::new(source), Path::new(&file.path)).is_ok();
+    source.files.iter().find(is_robot).map(|file| file.text.as_str())
 }
 
 /// Loads a mission once more from the files that it was made of.

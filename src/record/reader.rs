@@ -22,6 +22,7 @@ pub struct Reader<R> {
     header_is_due: bool,
     is_truncated: bool,
     is_over: bool,
+    whole_bytes: u64,
 }
 
 impl Reader<BufReader<File>> {
@@ -44,7 +45,7 @@ impl<R: BufRead> Reader<R> {
     pub fn new(mut input: R, path: impl Into<PathBuf>) -> Result<Self, JournalError> {
         let path = path.into();
         let mut line = Vec::new();
-        read_line(&mut input, &mut line, &path, 1)?;
+        let whole_bytes = read_line(&mut input, &mut line, &path, 1)? as u64;
         Ok(Self {
             header: parse_header(&line, &path)?,
             input,
@@ -54,6 +55,7 @@ impl<R: BufRead> Reader<R> {
             header_is_due: true,
             is_truncated: false,
             is_over: false,
+            whole_bytes,
         })
     }
 
@@ -65,6 +67,11 @@ impl<R: BufRead> Reader<R> {
     /// Whether the last line was cut off, as when the writer was killed; known once the iteration is over.
     pub fn is_truncated(&self) -> bool {
         self.is_truncated
+    }
+
+    /// How many bytes the records take that were read; one that lacks only the end of its line is one of them.
+    pub fn whole_bytes(&self) -> u64 {
+        self.whole_bytes
     }
 
     fn read(&mut self) -> Result<Option<Record>, JournalError> {
@@ -79,7 +86,10 @@ impl<R: BufRead> Reader<R> {
                 self.is_truncated = true;
                 Ok(None)
             }
-            parsed => parsed.map(Some),
+            parsed => {
+                self.whole_bytes += self.line.len() as u64;
+                parsed.map(Some)
+            }
         }
     }
 }

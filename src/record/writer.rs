@@ -44,6 +44,11 @@ impl<W: Write> Journal<W> {
         self.lines
     }
 
+    /// What is written to.
+    pub fn get_ref(&self) -> &W {
+        &self.out
+    }
+
     /// What was written to.
     pub fn into_inner(self) -> W {
         self.out

@@ -1,8 +1,8 @@
 //! The journal in a file.
 
 use std::fs::{self, File, TryLockError};
-use std::io::{self, BufWriter, ErrorKind};
-use std::os::unix::fs::OpenOptionsExt;
+use std::io::{self, BufWriter, ErrorKind, Write};
+use std::os::unix::fs::{FileExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -42,6 +42,41 @@ impl JournalFile {
                 Err(Refused::Io(source)) => return Err(JournalError::Create { path, source }),
             }
         }
+    }
+
+    /// Opens a log that is there, to go on in it behind its end.
+    ///
+    /// # Errors
+    /// When there is none, or another process writes it.
+    pub fn reopen(path: &Path) -> Result<Self, JournalError> {
+        let path = path.to_owned();
+        let opened = File::options().read(true).append(true).open(&path);
+        let file = opened.map_err(|source| JournalError::Open { path: path.clone(), source })?;
+        match file.try_lock() {
+            Ok(()) => Ok(Self { path, journal: Journal::new(BufWriter::new(file)) }),
+            Err(TryLockError::WouldBlock) => Err(JournalError::Busy { path }),
+            Err(TryLockError::Error(source)) => Err(JournalError::Open { path, source }),
+        }
+    }
+
+    /// Removes what stands behind the last whole record, which ends at `whole` bytes; how many bytes that were. If only
+    /// the end of its line was lacking, it gets one.
+    ///
+    /// # Errors
+    /// When the file cannot be changed.
+    pub fn cut(&mut self, whole: u64) -> Result<u64, JournalError> {
+        let cut = || {
+            let file = self.journal.get_ref().get_ref();
+            let length = file.metadata()?.len();
+            file.set_len(whole.min(length))?;
+            let mut last = [b'\n'];
+            file.read_exact_at(&mut last, whole.saturating_sub(1))?;
+            if last != [b'\n'] {
+                (&*file).write_all(b"\n")?;
+            }
+            Ok(length.saturating_sub(whole))
+        };
+        cut().map_err(|source| Self::failed(&self.path, source))
     }
 
     /// Writes one record as one line.

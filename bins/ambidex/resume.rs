@@ -1,0 +1,93 @@
+//! `--resume`: a run that goes on in its log.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use ambidex::files::{self, Disk};
+use ambidex::model::Source;
+use ambidex::record::{History, Reader, shown};
+use ambidex::replay::{Replay, Resumed};
+use ambidex::runtime::log::JournalFile;
+use miette::{IntoDiagnostic, Result, miette};
+
+use crate::args::MissionArgs;
+use crate::diagnostics::report_all;
+use crate::log;
+use crate::verify::{Rerun, differs, rerun};
+
+/// A run as its log leaves it.
+pub struct Resume {
+    pub rerun: Rerun,
+    pub resumed: Resumed,
+    /// The log, in which it goes on.
+    pub file: JournalFile,
+    /// What the log comes to.
+    pub history: History,
+}
+
+/// The robot file of a log, for controllers to read it; gone when this is dropped.
+pub struct RobotFile(tempfile::NamedTempFile);
+
+/// Reads a log, compares all its decisions, and cuts it where its writer was killed in the middle of a line. A mission
+/// that is given must be that of the log.
+///
+/// # Errors
+/// When the log cannot be read, does not carry its files, is being written, or is of another mission.
+pub fn resume(log: &str, mission: Option<&Path>, args: &MissionArgs) -> Result<Resume> {
+    let path = log::find(Some(log))?;
+    let mut file = JournalFile::reopen(&path).into_diagnostic()?;
+    let mut reader = Reader::open(&path).into_diagnostic()?;
+    let header = reader.header().clone();
+    let rerun = rerun(&header, &path)?;
+    if let Some(mission) = mission {
+        let given = files::load_mission(&Disk, mission, args.robot.as_deref(), &args.set);
+        let given = given.map_err(|error| report_all(&error))?.mission;
+        compare(rerun.mission.source.as_ref(), given.source.as_ref(), mission)?;
+    }
+    let mut replay = Replay::new(&rerun.mission, &rerun.settings, &header);
+    let mut history = History::with_past(&header);
+    for (line, record) in (1..).zip(reader.by_ref()) {
+        let record = record.into_diagnostic()?;
+        replay.take(&record).map_err(|difference| differs(&difference, line))?;
+        history.apply(&record);
+    }
+    let removed = file.cut(reader.whole_bytes()).into_diagnostic()?;
+    if removed > 0 {
+        log::say(&format!("the log was cut off in its last line; {removed} bytes of it are removed"));
+    }
+    let resumed = replay.finish();
+    Ok(Resume { rerun, resumed, file, history })
+}
+
+impl Resume {
+    /// Writes the robot file of the log where controllers find it.
+    ///
+    /// # Errors
+    /// When there is no room for it.
+    pub fn robot_file(&self) -> Result<RobotFile> {
+        let text = files::robot_text(&self.rerun.mission).unwrap_or_default();
+        let mut file = tempfile::Builder::new().prefix("ambidex-").suffix(".yaml").tempfile().into_diagnostic()?;
+        file.write_all(text.as_bytes()).into_diagnostic()?;
+        Ok(RobotFile(file))
+    }
+}
+
+impl RobotFile {
+    /// Where it lies.
+    pub fn path(&self) -> PathBuf {
+        self.0.path().to_owned()
+    }
+}
+
+/// Refuses a mission that is not that of the log.
+fn compare(log: Option<&Source>, given: Option<&Source>, mission: &Path) -> Result<()> {
+    let difference = log.zip(given).and_then(|(log, given)| files::difference(log, given));
+    match difference {
+        None => Ok(()),
+        Some(difference) => Err(miette!(
+            help = "leave the mission out to go on with that of the log, or run the new one with a log of its own",
+            "{} is not the mission of the log: {difference}",
+            shown(mission)
+        )),
+    }
+}
