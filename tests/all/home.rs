@@ -47,6 +47,11 @@ impl Home {
         Self { dir: tempfile::tempdir().expect("a folder"), instance: Instance::fresh(), started: AtomicU32::new(0) }
     }
 
+    /// The name of this home's instance.
+    pub fn instance(&self) -> &str {
+        self.instance.name()
+    }
+
     pub fn path(&self, name: &str) -> PathBuf {
         self.dir.path().join(name)
     }

@@ -23,7 +23,7 @@ fn replayed(mission: &Arc<MissionSpec>, records: &[Record]) -> Replay {
 }
 
 /// The state after all records; nothing is granted that is done.
-fn state(mission: &MissionSpec, records: &[Record]) -> State {
+pub fn state(mission: &MissionSpec, records: &[Record]) -> State {
     let resources = mission.robot.resources.len();
     let mut state = State::new(Arc::new(mission.tree.topology.clone()), resources, mission.start.clone());
     for record in records {
