@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use ambidex::files::Setting;
 use ambidex::link::{Instance, WIRE_VERSION};
+use ambidex::model::MissionSpec;
 use ambidex::tree::{Allocator, Greedy, Serial};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
@@ -106,6 +107,10 @@ pub struct MissionArgs {
     /// How many logs of an instance are kept where logs lie by default; unnamed runs count as one instance.
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
     pub keep_logs: u32,
+    /// Whether the log tells every message between nodes, and with every decision why all else does not run
+    /// [default: up to 200 nodes]. Both can be computed again, which `trace` and `explain` do.
+    #[arg(long, value_enum)]
+    pub messages: Option<Messages>,
     /// Form of log lines on the terminal; RUST_LOG says which are shown. The log file is always JSON Lines.
     #[arg(long, value_enum, default_value_t = LogFormat::Text)]
     pub log_format: LogFormat,
@@ -118,7 +123,7 @@ pub struct LiveArgs {
     #[arg(required_unless_present = "resume")]
     pub mission: Option<PathBuf>,
     /// Go on in this log, a file or an instance, as if its runtime had never been gone.
-    #[arg(long, value_name = "LOG", conflicts_with_all = ["log", "allocator"])]
+    #[arg(long, value_name = "LOG", conflicts_with_all = ["log", "allocator", "messages"])]
     pub resume: Option<String>,
     /// Robot seconds per wall second, for simulated controllers.
     #[arg(long, default_value_t = 1.0, value_parser = values::speed)]
@@ -204,6 +209,29 @@ impl AllocatorName {
         match self {
             Self::Greedy => Arc::new(Greedy),
             Self::Serial => Arc::new(Serial),
+        }
+    }
+}
+
+/// What of the talk of nodes a log tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Messages {
+    /// Every message and every refusal.
+    All,
+    /// Neither.
+    None,
+}
+
+impl Messages {
+    /// Trees of so many nodes are small.
+    const SMALL: usize = 200;
+
+    /// Whether messages are told of a mission.
+    pub fn are_told(told: Option<Self>, mission: &MissionSpec) -> bool {
+        match told {
+            Some(Self::All) => true,
+            Some(Self::None) => false,
+            None => mission.tree.nodes.len() <= Self::SMALL,
         }
     }
 }

@@ -12,7 +12,7 @@ use ambidex::tree::Settings;
 use miette::{IntoDiagnostic, Result};
 use tokio::sync::mpsc;
 
-use crate::args::{DaemonArgs, LiveArgs, MissionArgs, OnStall, RunArgs};
+use crate::args::{DaemonArgs, LiveArgs, Messages, MissionArgs, OnStall, RunArgs};
 use crate::children::Children;
 use crate::diagnostics::{report_all, say_all};
 use crate::exit::Exit;
@@ -77,6 +77,7 @@ fn job(args: &MissionArgs, live: &LiveArgs) -> Result<Job> {
     let settings = Settings {
         allocator: args.allocator.allocator(),
         waits_when_stalled: live.on_stall == OnStall::Wait,
+        has_messages: Messages::are_told(args.messages, &mission),
         ..Settings::default()
     };
     Ok(Job { mission, settings, robot_path, resumed: None, _robot_file: None })
@@ -133,9 +134,7 @@ fn go(
     });
     if let Some(children) = children {
         children.end(CHILD_GRACE);
-        if let Err(error) = ambidex::link::sweep() {
-            terminal.say(&format!("warning: shared memory was not swept: {error}"));
-        }
+        sweep(&terminal);
     }
     Ok(tell_end(&ended, &observer, &job.mission, &terminal))
 }
@@ -144,10 +143,19 @@ fn go(
 fn ended_before(resume: Resume, end: MissionEnd, args: &MissionArgs, terminal: &Terminal) -> Exit {
     let mut observer = Observer::resume(resume.file, resume.history, args, terminal);
     resume.resumed.missing.iter().for_each(|record| observer.take(record));
+    // Its runtime may have been killed before it had tidied up.
+    sweep(terminal);
     observer.finish();
     terminal.say("the mission of this log had ended: nothing is left to go on with");
     terminal.finish(TALK_GRACE);
     Exit::from(end)
+}
+
+/// Removes what dead processes left in shared memory.
+fn sweep(terminal: &Terminal) {
+    if let Err(error) = ambidex::link::sweep() {
+        terminal.say(&format!("warning: shared memory was not swept: {error}"));
+    }
 }
 
 /// Closes the log, tells how it ended, and what went wrong outside the task.

@@ -44,7 +44,7 @@ pub fn resume(log: &str, mission: Option<&Path>, args: &MissionArgs) -> Result<R
         let given = given.map_err(|error| report_all(&error))?.mission;
         compare(rerun.mission.source.as_ref(), given.source.as_ref(), mission)?;
     }
-    let mut replay = Replay::new(&rerun.mission, &rerun.settings, &header);
+    let mut replay = Replay::new(&rerun.mission, &rerun.settings);
     let mut history = History::with_past(&header);
     for (line, record) in (1..).zip(reader.by_ref()) {
         let record = record.into_diagnostic()?;

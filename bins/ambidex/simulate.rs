@@ -6,7 +6,7 @@ use ambidex::sim;
 use ambidex::tree::Settings;
 use miette::{IntoDiagnostic, Result};
 
-use crate::args::SimulateArgs;
+use crate::args::{Messages, SimulateArgs};
 use crate::exit::Exit;
 use crate::mission::load;
 use crate::observer::Observer;
@@ -18,7 +18,8 @@ pub fn simulate(args: &SimulateArgs) -> Result<Exit> {
     let loaded = load(mission, args)?;
     let terminal = Terminal::start(args.log_format, QUIET, Patience::Waits);
     let mut observer = Observer::new(&loaded.mission, args, "simulate", &terminal, false).into_diagnostic()?;
-    let settings = Settings { allocator: args.allocator.allocator(), ..Settings::default() };
+    let has_messages = Messages::are_told(args.messages, &loaded.mission);
+    let settings = Settings { allocator: args.allocator.allocator(), has_messages, ..Settings::default() };
     let end = sim::simulate(&loaded.mission, &settings, Vec::new(), &mut |record| observer.take(record));
     let (end, is_whole) = (Exit::from(end), observer.finish());
     // Nothing moves any more, so the last words may wait for their reader.

@@ -44,7 +44,7 @@ pub fn verify(args: &VerifyArgs) -> Result<Exit> {
     let mut reader = Reader::open(&path).into_diagnostic()?;
     let header = reader.header().clone();
     let Rerun { mission, settings, .. } = rerun(&header, &path)?;
-    let mut replay = Replay::new(&mission, &settings, &header);
+    let mut replay = Replay::new(&mission, &settings);
     let mut page = Page::new();
     let selection = Selection::new(&Filters::default(), &header).map_err(|error| log::unknown(&error))?;
     let mut said = Conversation::new(&header, selection);
@@ -78,6 +78,7 @@ pub fn rerun(header: &Header, path: &Path) -> Result<Rerun> {
     let settings = Settings {
         allocator: allocator.allocator(),
         waits_when_stalled: header.waits_when_stalled,
+        has_messages: header.has_messages,
         ..Settings::default()
     };
     Ok(Rerun { mission, settings })

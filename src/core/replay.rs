@@ -8,8 +8,7 @@ use crate::dispatch::start_states;
 use crate::tree::{Effect, Input, Node, Outbox, Root, Settings, Up, build};
 use ambidex_model::state::Stage;
 use ambidex_model::{
-    ControllerId, ControllerMessage, ControllerState, Header, MissionEnd, MissionSpec, NodeId, Record, Time, Told,
-    Topology,
+    ControllerId, ControllerMessage, ControllerState, MissionEnd, MissionSpec, NodeId, Record, Time, Told, Topology,
 };
 
 /// A log that is taken record by record, the header first.
@@ -17,12 +16,12 @@ use ambidex_model::{
 pub struct Replay {
     nodes: Vec<Node>,
     topology: Topology,
-    /// Whether decisions are logged with every refusal.
-    has_refusals: bool,
     /// What root made and the log has not told yet.
     made: VecDeque<Record>,
-    /// Messages of the last turn, with the records that root made of it in between.
+    /// What the last turn came to, with messages; none where that is not asked for.
     turn: Option<Vec<Record>>,
+    /// From whom messages are wanted, by node.
+    wanted: Vec<bool>,
     inbox: VecDeque<(NodeId, Input)>,
     told_to_end: Vec<MissionEnd>,
     /// The end that the log tells and root did not.
@@ -72,13 +71,13 @@ impl Resumed {
 
 impl Replay {
     /// Before the first turn of a mission that was run as its log's header says.
-    pub fn new(mission: &Arc<MissionSpec>, settings: &Settings, header: &Header) -> Self {
+    pub fn new(mission: &Arc<MissionSpec>, settings: &Settings) -> Self {
         Self {
             nodes: build(mission, settings),
             topology: mission.tree.topology.clone(),
-            has_refusals: header.has_messages,
             made: VecDeque::new(),
             turn: None,
+            wanted: Vec::new(),
             inbox: VecDeque::new(),
             told_to_end: Vec::new(),
             ended: None,
@@ -88,11 +87,10 @@ impl Replay {
         }
     }
 
-    /// The same, which gives what each turn came to with all its messages.
-    #[must_use]
-    pub fn with_messages(mut self) -> Self {
-        self.turn = Some(Vec::new());
-        self
+    /// The same, which gives with every turn why all else does not run, and what the `wanted` nodes say.
+    pub fn with_messages(mission: &Arc<MissionSpec>, settings: &Settings, wanted: Vec<bool>) -> Self {
+        let settings = Settings { has_messages: true, ..settings.clone() };
+        Self { turn: Some(Vec::new()), wanted, ..Self::new(mission, &settings) }
     }
 
     /// Root as it is after what was taken.
@@ -194,7 +192,8 @@ impl Replay {
         let (mut made, mut found) = (made.clone(), found.clone());
         for record in [&mut made, &mut found] {
             record.set_at(Time::ZERO);
-            if !self.has_refusals {
+            // The log may have left them out.
+            if self.turn.is_some() {
                 record.forget_refusals();
             }
         }
@@ -208,6 +207,7 @@ impl Replay {
             self.nodes[node.index()].handle(at, input, &mut out);
             for effect in out.drain() {
                 if let Some(turn) = &mut self.turn
+                    && self.wanted[node.index()]
                     && let Some(message) = effect.message(at, node, &self.topology)
                 {
                     turn.push(message);

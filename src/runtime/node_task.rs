@@ -92,6 +92,8 @@ pub(super) struct Surroundings {
     pub(super) dispatch: mpsc::UnboundedSender<dispatch::Input>,
     pub(super) supervisor: mpsc::UnboundedSender<Signal>,
     pub(super) journal: Option<Journal>,
+    /// Whether messages between nodes are told.
+    pub(super) has_messages: bool,
 }
 
 /// An actor: a machine with its inbox and its neighbors.
@@ -188,7 +190,8 @@ impl NodeTask {
     }
 
     fn carry(&self, now: Time, effect: Effect) {
-        if let Some(journal) = &self.around.journal
+        if self.around.has_messages
+            && let Some(journal) = &self.around.journal
             && let Some(record) = effect.message(now, self.id, &self.around.mission.tree.topology)
         {
             journal.write(record);

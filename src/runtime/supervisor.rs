@@ -132,6 +132,7 @@ impl Supervisor {
             dispatch: to_dispatch.clone(),
             supervisor: to_supervisor.clone(),
             journal: journal.clone(),
+            has_messages: begun.nodes[0].has_messages(),
         });
         let (nodes, ways, root) = wire(begun.nodes, &around);
         let (mut tasks, mut others, mut ids) = (JoinSet::new(), JoinSet::new(), HashMap::new());

@@ -14,8 +14,7 @@ use ambidex::tree::Settings;
 use crate::fixtures::{file, load, simulate};
 
 fn replayed(mission: &Arc<MissionSpec>, records: &[Record]) -> Replay {
-    let Some(Record::Header(header)) = records.first() else { panic!("a header comes first") };
-    let mut replay = Replay::new(mission, &Settings::default(), header);
+    let mut replay = Replay::new(mission, &Settings::default());
     for (line, record) in records.iter().enumerate() {
         replay.take(record).unwrap_or_else(|difference| panic!("line {}: {difference:#?}", line + 1));
     }

@@ -41,6 +41,7 @@ enum Delivery {
 struct Simulation<'a> {
     mission: Arc<MissionSpec>,
     nodes: Vec<Node>,
+    has_messages: bool,
     dispatch: Dispatch,
     plants: Vec<Plant>,
     deliveries: VecDeque<Delivery>,
@@ -100,6 +101,7 @@ impl<'a> Simulation<'a> {
         events.sort_by_key(|(at, _)| *at);
         Self {
             mission: Arc::clone(mission),
+            has_messages: begun.nodes[0].has_messages(),
             nodes: begun.nodes,
             dispatch: Dispatch::new(mission, begun.states, Limits::at_speed(1.0)),
             plants: bodies.into_iter().map(Plant::new).collect(),
@@ -189,7 +191,9 @@ impl<'a> Simulation<'a> {
 
     fn carry(&mut self, from: NodeId, effect: Effect) {
         let topology = &self.mission.tree.topology;
-        if let Some(record) = effect.message(self.now, from, topology) {
+        if self.has_messages
+            && let Some(record) = effect.message(self.now, from, topology)
+        {
             (self.journal)(&record);
         }
         match effect {

@@ -29,6 +29,14 @@ impl Node {
         }
     }
 
+    /// Whether this is root, and messages between nodes are told.
+    pub fn has_messages(&self) -> bool {
+        match self {
+            Self::Root(root) => root.has_messages(),
+            Self::Composite(_) | Self::Leaf(_) => false,
+        }
+    }
+
     /// Takes an input at a moment of robot time and says what is to be done.
     ///
     /// # Panics

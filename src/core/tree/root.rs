@@ -26,18 +26,29 @@ pub struct Settings {
     pub rules: Arc<dyn Compatible>,
     /// Whether a stall waits for the world instead of ending the mission.
     pub waits_when_stalled: bool,
+    /// Whether records tell every message between nodes, and with every decision why all else does not run. All that
+    /// can be computed again; it grows with nodes times rounds.
+    pub has_messages: bool,
 }
 
 impl Settings {
     /// The first record of a run of a mission.
     pub fn header(&self, mission: &MissionSpec) -> Header {
-        Header::new(mission, self.allocator.name(), self.waits_when_stalled)
+        Header {
+            has_messages: self.has_messages,
+            ..Header::new(mission, self.allocator.name(), self.waits_when_stalled)
+        }
     }
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { allocator: Arc::new(Greedy), rules: Arc::new(Unconstrained), waits_when_stalled: false }
+        Self {
+            allocator: Arc::new(Greedy),
+            rules: Arc::new(Unconstrained),
+            waits_when_stalled: false,
+            has_messages: true,
+        }
     }
 }
 
@@ -79,6 +90,11 @@ impl Root {
             ending: None,
             mission: Arc::clone(mission),
         }
+    }
+
+    /// Whether messages are told.
+    pub fn has_messages(&self) -> bool {
+        self.settings.has_messages
     }
 
     /// What the run has come to.
@@ -243,9 +259,13 @@ impl Root {
         let found = if answer.is_satisfied { None } else { self.reopen(view, after, &verdict) };
         name_winners(self.state.running(), &mut verdict);
         let found = found.map(|found| with_winner(self.state.running(), &verdict, found));
+        // Where nothing goes on, the reasons are the news.
+        let is_quiet = verdict.granted.is_empty() && found.is_none() && self.state.running().is_empty();
         if let Record::Decided { refused, reopened, .. } = &mut decided {
             let blocked = |(&leaf, reason): (&NodeId, &Reason)| Blocked { leaf, reason: reason.clone() };
-            *refused = verdict.refused.iter().map(blocked).collect();
+            if is_quiet || self.settings.has_messages {
+                *refused = verdict.refused.iter().map(blocked).collect();
+            }
             reopened.clone_from(&found);
         }
         self.edit(decided, out);

@@ -4,9 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use ambidex::model::{
-    Change, Consequences, End, Grant, Header, MissionEnd, NodeId, Outcome, Reason, Record, Time, WorldState,
-};
+use ambidex::model::{Change, Consequences, End, Grant, MissionEnd, NodeId, Outcome, Reason, Record, Time, WorldState};
 use ambidex::replay::Replay;
 use ambidex::tree::{Input, Settings};
 use ambidex::world::{Compatible, Use};
@@ -41,7 +39,7 @@ impl Compatible for Apart {
 
 fn settings(case: &Case) -> Settings {
     let rules = Arc::new(Apart(case.clashing.clone()));
-    Settings { allocator: case.allocator(), rules, waits_when_stalled: false }
+    Settings { allocator: case.allocator(), rules, ..Settings::default() }
 }
 
 fn driver(case: &Case, interleaving: u64) -> Driver {
@@ -50,8 +48,7 @@ fn driver(case: &Case, interleaving: u64) -> Driver {
 
 /// What root was told, told once more in another order of messages, leads to the same decisions.
 fn replay(case: &Case, records: &[Record]) {
-    let header = Header::new(&case.mission, case.allocator().name(), false);
-    let mut replay = Replay::new(&case.mission, &settings(case), &header);
+    let mut replay = Replay::new(&case.mission, &settings(case));
     for record in records {
         replay.take(record).unwrap_or_else(|difference| panic!("{difference:#?}"));
     }
