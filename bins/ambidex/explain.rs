@@ -8,6 +8,7 @@ use miette::{IntoDiagnostic, Result, miette};
 use crate::exit::Exit;
 use crate::log;
 use crate::page::Page;
+use crate::telling::Telling;
 
 /// `ambidex explain`.
 #[derive(Debug, Args)]
@@ -31,7 +32,8 @@ pub fn explain(args: &ExplainArgs) -> Result<Exit> {
         }
         (Some(_) | None, _) => error,
     });
-    let reader = Reader::open(found?).into_diagnostic()?;
+    let path = found?;
+    let reader = Reader::open(&path).into_diagnostic()?;
     let mut page = Page::new();
     let (width, palette) = (page.width(), page.palette());
     let text = match &args.node {
@@ -40,8 +42,15 @@ pub fn explain(args: &ExplainArgs) -> Result<Exit> {
             log::folded(reader, story, Story::add)?.text(width, &palette)
         }
         Some(node) => {
-            let account = Account::new(reader.header(), node, args.round).map_err(|error| log::unknown(&error))?;
-            let account = log::folded(reader, account, Account::add)?;
+            let account = Account::new(reader.header(), node, args.round);
+            let mut account = account.map_err(|error| log::unknown(&error))?;
+            let mut telling = Telling::new(reader.header(), &path, |node| account.is_about(node))?;
+            log::read(reader, |record| {
+                telling.tell(record, |record| {
+                    account.add(record);
+                    Ok(true)
+                })
+            })?;
             account.text(width, &palette).map_err(|error| log::unknown(&error))?
         }
     };

@@ -20,6 +20,7 @@ mod robot;
 mod signals;
 mod simulate;
 mod status;
+mod telling;
 mod terminal;
 mod timeline;
 mod trace;

@@ -18,6 +18,7 @@ use strum::VariantArray;
 use crate::exit::Exit;
 use crate::log;
 use crate::page::Page;
+use crate::telling::Telling;
 use crate::waiting::is_stopped;
 
 /// How often a live log is looked at.
@@ -95,13 +96,17 @@ pub fn trace(args: &TraceArgs) -> Result<Exit> {
         follow(args, &log::place(args.log.as_deref())?, &mut page)?;
         return Ok(Exit::Done);
     }
-    let reader = Reader::open(log::find(args.log.as_deref())?).into_diagnostic()?;
+    let path = log::find(args.log.as_deref())?;
+    let reader = Reader::open(&path).into_diagnostic()?;
+    let mut telling = Telling::new(reader.header(), &path, |_| true)?;
     let mut conversation = args.conversation(reader.header())?;
     let mut told = 0_u64;
     log::read(reader, |record| {
-        let is_wanted = conversation.take(record);
-        told += u64::from(is_wanted);
-        Ok(!is_wanted || tell(args, &conversation, record, &mut page)?)
+        telling.tell(record, |record| {
+            let is_wanted = conversation.take(record);
+            told += u64::from(is_wanted);
+            Ok(!is_wanted || tell(args, &conversation, record, &mut page)?)
+        })
     })?;
     page.flush()?;
     if told == 0 {
@@ -148,19 +153,22 @@ fn open(path: &Path, stop: &Stop) -> Result<Option<Follower>> {
 
 /// Follows one run; true if another has taken its place.
 fn follow_run(args: &TraceArgs, mut follower: Follower, stop: &Stop, page: &mut Page) -> Result<bool> {
-    let mut conversation = None;
+    let mut conversation: Option<(Conversation, Telling)> = None;
     let (mut is_over, mut quiet, mut count) = (false, 0, 0_u64);
     loop {
         match follower.look().into_diagnostic()? {
             News::Record(record) => {
                 if let Record::Header(header) = record.as_ref() {
-                    conversation = Some(args.conversation(header)?);
+                    let telling = Telling::new(header, follower.path(), |_| true)?;
+                    conversation = Some((args.conversation(header)?, telling));
                 }
-                let conversation = conversation.as_mut().expect("the header comes first");
+                let (conversation, telling) = conversation.as_mut().expect("the header comes first");
                 is_over |= matches!(record.as_ref(), Record::Ended { .. });
                 quiet = 0;
                 count += 1;
-                let is_read = !conversation.take(&record) || tell(args, conversation, &record, page)?;
+                let is_read = telling.tell(&record, |record| {
+                    Ok(!conversation.take(record) || tell(args, conversation, record, page)?)
+                })?;
                 if !is_read || (count.is_multiple_of(AT_ONCE) && is_stopped(stop, Duration::ZERO)?) {
                     break;
                 }

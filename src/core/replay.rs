@@ -52,7 +52,7 @@ pub struct Resumed {
 pub struct Difference {
     /// What the log says; none where it goes on without what follows.
     pub found: Option<Box<Record>>,
-    /// What follows; none where nothing does.
+    /// What follows; none where nothing does, or the log tells of what its mission does not have.
     pub expected: Option<Box<Record>>,
 }
 
@@ -119,16 +119,25 @@ impl Replay {
                 Ok(())
             }
             Record::Told { at, input } => {
+                if !self.root().state().knows_of(input) {
+                    return Err(Difference { found: Some(Box::new(record.clone())), expected: None });
+                }
                 if let Told::End { end } = input {
                     self.told_to_end.push(*end);
                 }
-                self.give(*at, Input::Told(Box::new(input.clone())));
+                // With its message from the behavior up to root, where messages are wanted.
+                match input {
+                    Told::Ended { leaf, outcome } if self.turn.is_some() => {
+                        self.give(*at, *leaf, Input::Ended(Box::new(outcome.clone())));
+                    }
+                    other => self.give(*at, NodeId(0), Input::Told(Box::new(other.clone()))),
+                }
                 Ok(())
             }
             Record::Turn { at } => match self.made.pop_front() {
                 Some(expected) => Err(Difference { found: None, expected: Some(Box::new(expected)) }),
                 None => {
-                    self.give(*at, Input::Turn);
+                    self.give(*at, NodeId(0), Input::Turn);
                     Ok(())
                 }
             },
@@ -200,9 +209,9 @@ impl Replay {
         made == found
     }
 
-    fn give(&mut self, at: Time, input: Input) {
+    fn give(&mut self, at: Time, to: NodeId, input: Input) {
         let mut out = Outbox::default();
-        self.inbox.push_back((NodeId(0), input));
+        self.inbox.push_back((to, input));
         while let Some((node, input)) = self.inbox.pop_front() {
             self.nodes[node.index()].handle(at, input, &mut out);
             for effect in out.drain() {

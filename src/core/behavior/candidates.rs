@@ -14,6 +14,10 @@ use ambidex_model::{
 /// Why one of the claims, or all of them together, cannot be served.
 pub(super) fn options(claims: &[Claim], view: &View, line: &Lineage<'_>) -> Result<Vec<ClaimOptions>, Reason> {
     let options = claims.iter().map(|claim| options_of(claim, view, line)).collect::<Result<Vec<_>, _>>()?;
+    // None of a single one is empty.
+    if options.len() == 1 {
+        return Ok(options);
+    }
     let resources: Vec<_> = options.iter().map(ClaimOptions::resources).collect();
     match match_claims(&resources) {
         Ok(()) => Ok(options),

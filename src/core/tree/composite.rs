@@ -1,7 +1,6 @@
 //! The actor of a task node (III-C): passes the view down, and answers once for everything below it. What it knows of
 //! its children stands in the view; it keeps nothing but the open round.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::ordering::Ordering;
@@ -26,8 +25,8 @@ struct Open {
     view: Arc<View>,
     /// What was skipped above.
     skips: Arc<[NodeRange]>,
-    /// Children asked, each with its answer.
-    asked: BTreeMap<NodeId, Option<Answer>>,
+    /// Children asked in their order, each with its answer.
+    asked: Vec<(NodeId, Option<Answer>)>,
     /// How many of them have not answered.
     waiting: usize,
 }
@@ -48,13 +47,14 @@ impl Composite {
     pub(super) fn on_answer(&mut self, child: NodeId, answer: Answer, out: &mut Outbox) {
         let open = self.open.as_mut().expect("answers come to an open round");
         let is_satisfied = answer.is_satisfied;
-        let slot = open.asked.get_mut(&child).expect("only those answer that were asked");
+        let index = open.asked.binary_search_by_key(&child, |(asked, _)| *asked);
+        let slot = &mut open.asked[index.expect("only those answer that were asked")].1;
         assert!(slot.replace(answer).is_none(), "{child:?} answered twice");
         open.waiting -= 1;
         let next = if is_satisfied { self.ordering.behind(&open.view.state, self.id, child) } else { None };
         match next {
             Some(next) => {
-                let first = *open.asked.keys().next().expect("somebody was asked");
+                let (first, _) = *open.asked.first().expect("somebody was asked");
                 let skip = NodeRange { from: first, to: next };
                 let skips = open.skips.iter().copied().chain([skip]).collect();
                 self.ask(next, skips, out);
@@ -69,7 +69,7 @@ impl Composite {
             Phase::Failing(_) => Vec::new(),
             Phase::Pending | Phase::Done | Phase::Failed => self.ordering.first(&view.state, self.id),
         };
-        self.open = Some(Open { view, skips: Arc::clone(&skips), asked: BTreeMap::new(), waiting: 0 });
+        self.open = Some(Open { view, skips: Arc::clone(&skips), asked: Vec::with_capacity(first.len()), waiting: 0 });
         for child in first {
             self.ask(child, Arc::clone(&skips), out);
         }
@@ -78,7 +78,7 @@ impl Composite {
 
     fn ask(&mut self, child: NodeId, skips: Arc<[NodeRange]>, out: &mut Outbox) {
         let open = self.open.as_mut().expect("children are asked in an open round");
-        open.asked.insert(child, None);
+        open.asked.push((child, None));
         open.waiting += 1;
         let view = Arc::clone(&open.view);
         out.push(Effect::Down(child, Down::Activation(Activation { view, skips })));
@@ -89,8 +89,8 @@ impl Composite {
         if open.waiting > 0 {
             return;
         }
-        let take = |(&child, answer): (&NodeId, &mut Option<Answer>)| {
-            (child, std::mem::take(answer.as_mut().expect("all have answered")))
+        let take = |(child, answer): &mut (NodeId, Option<Answer>)| {
+            (*child, std::mem::take(answer.as_mut().expect("all have answered")))
         };
         let answers: Vec<(NodeId, Answer)> = open.asked.iter_mut().map(take).collect();
         let view = Arc::clone(&open.view);
@@ -116,9 +116,14 @@ impl Composite {
     /// Goes to whoever was asked, and to whoever is told to end.
     fn on_verdict(&mut self, verdict: &Arc<Verdict>, out: &mut Outbox) {
         let asked = self.open.take().map(|open| open.asked).unwrap_or_default();
-        let topology = &self.mission.tree.topology;
-        for child in topology.children(self.id) {
-            if asked.contains_key(&child) || verdict.stops_below(topology, child) {
+        for (child, _) in &asked {
+            out.push(Effect::Down(*child, Down::Verdict(Arc::clone(verdict))));
+        }
+        if !verdict.stopped.is_empty() {
+            let topology = &self.mission.tree.topology;
+            let is_asked = |child: &NodeId| asked.binary_search_by_key(child, |(asked, _)| *asked).is_ok();
+            let others = topology.children(self.id).filter(|child| !is_asked(child));
+            for child in others.filter(|child| verdict.stops_below(topology, *child)) {
                 out.push(Effect::Down(child, Down::Verdict(Arc::clone(verdict))));
             }
         }

@@ -15,6 +15,8 @@ pub(super) struct Packing<'a> {
     accepted: Vec<Arc<Request>>,
     /// The choice per accepted request and claim.
     chosen: Vec<Vec<Candidate>>,
+    /// How each resource is used by what is chosen, by resource; others of the same access may join.
+    used: Vec<Option<Access>>,
 }
 
 /// Choices that one search tries at most. The robots of the paper claim a few dozen; a robot with many alike arms could
@@ -26,7 +28,8 @@ const SAME_COST_M: f64 = 1e-9;
 
 impl<'a> Packing<'a> {
     pub(super) fn new(view: &'a View) -> Self {
-        Self { view, accepted: Vec::new(), chosen: Vec::new() }
+        let used = vec![None; view.mission.robot.resources.len()];
+        Self { view, accepted: Vec::new(), chosen: Vec::new(), used }
     }
 
     pub(super) fn into_accepted(self) -> Vec<Arc<Request>> {
@@ -41,10 +44,15 @@ impl<'a> Packing<'a> {
         if let Some(reason) = self.shares_object(&request) {
             return Err(reason);
         }
+        // Most requests of a large tree come too late for everything: that is seen without a search.
+        if !self.has_room(&request) && !(self.has_alternatives() && self.exclusives_match(&request)) {
+            return Err(self.outbid(&request));
+        }
         let mut search = Search::new(self.view, &self.accepted, &request);
         if search.extend(&self.chosen) || (self.has_alternatives() && search.any()) {
             self.chosen = search.chosen;
             self.accepted.push(request);
+            self.note_uses();
             return Ok(());
         }
         let reason = match search.clash.take() {
@@ -78,6 +86,29 @@ impl<'a> Packing<'a> {
             Some(Reason::SameObject { object: *object, with })
         };
         request.changes.iter().find_map(changed)
+    }
+
+    /// Whether each claim alone finds something beside what is chosen.
+    fn has_room(&self, request: &Request) -> bool {
+        let fits = |claim: &ClaimOptions, candidate: &Candidate| {
+            self.used[candidate.resource.index()].is_none_or(|used| used.joins(claim.access))
+        };
+        request.claims.iter().all(|claim| claim.candidates.iter().any(|candidate| fits(claim, candidate)))
+    }
+
+    /// A quick no: the exclusive claims alone find no resource each.
+    fn exclusives_match(&self, request: &Request) -> bool {
+        let claims = self.accepted.iter().map(|accepted| &**accepted).chain([request]).flat_map(|one| &one.claims);
+        exclusives_match(claims)
+    }
+
+    fn note_uses(&mut self) {
+        self.used.fill(None);
+        for (request, chosen) in std::iter::zip(&self.accepted, &self.chosen) {
+            for (claim, choice) in std::iter::zip(&request.claims, chosen) {
+                self.used[choice.resource.index()] = Some(claim.access);
+            }
+        }
     }
 
     fn has_alternatives(&self) -> bool {
@@ -152,7 +183,7 @@ impl<'a> Search<'a> {
 
     /// True if there is a choice for all.
     fn any(&mut self) -> bool {
-        if !self.exclusives_match() {
+        if !exclusives_match(self.requests.iter().flat_map(|request| &request.claims)) {
             return false;
         }
         self.chosen = vec![Vec::new()];
@@ -244,12 +275,10 @@ impl<'a> Search<'a> {
             }
         }
     }
+}
 
-    /// A quick no: the exclusive claims alone find no resource each.
-    fn exclusives_match(&self) -> bool {
-        let claims = self.requests.iter().flat_map(|request| &request.claims);
-        let exclusive: Vec<_> =
-            claims.filter(|claim| claim.access == Access::Exclusive).map(ClaimOptions::resources).collect();
-        match_claims(&exclusive).is_ok()
-    }
+fn exclusives_match<'a>(claims: impl Iterator<Item = &'a ClaimOptions>) -> bool {
+    let exclusive: Vec<_> =
+        claims.filter(|claim| claim.access == Access::Exclusive).map(ClaimOptions::resources).collect();
+    match_claims(&exclusive).is_ok()
 }

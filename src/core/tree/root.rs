@@ -235,14 +235,13 @@ impl Root {
 
     /// Chooses, moves the leases, and finds what lapses or is done again.
     fn decide(&mut self, now: Time, view: &View, answer: Answer, out: &mut Outbox) -> (Verdict, Option<Reopened>) {
-        let mut verdict = Verdict { round: view.round(), ..Verdict::default() };
-        for blocked in answer.blocked {
-            verdict.refused.insert(blocked.leaf, blocked.reason);
-        }
         let chosen = self.settings.allocator.choose(view, answer.requests);
-        for blocked in chosen.refused {
-            verdict.refused.insert(blocked.leaf, blocked.reason);
-        }
+        let refused = answer.blocked.into_iter().chain(chosen.refused);
+        let mut verdict = Verdict {
+            round: view.round(),
+            refused: refused.map(|blocked| (blocked.leaf, blocked.reason)).collect(),
+            ..Verdict::default()
+        };
         for mut grant in chosen.granted {
             grant.met = met(&grant, &verdict.refused);
             verdict.granted.insert(grant.leaf(), grant);
@@ -370,12 +369,8 @@ fn met(grant: &Grant, refused: &BTreeMap<NodeId, Reason>) -> Vec<NodeId> {
 
 /// A request that beat another below root may have lost here: a reason names only who got what it is about.
 fn name_winners(running: &BTreeMap<NodeId, Grant>, verdict: &mut Verdict) {
-    let told: Vec<_> = verdict.refused.iter().map(|(&leaf, reason)| (leaf, winner(running, verdict, reason))).collect();
-    for (leaf, reason) in told {
-        if let Some(reason) = reason {
-            verdict.refused.insert(leaf, reason);
-        }
-    }
+    let wrong = verdict.refused.iter().filter_map(|(&leaf, reason)| Some((leaf, winner(running, verdict, reason)?)));
+    verdict.refused.extend(wrong.collect::<Vec<_>>());
 }
 
 fn with_winner(running: &BTreeMap<NodeId, Grant>, verdict: &Verdict, mut reopened: Reopened) -> Reopened {

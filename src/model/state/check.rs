@@ -1,12 +1,26 @@
 //! Whether what a record says can be so: records may come from a file that anybody wrote.
 
 use super::State;
-use crate::{Cause, Change, Consequences, Grant, LeaseKind, Lineage, NodeId, Reopened, ResourceId};
+use crate::{Cause, Change, Consequences, Grant, LeaseKind, Lineage, NodeId, Reopened, ResourceId, Told};
 
 impl State {
+    /// Whether what root is told can be so: it is about what there is, and about behaviors that run or ran.
+    pub fn knows_of(&self, told: &Told) -> bool {
+        match told {
+            Told::Begin { changes } => changes.iter().all(|change| self.knows(*change)),
+            Told::World { change } => self.knows(*change),
+            Told::Ended { leaf, outcome } => {
+                let has_run = self.running.contains_key(leaf);
+                has_run && outcome.changes.iter().all(|change| self.knows(*change))
+            }
+            Told::End { .. } => true,
+        }
+    }
+
     pub(super) fn knows(&self, change: Change) -> bool {
         match change {
-            Change::Base(_) | Change::Emptied(_) => true,
+            Change::Base(_) => true,
+            Change::Emptied(resource) => resource.index() < self.table.count(),
             Change::Object(object, _) => object.index() < self.world.objects.len(),
             Change::Fact(fact, _) => fact.index() < self.world.facts.len(),
         }

@@ -58,6 +58,11 @@ impl Account {
         })
     }
 
+    /// Whether it is about what a node says.
+    pub fn is_about(&self, node: NodeId) -> bool {
+        self.nodes.contains_key(&node) || self.leaves.contains_key(&node)
+    }
+
     /// Takes the next record.
     pub fn add(&mut self, record: &Record) {
         let at = self.history.moment(record.at());
