@@ -8,7 +8,8 @@ use crate::dispatch::start_states;
 use crate::tree::{Effect, Input, Node, Outbox, Root, Settings, Up, build};
 use ambidex_model::state::Stage;
 use ambidex_model::{
-    ControllerId, ControllerMessage, ControllerState, MissionEnd, MissionSpec, NodeId, Record, Time, Told, Topology,
+    Change, ControllerId, ControllerMessage, ControllerState, Location, MissionEnd, MissionSpec, NodeId, Record, Time,
+    Told, Topology,
 };
 
 /// A log that is taken record by record, the header first.
@@ -16,6 +17,7 @@ use ambidex_model::{
 pub struct Replay {
     nodes: Vec<Node>,
     topology: Topology,
+    places: usize,
     /// What root made and the log has not told yet.
     made: VecDeque<Record>,
     /// What the last turn came to, with messages; none where that is not asked for.
@@ -75,6 +77,7 @@ impl Replay {
         Self {
             nodes: build(mission, settings),
             topology: mission.tree.topology.clone(),
+            places: mission.world.places.len(),
             made: VecDeque::new(),
             turn: None,
             wanted: Vec::new(),
@@ -119,7 +122,7 @@ impl Replay {
                 Ok(())
             }
             Record::Told { at, input } => {
-                if !self.root().state().knows_of(input) {
+                if !self.root().state().knows_of(input) || !self.has_places_of(input) {
                     return Err(Difference { found: Some(Box::new(record.clone())), expected: None });
                 }
                 if let Told::End { end } = input {
@@ -169,6 +172,18 @@ impl Replay {
             Stage::Waiting | Stage::Running => self.ended,
         };
         Resumed { nodes: self.nodes, states: self.states, at: self.at, missing: self.made.into(), end }
+    }
+
+    fn has_places_of(&self, told: &Told) -> bool {
+        let changes = match told {
+            Told::Begin { changes } => changes.as_slice(),
+            Told::World { change } => std::slice::from_ref(change),
+            Told::Ended { outcome, .. } => &outcome.changes,
+            Told::End { .. } => &[],
+        };
+        let is_nowhere =
+            |change: &Change| matches!(change, Change::Object(_, Location::At(at)) if at.index() >= self.places);
+        !changes.iter().any(is_nowhere)
     }
 
     fn is_without_root(&self, end: MissionEnd) -> bool {

@@ -26,4 +26,5 @@ mod rules;
 mod shipped;
 mod support;
 mod tidy;
+mod verifying;
 mod watching;

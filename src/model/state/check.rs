@@ -1,7 +1,7 @@
 //! Whether what a record says can be so: records may come from a file that anybody wrote.
 
 use super::State;
-use crate::{Cause, Change, Consequences, Grant, LeaseKind, Lineage, NodeId, Reopened, ResourceId, Told};
+use crate::{Cause, Change, Consequences, Grant, LeaseKind, Lineage, Location, NodeId, Reopened, ResourceId, Told};
 
 impl State {
     /// Whether what root is told can be so: it is about what there is, and about behaviors that run or ran.
@@ -21,7 +21,10 @@ impl State {
         match change {
             Change::Base(_) => true,
             Change::Emptied(resource) => resource.index() < self.table.count(),
-            Change::Object(object, _) => object.index() < self.world.objects.len(),
+            Change::Object(object, at) => {
+                let is_held_by_none = matches!(at, Location::In(by) if by.index() >= self.table.count());
+                object.index() < self.world.objects.len() && !is_held_by_none
+            }
             Change::Fact(fact, _) => fact.index() < self.world.facts.len(),
         }
     }
