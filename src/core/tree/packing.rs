@@ -45,7 +45,8 @@ impl<'a> Packing<'a> {
             return Err(reason);
         }
         // Most requests of a large tree come too late for everything: that is seen without a search.
-        if !self.has_room(&request) && !(self.has_alternatives() && self.exclusives_match(&request)) {
+        let is_worth_a_search = self.has_room(&request) || (self.has_alternatives() && self.exclusives_match(&request));
+        if !is_worth_a_search {
             return Err(self.outbid(&request));
         }
         let mut search = Search::new(self.view, &self.accepted, &request);

@@ -94,6 +94,11 @@ impl Story {
             let _ = writeln!(text, "{:>clock_columns$}  … {} left out", "", count(self.left_out, "further step"));
         }
         text.push_str(&rows(&mut self.last.iter()));
+        if !self.history.header().has_messages {
+            let note =
+                "Why the others waited is not written in the log of so large a tree: explain LOG NODE computes it.";
+            text.push_str(&hang("  ", 2, note, width));
+        }
         text + &self.tail(width, palette)
     }
 
