@@ -19,7 +19,7 @@ const WATCHED: Duration = Duration::from_secs(8);
 /// After what has to have happened, so that its own cost is not counted.
 const SETTLED: Duration = Duration::from_millis(500);
 /// Pulses of a controller wake it ten times a second; half of that proves that it lives.
-const WAKES_PER_S: f64 = 5.0;
+const WAKES_PER_S: f64 = 2.0;
 
 /// A pick out of reach: it stalls at once.
 const STALLING: &str = "
@@ -67,7 +67,7 @@ fn main() {
 fn row(name: &str, waiting: Used, running: Used) -> Vec<String> {
     let cells = [waiting, running]
         .into_iter()
-        .flat_map(|used| [format!("{:.2}", used.ms_per_s), format!("{:.0}", used.wakes_per_s)]);
+        .flat_map(|used| [format!("{:.2}", used.ms_per_s), format!("{:.1}", used.wakes_per_s)]);
     [name.to_owned()].into_iter().chain(cells).collect()
 }
 

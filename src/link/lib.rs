@@ -15,7 +15,7 @@
 //! let node = IpcNode::open(instance.lock_daemon()?)?;
 //! let mut arm = DaemonPort::open(&node, "left_arm", fresh_epoch(), ClockOrigin(monotonic_ns()))?;
 //! loop {
-//!     arm.beat(); // every 200 ms
+//!     arm.beat(); // every 300 ms
 //!     for heard in arm.drain() {
 //!         println!("{heard:?}");
 //!     }

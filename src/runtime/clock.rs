@@ -49,6 +49,11 @@ impl Clock {
         self.origin.0.saturating_add(passed_ns)
     }
 
+    /// A moment of the monotonic clock as one of tokio's; a little later, so that it has come when this one has.
+    pub fn instant_of_ns(&self, at_ns: u64) -> Instant {
+        self.start + Duration::from_nanos(at_ns.saturating_sub(self.origin.0)) + Duration::from_micros(1)
+    }
+
     /// When a moment of robot time comes on the wall clock.
     pub fn instant(&self, at: Time) -> Instant {
         // One microsecond more, so that the moment has come even when the division rounds down.

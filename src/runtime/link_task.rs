@@ -6,7 +6,7 @@ use std::future::poll_fn;
 use std::time::Duration;
 
 use tokio::sync::mpsc;
-use tokio::time::{MissedTickBehavior, interval};
+use tokio::time::sleep_until;
 
 use super::clock::Clock;
 use super::port::{Port, Wake};
@@ -42,8 +42,7 @@ impl LinkTask {
     /// # Errors
     /// When a descriptor cannot be watched.
     pub(super) async fn run(mut self) -> std::io::Result<()> {
-        let mut beat = interval(BEAT_EVERY);
-        beat.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        self.link.beat();
         let mut presence = Presence::new(self.link.epoch());
         let mut waiting = VecDeque::new();
         // What was meant for an attachment that is over is not sent to the next.
@@ -51,8 +50,13 @@ impl LinkTask {
         let mut ran_ns = self.clock.now_ns();
         loop {
             let mut has_ended = false;
+            let silent_at = presence.silent_at_ns().map(|at_ns| self.clock.instant_of_ns(at_ns));
             tokio::select! {
-                wake = poll_fn(|cx| self.link.poll_wake(cx)) => has_ended = wake? == Wake::Ended,
+                wake = poll_fn(|cx| self.link.poll_wake(cx)) => match wake? {
+                    Wake::Heard => {}
+                    Wake::Beat => self.link.beat(),
+                    Wake::Ended => has_ended = true,
+                },
                 order = self.orders.recv() => match order {
                     Some(Order::Tell(message)) => {
                         is_void &= !matches!(message, ToController::Configure { .. });
@@ -61,7 +65,7 @@ impl LinkTask {
                     Some(Order::Reset) => presence = Presence::new(self.link.epoch()),
                     None => return Ok(()),
                 },
-                _ = beat.tick() => self.link.beat(),
+                () = async { sleep_until(silent_at.expect("guarded")).await }, if silent_at.is_some() => {}
             }
             let now_ns = self.clock.now_ns();
             let away = Duration::from_nanos(now_ns.saturating_sub(ran_ns));

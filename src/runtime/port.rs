@@ -3,19 +3,26 @@
 use std::io;
 use std::os::fd::{AsFd, OwnedFd};
 use std::task::{Context, Poll, ready};
+use std::time::Duration;
 
+use rustix::time::{
+    Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, Timespec, timerfd_create, timerfd_settime,
+};
 use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 
 use ambidex_link::watch::Pidfd;
-use ambidex_link::{Heard, Link, LinkError};
+use ambidex_link::{Heard, Link, LinkError, monotonic_ns};
 use ambidex_model::ToController;
+use ambidex_model::session::BEAT_EVERY;
 
 /// What wakes the task of a link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wake {
     /// Something may have come: [`Link::drain`] it.
     Heard,
+    /// It is time to beat, and to see who does not pulse.
+    Beat,
     /// The process that was [watched](Port::watch) has ended.
     Ended,
 }
@@ -38,12 +45,13 @@ pub struct Readable<L> {
     link: L,
     wakeups: Option<AsyncFd<OwnedFd>>,
     life: Option<AsyncFd<OwnedFd>>,
+    beats: Option<AsyncFd<OwnedFd>>,
 }
 
 impl<L: Link + AsFd> Readable<L> {
     /// The link with nothing watched yet.
     pub fn new(link: L) -> Self {
-        Self { link, wakeups: None, life: None }
+        Self { link, wakeups: None, life: None, beats: None }
     }
 }
 
@@ -54,6 +62,19 @@ impl<L: Link + AsFd + Send> Port for Readable<L> {
         {
             self.life = None;
             return Poll::Ready(Ok(Wake::Ended));
+        }
+        let beats = match &mut self.beats {
+            Some(beats) => beats,
+            none => none.insert(watched(beats()?)?),
+        };
+        if let Poll::Ready(ready) = beats.poll_read_ready(cx) {
+            let mut ready = ready?;
+            // How often it came meanwhile does not matter.
+            let is_due = rustix::io::read(ready.get_inner(), &mut [0; 8]).is_ok();
+            ready.clear_ready();
+            if is_due {
+                return Poll::Ready(Ok(Wake::Beat));
+            }
         }
         let wakeups = match &mut self.wakeups {
             Some(wakeups) => wakeups,
@@ -93,6 +114,18 @@ impl<L: Link> Link for Readable<L> {
     fn forget(&mut self) {
         self.link.forget();
     }
+}
+
+/// Readable whenever a beat is due. Those of all links are due at the same moments, so that one wake-up serves all of them;
+/// tokio's own timers would wake twice for each.
+fn beats() -> io::Result<OwnedFd> {
+    let timer = timerfd_create(TimerfdClockId::Monotonic, TimerfdFlags::NONBLOCK | TimerfdFlags::CLOEXEC)?;
+    let period_ns = u64::try_from(BEAT_EVERY.as_nanos()).unwrap_or(u64::MAX);
+    let first_ns = (monotonic_ns() / period_ns + 1) * period_ns;
+    let span = |ns| Timespec::try_from(Duration::from_nanos(ns)).map_err(io::Error::other);
+    let timing = Itimerspec { it_interval: span(period_ns)?, it_value: span(first_ns)? };
+    timerfd_settime(&timer, TimerfdTimerFlags::ABSTIME, &timing)?;
+    Ok(timer)
 }
 
 /// Comes back when the process has ended, also if it had before.

@@ -100,6 +100,7 @@ pub fn serve<C: Controller>(
         daemon: None,
         pulsed: None,
         was_attached: false,
+        was_rung: false,
         stop_by: None,
         options,
     };
@@ -113,6 +114,8 @@ struct Server<C> {
     daemon: Option<Pidfd>,
     pulsed: Option<Instant>,
     was_attached: bool,
+    /// The daemon has rung since the last turn.
+    was_rung: bool,
     stop_by: Option<Instant>,
     options: ServeOptions,
 }
@@ -135,7 +138,9 @@ impl<C: Controller> Server<C> {
                 self.tell(ServeEvent::Attached);
             }
             self.was_attached = self.session.is_attached();
-            self.publish(has_moved, has_replied || has_left || has_joined);
+            // A daemon that has just come rings, and is to see at once that somebody is there.
+            let is_called = std::mem::take(&mut self.was_rung) && !self.session.is_attached();
+            self.publish(has_moved, has_replied || has_left || has_joined || is_called);
             if has_left && self.options.once {
                 return Ok(Exit::DaemonLeft);
             }
@@ -195,12 +200,12 @@ impl<C: Controller> Server<C> {
     }
 
     fn publish(&mut self, has_moved: bool, has_news: bool) {
+        let is_first = self.pulsed.is_none();
         let is_due = self.pulsed.is_none_or(|at| at.elapsed() >= PULSE_EVERY);
-        if is_due || has_news {
-            self.pulsed = Some(Instant::now());
-        }
         if is_due || has_news || has_moved {
-            self.port.publish(&self.session.pulse(), is_due || has_news);
+            self.pulsed = Some(Instant::now());
+            // That it lives the daemon sees when it looks; what is new is worth a wake-up.
+            self.port.publish(&self.session.pulse(), is_first || has_news);
         }
     }
 
@@ -223,11 +228,12 @@ impl<C: Controller> Server<C> {
         if let Some(daemon) = &self.daemon {
             fds.push(PollFd::new(daemon, PollFlags::IN));
         }
-        let rest = Timespec::try_from(self.session.rest()).unwrap_or_default();
+        let rest = Timespec::try_from(self.session.rest(monotonic_ns())).unwrap_or_default();
         match poll(&mut fds, Some(&rest)) {
             Ok(_) | Err(rustix::io::Errno::INTR) => {}
             Err(error) => return Err(ServeError::Wait(error.into())),
         }
+        self.was_rung = !fds[0].revents().is_empty();
         if self.daemon.as_ref().is_some_and(Pidfd::has_ended) {
             self.daemon = None;
             self.session.hear_end();

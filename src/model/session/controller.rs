@@ -159,11 +159,18 @@ impl<C: Controller> Session<C> {
         }
     }
 
-    /// How long nothing need be done if nothing comes, wall time.
-    pub fn rest(&self) -> Duration {
-        match &self.attached {
-            Some(attachment) if self.executor.is_busy() => STEP.div_f64(attachment.speed).clamp(WAKE_MIN, PULSE_EVERY),
-            Some(_) | None => PULSE_EVERY,
+    /// How long nothing need be done from now on if nothing comes, wall time: until the next step, the next pulse, or the
+    /// moment at which the daemon counts as gone.
+    pub fn rest(&self, now_ns: u64) -> Duration {
+        match (&self.attached, &self.daemon) {
+            (Some(attachment), _) if self.executor.is_busy() => {
+                STEP.div_f64(attachment.speed).clamp(WAKE_MIN, PULSE_EVERY)
+            }
+            (Some(_), Some(daemon)) => {
+                let silent_for = Duration::from_nanos(now_ns.saturating_sub(daemon.heard_ns));
+                DEAD_MAN.saturating_sub(silent_for).clamp(WAKE_MIN, PULSE_EVERY)
+            }
+            (Some(_) | None, _) => PULSE_EVERY,
         }
     }
 

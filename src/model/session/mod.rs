@@ -18,11 +18,12 @@ use crate::{ControllerState, Time, ToController};
 /// Wall time without a sign of life after which the other side counts as gone.
 pub const DEAD_MAN: Duration = Duration::from_secs(1);
 
-/// How often the daemon beats, wall time: five times within [`DEAD_MAN`].
-pub const BEAT_EVERY: Duration = Duration::from_millis(200);
+/// How often the daemon beats, wall time: three times within [`DEAD_MAN`], so that one may be late by most of a second.
+/// It looks for pulses as often.
+pub const BEAT_EVERY: Duration = Duration::from_millis(300);
 
-/// How often an idle controller shows that it lives, wall time.
-pub const PULSE_EVERY: Duration = Duration::from_millis(100);
+/// How often an idle controller shows that it lives, and looks for beats, wall time. Neither wakes the other.
+pub const PULSE_EVERY: Duration = Duration::from_millis(400);
 
 /// The daemon lives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
