@@ -148,44 +148,44 @@ impl NodeTask {
     /// Lives until the run is over.
     pub(super) async fn run(mut self) {
         let mut out = Outbox::default();
-        let is_root = self.id == NodeId(0);
-        while let Some(input) = self.next().await {
-            if is_root && let Some(journal) = &self.around.journal {
+        match self.outside.take() {
+            Some(outside) => self.run_root(outside, &mut out).await,
+            None => {
+                while let Some(input) = self.inbox.recv().await {
+                    self.handle(input, &mut out);
+                }
+            }
+        }
+    }
+
+    /// Root hears of the world outside first, waits for the log, and takes its turns.
+    async fn run_root(mut self, mut outside: mpsc::UnboundedReceiver<Input>, out: &mut Outbox) {
+        loop {
+            let input = tokio::select! {
+                biased;
+                Some(input) = outside.recv() => input,
+                Some(input) = self.inbox.recv() => input,
+                else => return,
+            };
+            if let Some(journal) = &self.around.journal {
                 journal.ready().await;
             }
-            self.handle(input, &mut out);
+            self.handle(input, out);
             // Whatever came before it is part of the turn.
-            while self.node.wants_turn() && self.is_idle() {
-                self.handle(Input::Turn, &mut out);
+            while self.node.wants_turn() && self.inbox.is_empty() && outside.is_empty() {
+                self.handle(Input::Turn, out);
             }
         }
     }
 
     fn handle(&mut self, input: Input, out: &mut Outbox) {
-        // One moment for all that comes of one input, so that no record is older than the one before it.
-        let now = self.around.clock.now();
+        // One moment for all that comes of one input, so that no record is older than the one before it. Where nothing is
+        // recorded it is asked by nobody.
+        let is_recorded = self.id == NodeId(0) || self.around.has_messages;
+        let now = if is_recorded { self.around.clock.now() } else { Time::ZERO };
         self.node.handle(now, input, out);
         for effect in out.drain() {
             self.carry(now, effect);
-        }
-    }
-
-    /// Whether nothing has come for it.
-    fn is_idle(&self) -> bool {
-        self.inbox.is_empty() && self.outside.as_ref().is_none_or(mpsc::UnboundedReceiver::is_empty)
-    }
-
-    async fn next(&mut self) -> Option<Input> {
-        let outside = async {
-            match &mut self.outside {
-                Some(outside) => outside.recv().await,
-                None => None,
-            }
-        };
-        tokio::select! {
-            biased;
-            Some(input) = outside => Some(input),
-            input = self.inbox.recv() => input,
         }
     }
 

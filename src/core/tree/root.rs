@@ -70,6 +70,8 @@ pub struct Root {
     is_wanted: bool,
     /// The last round came to nothing, and nothing runs.
     is_quiet: bool,
+    /// Nothing has been granted since a round came to nothing.
+    was_quiet: bool,
     /// The mission is to end, once nothing runs any more.
     ending: Option<MissionEnd>,
 }
@@ -87,6 +89,7 @@ impl Root {
             open: None,
             is_wanted: false,
             is_quiet: false,
+            was_quiet: false,
             ending: None,
             mission: Arc::clone(mission),
         }
@@ -258,11 +261,12 @@ impl Root {
         let found = if answer.is_satisfied { None } else { self.reopen(view, after, &verdict) };
         name_winners(self.state.running(), &mut verdict);
         let found = found.map(|found| with_winner(self.state.running(), &verdict, found));
-        // Where nothing goes on, the reasons are the news.
+        // Where nothing goes on any more, the reasons are the news.
         let is_quiet = verdict.granted.is_empty() && found.is_none() && self.state.running().is_empty();
+        let is_news = is_quiet && !std::mem::replace(&mut self.was_quiet, is_quiet);
         if let Record::Decided { refused, reopened, .. } = &mut decided {
             let blocked = |(&leaf, reason): (&NodeId, &Reason)| Blocked { leaf, reason: reason.clone() };
-            if is_quiet || self.settings.has_messages {
+            if is_news || self.settings.has_messages {
                 *refused = verdict.refused.iter().map(blocked).collect();
             }
             reopened.clone_from(&found);
