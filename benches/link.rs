@@ -247,7 +247,7 @@ fn goals_by_turns() -> MissionSpec {
         };
         let command = CommandTerm { claim: 0, mode: Mode::Achieve, task: Task::Stand };
         let always = Condition::All(Vec::new());
-        (NodeId(1), mission::behavior(vec![claim], vec![command], always, 1.0))
+        (NodeId(1), mission::behavior(vec![claim], vec![command], Condition::Never, always, 1.0))
     };
     let mut nodes = vec![(NodeId(0), NodeKind::Root), (NodeId(0), NodeKind::Then)];
     nodes.extend((0..GOALS).map(goal));

@@ -47,13 +47,18 @@ enum Load {
     Blocked,
     /// All ask for one of two grippers; Algorithm 1 keeps two requests, and root's allocator grants none.
     Asking,
+    /// The same, but the change touches one of the n tasks alone.
+    Touching,
 }
 
 impl Load {
+    const ALL: [Self; 3] = [Self::Blocked, Self::Asking, Self::Touching];
+
     fn name(self) -> &'static str {
         match self {
             Self::Blocked => "blocked",
             Self::Asking => "asking",
+            Self::Touching => "asking, one of them touched",
         }
     }
 }
@@ -76,7 +81,7 @@ fn main() {
             bench.iter_custom(|rounds| floor.rounds(rounds));
         });
         floor.end();
-        for load in [Load::Blocked, Load::Asking] {
+        for load in Load::ALL {
             let mut machines = Machines::start(n, load);
             group.bench_function(id(format!("machines {}", load.name())), |bench| {
                 bench.iter_custom(|rounds| machines.rounds(rounds));
@@ -96,13 +101,14 @@ fn main() {
 }
 
 /// Messages between nodes in a round: activation, answer and verdict on every edge to a node that is asked.
-fn messages(n: usize) -> u64 {
-    3 * (1 + 2 * n as u64)
+fn messages(n: usize, load: Load) -> u64 {
+    let tasks = if load == Load::Touching { 1 } else { n };
+    3 * (1 + 2 * tasks as u64)
 }
 
 /// Those that are written: of a large tree none, as `run` has it.
-fn told_messages(n: usize) -> u64 {
-    if has_messages(n) { messages(n) } else { 0 }
+fn told_messages(n: usize, load: Load) -> u64 {
+    if has_messages(n) { messages(n, load) } else { 0 }
 }
 
 fn has_messages(n: usize) -> bool {
@@ -113,7 +119,7 @@ fn tree_of(n: usize, load: Load) -> Arc<MissionSpec> {
     let claim = Claim { selector: Selector::Any(GRIPPER), access: Access::Exclusive, keep: Retention::Release };
     let precondition = match load {
         Load::Blocked => Condition::Fact(NEVER_TRUE, true),
-        Load::Asking => Condition::All(Vec::new()),
+        Load::Asking | Load::Touching => Condition::All(Vec::new()),
     };
     let mut nodes = vec![(NodeId(0), NodeKind::Root), (NodeId(0), NodeKind::And)];
     for branch in 0..n {
@@ -121,7 +127,11 @@ fn tree_of(n: usize, load: Load) -> Arc<MissionSpec> {
         nodes.push((NodeId(1), NodeKind::Then));
         // The best requests are spread over the tree.
         let potential = 1.0 + (branch * 7919 % 1009) as f64;
-        let leaf = || mission::behavior(vec![claim], Vec::new(), precondition.clone(), potential);
+        // Never met, but it reads the fact that is toggled.
+        let reads = Condition::All(vec![Condition::Never, Condition::Fact(TOGGLED, true)]);
+        let is_touched = load != Load::Touching || branch == 0;
+        let satisfied = if is_touched { reads } else { Condition::Never };
+        let leaf = || mission::behavior(vec![claim], Vec::new(), satisfied.clone(), precondition.clone(), potential);
         nodes.extend((0..4).map(|_| (then, leaf())));
     }
     let gripper = ResourceSpec { ty: GRIPPER, controller: None };
@@ -139,6 +149,10 @@ struct Withholding {
 impl Allocator for Withholding {
     fn name(&self) -> &'static str {
         "withholding"
+    }
+
+    fn is_local(&self) -> bool {
+        true
     }
 
     fn merge(&self, view: &View, requests: Vec<Arc<Request>>) -> Merged {
@@ -159,7 +173,7 @@ fn settings(n: usize, load: Load) -> (Settings, mpsc::UnboundedReceiver<u32>) {
     let (rounds, counted) = mpsc::unbounded_channel();
     let requests = match load {
         Load::Blocked => 0,
-        Load::Asking => n,
+        Load::Asking | Load::Touching => n,
     };
     let allocator = Withholding { requests, asked: AtomicU64::new(0), rounds };
     let settings = Settings {
@@ -191,7 +205,7 @@ impl Machines {
             topology: mission.tree.topology.clone(),
             inbox: VecDeque::new(),
             messages: 0,
-            expected: messages(n),
+            expected: messages(n, load),
             is_on: false,
             counted,
         };
@@ -256,6 +270,8 @@ impl Actors {
     fn start(n: usize, load: Load, has_journal: bool) -> Self {
         let mission = tree_of(n, load);
         let (settings, mut counted) = settings(n, load);
+        // The first round asks everybody.
+        let first = if load == Load::Touching { Load::Asking } else { load };
         let tokio = current_thread();
         let folder = tempfile::tempdir().expect("a folder for the journal");
         let written = has_journal.then(|| Arc::new(AtomicU64::new(0)));
@@ -279,8 +295,8 @@ impl Actors {
             round,
             written,
             // The header; then what root is told, its turn, what is different, all messages, the decision.
-            records: 1 + told_messages(n) + 4,
-            records_per_round: told_messages(n) + 4,
+            records: 1 + told_messages(n, first) + 4,
+            records_per_round: told_messages(n, load) + 4,
             is_on: false,
             _folder: folder,
         }
@@ -334,6 +350,7 @@ fn view_of(mission: &Arc<MissionSpec>) -> View {
     View {
         round: 1,
         now: Time::ZERO,
+        touched: None,
         state: State::new(
             Arc::new(mission.tree.topology.clone()),
             mission.robot.resources.len(),
@@ -369,7 +386,7 @@ fn fastest_us(results: &Path, name: &str, n: usize) -> Option<f64> {
 fn tell(results: &Path) {
     let number = |value: Option<f64>, digits: usize| value.map_or("-".into(), |value| format!("{value:.digits$}"));
     let over = |a: Option<f64>, b: Option<f64>| Some(a? / b?);
-    for load in [Load::Blocked, Load::Asking] {
+    for load in Load::ALL {
         let titles = "nodes|messages|floor µs|machines µs|actors µs|journal µs|actors/floor|\
                       journal/actors|actors ns/node|actors ns/message";
         let mut rows = vec![titles.split('|').map(str::to_owned).collect::<Vec<_>>()];
@@ -379,7 +396,7 @@ fn tell(results: &Path) {
             let per = |count: f64| actors.map(|us| us * 1e3 / count);
             rows.push(vec![
                 (2 + 5 * n).to_string(),
-                messages(n).to_string(),
+                messages(n, load).to_string(),
                 number(floor, 1),
                 number(of("machines"), 1),
                 number(actors, 1),
@@ -387,7 +404,7 @@ fn tell(results: &Path) {
                 number(over(actors, floor), 2),
                 number(over(journal, actors), 2),
                 number(per((2 + 5 * n) as f64), 0),
-                number(per(messages(n) as f64), 0),
+                number(per(messages(n, load) as f64), 0),
             ]);
         }
         table::print(&format!("One round, behaviors {}:", load.name()), &rows);

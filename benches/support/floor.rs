@@ -53,7 +53,7 @@ impl Floor {
         };
         let tasks = std::iter::zip(ids(), inboxes).map(task);
         let tasks = tasks.map(|task| tokio.spawn(task.run())).collect();
-        Self { tasks, tokio, root: ways[0].clone(), ended, delivered, expected: messages(n) }
+        Self { tasks, tokio, root: ways[0].clone(), ended, delivered, expected: messages(n, Load::Blocked) }
     }
 
     pub fn rounds(&mut self, rounds: u64) -> Duration {

@@ -32,12 +32,18 @@ pub fn build(
 }
 
 /// A behavior that is done only by running.
-pub fn behavior(claims: Vec<Claim>, commands: Vec<CommandTerm>, precondition: Condition, potential: f64) -> NodeKind {
+pub fn behavior(
+    claims: Vec<Claim>,
+    commands: Vec<CommandTerm>,
+    satisfied: Condition,
+    precondition: Condition,
+    potential: f64,
+) -> NodeKind {
     NodeKind::Behavior(Box::new(BehaviorSpec {
         kind: "bench".into(),
         claims,
         potential: Potential::Constant(potential),
-        satisfied: Condition::Never,
+        satisfied,
         precondition,
         effects: Vec::new(),
         commands,

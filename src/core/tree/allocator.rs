@@ -12,6 +12,11 @@ pub trait Allocator: Debug + Send + Sync {
     /// Its name on the command line and in the journal.
     fn name(&self) -> &'static str;
 
+    /// Whether what it passes up depends on the requests alone, and on nothing else that the view tells.
+    fn is_local(&self) -> bool {
+        false
+    }
+
     /// In AND: what is passed up, and why the rest is not. Bindings are provisional.
     fn merge(&self, view: &View, requests: Vec<Arc<Request>>) -> Merged;
 
@@ -44,6 +49,10 @@ pub struct Greedy;
 impl Allocator for Greedy {
     fn name(&self) -> &'static str {
         "greedy"
+    }
+
+    fn is_local(&self) -> bool {
+        true
     }
 
     fn merge(&self, view: &View, requests: Vec<Arc<Request>>) -> Merged {

@@ -7,21 +7,19 @@ use crate::behavior;
 use crate::world::{KnownPaths, View};
 use ambidex_model::{BehaviorSpec, Blocked, Lineage, MissionSpec, NodeId, NodeRange, Outcome, Reason};
 
-/// The machine of a leaf. Of the run it knows what the view says; it keeps the view that it asked in, to make its goal of
-/// it, and the paths that it asked for.
+/// The machine of a leaf. Of the run it knows what the view says; it keeps the paths that it asked for.
 #[derive(Debug)]
 pub struct Leaf {
     id: NodeId,
     mission: Arc<MissionSpec>,
     round: u32,
-    asked_in: Option<Arc<View>>,
     known_paths: KnownPaths,
 }
 
 impl Leaf {
     pub(super) fn new(id: NodeId, mission: &Arc<MissionSpec>) -> Self {
         let mission = Arc::clone(mission);
-        Self { id, mission, round: 0, asked_in: None, known_paths: KnownPaths::default() }
+        Self { id, mission, round: 0, known_paths: KnownPaths::default() }
     }
 
     pub(super) fn on_down(&mut self, down: Down, out: &mut Outbox) {
@@ -52,9 +50,6 @@ impl Leaf {
                 behavior::Answer::Blocked(reason) => answer.blocked.push(Blocked { leaf: self.id, reason }),
             }
         }
-        if !answer.requests.is_empty() {
-            self.asked_in = Some(view);
-        }
         out.push(Effect::Up(Up::Answer(Box::new(answer))));
     }
 
@@ -74,10 +69,9 @@ impl Leaf {
     }
 
     fn on_verdict(&mut self, verdict: &Verdict, out: &mut Outbox) {
-        let asked_in = self.asked_in.take();
-        if let (Some(grant), Some(view)) = (verdict.granted.get(&self.id), asked_in) {
+        if let (Some(grant), Some(view)) = (verdict.granted.get(&self.id), &verdict.view) {
             let spec = spec(&self.mission, self.id);
-            out.push(Effect::Start(behavior::goal(spec, grant, &view, &mut self.known_paths)));
+            out.push(Effect::Start(behavior::goal(spec, grant, view, &mut self.known_paths)));
         }
         if verdict.stopped.contains(&self.id) {
             out.push(Effect::Stop(self.id));

@@ -72,12 +72,16 @@ pub struct Verdict {
     pub refused: BTreeMap<NodeId, Reason>,
     /// What runs and is to end.
     pub stopped: BTreeSet<NodeId>,
+    /// The view in which it was decided; none where it only stops.
+    pub view: Option<Arc<View>>,
 }
 
 impl Verdict {
-    /// Whether something at or below a node is to end.
-    pub(super) fn stops_below(&self, topology: &Topology, node: NodeId) -> bool {
-        self.stopped.range(node..topology.end(node)).next().is_some()
+    /// What starts or is to end at or below a node.
+    pub(super) fn about(&self, topology: &Topology, node: NodeId) -> impl Iterator<Item = NodeId> {
+        let below = node..topology.end(node);
+        let granted = self.granted.range(below.clone()).map(|(&leaf, _)| leaf);
+        granted.chain(self.stopped.range(below).copied())
     }
 }
 
@@ -88,9 +92,9 @@ impl Answer {
     }
 
     /// Takes in what a child said of its leaves, but not its requests.
-    pub(super) fn absorb(&mut self, child: &mut Self) {
+    pub(super) fn absorb(&mut self, child: &Self) {
         self.is_running |= child.is_running;
-        self.blocked.append(&mut child.blocked);
+        self.blocked.extend_from_slice(&child.blocked);
     }
 }
 

@@ -12,6 +12,7 @@ mod node;
 mod ordering;
 mod packing;
 mod root;
+mod topics;
 
 pub use allocator::{Allocator, Chosen, Greedy, Merged, Serial};
 pub use effect::{Effect, Input, Outbox};

@@ -58,7 +58,7 @@ impl Ordering {
         node: NodeId,
         view: &View,
         allocator: &dyn Allocator,
-        mut answers: Vec<(NodeId, Answer)>,
+        answers: &[(NodeId, &Answer)],
     ) -> Answer {
         let all = answers.iter().all(|(_, answer)| answer.is_satisfied);
         let is_satisfied = match self {
@@ -69,7 +69,7 @@ impl Ordering {
             }
         };
         let mut own = Answer { is_satisfied, ..Answer::default() };
-        for (_, answer) in &mut answers {
+        for (_, answer) in answers {
             own.absorb(answer);
         }
         if view.state.is_busy(node) {
@@ -79,12 +79,12 @@ impl Ordering {
         own.passed_on = own.blocked.len();
         match self {
             Self::And => {
-                let requests = answers.into_iter().flat_map(|(_, answer)| answer.requests).collect();
+                let requests = answers.iter().flat_map(|(_, answer)| answer.requests.iter().cloned()).collect();
                 let merged = allocator.merge(view, requests);
                 own.requests = merged.kept;
                 own.blocked.extend(merged.refused);
             }
-            Self::Then => own.requests = answers.pop().map(|(_, answer)| answer.requests).unwrap_or_default(),
+            Self::Then => own.requests = answers.last().map(|(_, answer)| answer.requests.clone()).unwrap_or_default(),
             Self::Or => choose(answers, &mut own),
         }
         own
@@ -170,7 +170,7 @@ fn is_left_with_nothing(state: &State, way: NodeId) -> bool {
 }
 
 /// An OR passes on its best child: the greatest potential, the first among equals.
-fn choose(answers: Vec<(NodeId, Answer)>, own: &mut Answer) {
+fn choose(answers: &[(NodeId, &Answer)], own: &mut Answer) {
     let potential = |answer: &Answer| answer.potential().unwrap_or(0.0);
     let satisfied = answers.iter().find(|(_, answer)| answer.is_satisfied).map(|(child, _)| *child);
     let best = answers
@@ -179,9 +179,9 @@ fn choose(answers: Vec<(NodeId, Answer)>, own: &mut Answer) {
         .max_by(|(a, one), (b, other)| potential(one).total_cmp(&potential(other)).then(b.cmp(a)))
         .map(|(child, _)| *child);
     let best = satisfied.or(best);
-    for (child, answer) in answers {
+    for &(child, answer) in answers {
         if Some(child) == best {
-            own.requests = answer.requests;
+            own.requests.clone_from(&answer.requests);
         } else if let Some(chosen) = best {
             let reason = Reason::Alternative { chosen };
             let others = answer.requests.iter();

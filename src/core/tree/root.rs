@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::lapse::LapseCheck;
 use super::ordering::{Settled, settle, undecided};
+use super::topics::Touches;
 use super::{Activation, Allocator, Answer, Down, Effect, Greedy, Outbox, Verdict};
 use crate::behavior;
 use crate::world::{Compatible, FreeSpace, Unconstrained, View};
@@ -59,6 +60,8 @@ pub struct Root {
     free_space: Arc<FreeSpace>,
     settings: Settings,
     state: State,
+    /// Whom a round has to ask.
+    touches: Touches,
     /// The table as the records tell it.
     last_recorded: ResourceTable,
     /// What came since the last turn.
@@ -82,6 +85,7 @@ impl Root {
         Self {
             free_space: Arc::new(FreeSpace::new(&mission.world.obstacles, mission.robot.radius_m)),
             settings: settings.clone(),
+            touches: Touches::new(mission),
             state: State::new(Arc::new(mission.tree.topology.clone()), resources, mission.start.clone()),
             last_recorded: ResourceTable::new(resources),
             told: Vec::new(),
@@ -166,6 +170,11 @@ impl Root {
         }
     }
 
+    /// Whether an answer depends on nothing but what its leaves can read.
+    fn is_local(&self) -> bool {
+        self.settings.allocator.is_local() && self.settings.rules.is_unconstrained()
+    }
+
     fn is_over(&self) -> bool {
         matches!(self.state.stage(), Stage::Over(_))
     }
@@ -173,7 +182,9 @@ impl Root {
     /// The one way on which anything of the state changes: as a record.
     fn edit(&mut self, record: Record, out: &mut Outbox) {
         let at = record.at();
+        let before = self.state.clone();
         assert!(self.state.apply(&record), "root contradicts itself: {record:?}");
+        self.touches.note(&before, &self.state, &record);
         self.state.table().assert_sound();
         out.push(Effect::Record(Box::new(record)));
         self.tell_table(at, out);
@@ -227,6 +238,7 @@ impl Root {
             round: self.state.round() + 1,
             now,
             state: self.state.clone(),
+            touched: self.is_local().then(|| self.touches.rounds().clone()),
             mission: Arc::clone(&self.mission),
             free_space: Arc::clone(&self.free_space),
             rules: Arc::clone(&self.settings.rules),
@@ -237,12 +249,13 @@ impl Root {
     }
 
     /// Chooses, moves the leases, and finds what lapses or is done again.
-    fn decide(&mut self, now: Time, view: &View, answer: Answer, out: &mut Outbox) -> (Verdict, Option<Reopened>) {
+    fn decide(&mut self, now: Time, view: &Arc<View>, answer: Answer, out: &mut Outbox) -> (Verdict, Option<Reopened>) {
         let chosen = self.settings.allocator.choose(view, answer.requests);
         let refused = answer.blocked.into_iter().chain(chosen.refused);
         let mut verdict = Verdict {
             round: view.round(),
             refused: refused.map(|blocked| (blocked.leaf, blocked.reason)).collect(),
+            view: Some(Arc::clone(view)),
             ..Verdict::default()
         };
         for mut grant in chosen.granted {

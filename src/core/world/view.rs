@@ -4,7 +4,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use super::{FreeSpace, Geometry};
-use ambidex_model::state::State;
+use ambidex_model::state::{Chunks, State};
 use ambidex_model::{LeaseKind, Lineage, MissionSpec, NodeId, Reason, ResourceId, Task, Time, WorldState};
 
 /// The state of the run at the opening of a round.
@@ -16,6 +16,8 @@ pub struct View {
     pub now: Time,
     /// Tree, table, world, and what runs.
     pub state: State,
+    /// By node the first round that has to ask it again; none where every round asks all.
+    pub touched: Option<Chunks<u32>>,
     /// Robot, tree and the fixed part of the world.
     pub mission: Arc<MissionSpec>,
     /// The obstacles of the mission as the base sees them.
@@ -28,6 +30,11 @@ impl View {
     /// The round that is open.
     pub fn round(&self) -> u32 {
         self.round
+    }
+
+    /// Whether a node would say again what it said in a round.
+    pub fn is_fresh(&self, node: NodeId, since: u32) -> bool {
+        self.touched.as_ref().is_some_and(|touched| *touched.get(node.index()) <= since)
     }
 
     /// The robot in the fixed part of the world.
@@ -66,6 +73,11 @@ pub trait Compatible: Debug + Send + Sync {
     /// # Errors
     /// Why the last one cannot join.
     fn check(&self, world_state: &WorldState, uses: &[Use]) -> Result<(), Reason>;
+
+    /// Whether it never refuses anything, whatever the world is like.
+    fn is_unconstrained(&self) -> bool {
+        false
+    }
 }
 
 /// Everything that resources allow can go on at once.
@@ -75,5 +87,9 @@ pub struct Unconstrained;
 impl Compatible for Unconstrained {
     fn check(&self, _: &WorldState, _: &[Use]) -> Result<(), Reason> {
         Ok(())
+    }
+
+    fn is_unconstrained(&self) -> bool {
+        true
     }
 }

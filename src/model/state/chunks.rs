@@ -7,21 +7,24 @@ const CHUNK: usize = 64;
 
 /// A list of fixed length.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Chunks<T> {
+pub struct Chunks<T> {
     chunks: Vec<Arc<Vec<T>>>,
 }
 
 impl<T: Clone + Default> Chunks<T> {
-    pub(super) fn new(count: usize) -> Self {
+    /// So many things, all as they are by default.
+    pub fn new(count: usize) -> Self {
         let chunk = |from| Arc::new(vec![T::default(); CHUNK.min(count - from)]);
         Self { chunks: (0..count).step_by(CHUNK).map(chunk).collect() }
     }
 
-    pub(super) fn get(&self, index: usize) -> &T {
+    /// One of them.
+    pub fn get(&self, index: usize) -> &T {
         &self.chunks[index / CHUNK][index % CHUNK]
     }
 
-    pub(super) fn get_mut(&mut self, index: usize) -> &mut T {
+    /// One of them, to be changed.
+    pub fn get_mut(&mut self, index: usize) -> &mut T {
         &mut Arc::make_mut(&mut self.chunks[index / CHUNK])[index % CHUNK]
     }
 }

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::{Grant, MissionEnd, NodeId, ResourceTable, Topology, WorldState};
-use chunks::Chunks;
+pub use chunks::Chunks;
 pub use status::{Bar, Phase, Status};
 
 /// The state of a run. A clone is cheap: it shares everything that neither of the two changes afterwards.

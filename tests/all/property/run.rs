@@ -7,7 +7,7 @@ use std::time::Duration;
 use ambidex::model::{Change, Consequences, End, Grant, MissionEnd, NodeId, Outcome, Reason, Record, Time, WorldState};
 use ambidex::replay::Replay;
 use ambidex::tree::{Input, Settings};
-use ambidex::world::{Compatible, Use};
+use ambidex::world::{Compatible, Unconstrained, Use};
 
 use super::counts::{Counts, variant};
 use super::generator::Case;
@@ -38,7 +38,10 @@ impl Compatible for Apart {
 }
 
 fn settings(case: &Case) -> Settings {
-    let rules = Arc::new(Apart(case.clashing.clone()));
+    let rules: Arc<dyn Compatible> = match case.clashing.as_slice() {
+        [] => Arc::new(Unconstrained),
+        clashing => Arc::new(Apart(clashing.to_vec())),
+    };
     Settings { allocator: case.allocator(), rules, ..Settings::default() }
 }
 
