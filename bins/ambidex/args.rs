@@ -108,7 +108,7 @@ pub struct MissionArgs {
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
     pub keep_logs: u32,
     /// Whether the log tells every message between nodes, and with every decision why all else does not run
-    /// [default: up to 200 nodes]. Both can be computed again, which `trace` and `explain` do.
+    /// [default: up to 200 nodes]. Both can be computed again, which `trace LOG` and `explain LOG NODE` do.
     #[arg(long, value_enum)]
     pub messages: Option<Messages>,
     /// Form of log lines on the terminal; RUST_LOG says which are shown. The log file is always JSON Lines.
@@ -123,7 +123,7 @@ pub struct LiveArgs {
     #[arg(required_unless_present = "resume")]
     pub mission: Option<PathBuf>,
     /// Go on in this log, a file or an instance, as if its runtime had never been gone.
-    #[arg(long, value_name = "LOG", conflicts_with_all = ["log", "allocator", "messages"])]
+    #[arg(long, value_name = "LOG", conflicts_with_all = ["log", "allocator", "messages", "on_stall", "keep_logs"])]
     pub resume: Option<String>,
     /// Robot seconds per wall second, for simulated controllers.
     #[arg(long, default_value_t = 1.0, value_parser = values::speed)]

@@ -60,16 +60,17 @@ struct Job {
     _robot_file: Option<RobotFile>,
 }
 
-fn job(args: &MissionArgs, live: &LiveArgs) -> Result<Job> {
+fn job(args: &MissionArgs, live: &LiveArgs, has_children: bool) -> Result<Job> {
     if let Some(log) = &live.resume {
         let resumed = resume(log, live.mission.as_deref(), args)?;
-        let robot_file = resumed.robot_file()?;
+        let robot_file = if has_children { Some(resumed.robot_file()?) } else { None };
+        let robot_path = robot_file.as_ref().map(|file| file.path().to_owned()).unwrap_or_default();
         return Ok(Job {
             mission: Arc::clone(&resumed.rerun.mission),
             settings: resumed.rerun.settings.clone(),
-            robot_path: robot_file.path(),
+            robot_path,
             resumed: Some(resumed),
-            _robot_file: Some(robot_file),
+            _robot_file: robot_file,
         });
     }
     let mission = live.mission.as_deref().expect("a mission or a log is required");
@@ -90,7 +91,7 @@ fn go(
     attach_timeout: Option<Duration>,
     has_children: bool,
 ) -> Result<Exit> {
-    let mut job = job(args, live)?;
+    let mut job = job(args, live, has_children)?;
     descriptors::ensure(job.mission.robot.controllers.len())?;
     let terminal = Terminal::start(args.log_format, QUIET, Patience::Drops);
     let ended = job.resumed.take_if(|resume| resume.resumed.end.is_some());

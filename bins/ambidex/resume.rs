@@ -1,14 +1,13 @@
 //! `--resume`: a run that goes on in its log.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use ambidex::files::{self, Disk};
 use ambidex::model::Source;
-use ambidex::record::{History, Reader, shown};
+use ambidex::record::{History, JournalError, Reader, shown};
 use ambidex::replay::{Replay, Resumed};
 use ambidex::runtime::log::JournalFile;
-use miette::{IntoDiagnostic, Result, miette};
+use miette::{Context, IntoDiagnostic, Result, miette};
 
 use crate::args::MissionArgs;
 use crate::diagnostics::report_all;
@@ -25,8 +24,8 @@ pub struct Resume {
     pub history: History,
 }
 
-/// The robot file of a log, for controllers to read it; gone when this is dropped.
-pub struct RobotFile(tempfile::NamedTempFile);
+/// The robot file of a log, beside the log for controllers to read it; gone when this is dropped.
+pub struct RobotFile(PathBuf);
 
 /// Reads a log, compares all its decisions, and cuts it where its writer was killed in the middle of a line. A mission
 /// that is given must be that of the log.
@@ -35,8 +34,24 @@ pub struct RobotFile(tempfile::NamedTempFile);
 /// When the log cannot be read, does not carry its files, is being written, or is of another mission.
 pub fn resume(log: &str, mission: Option<&Path>, args: &MissionArgs) -> Result<Resume> {
     let path = log::find(Some(log))?;
+    if mission.is_none() && (args.robot.is_some() || !args.set.is_empty()) {
+        return Err(miette!(
+            help = "name the mission too, and it is compared with that of the log with these",
+            "--robot and --set say nothing of a run that goes on: it has the robot and the values of its log"
+        ));
+    }
     let mut file = JournalFile::reopen(&path).into_diagnostic()?;
-    let mut reader = Reader::open(&path).into_diagnostic()?;
+    let opened = Reader::open(&path);
+    if let Err(JournalError::NoHeader { .. }) = &opened
+        && std::fs::read(&path).is_ok_and(|text| !text.contains(&b'\n'))
+    {
+        return Err(miette!(
+            help = "run the mission anew",
+            "{} does not even have a first line: nothing had happened yet",
+            shown(&path)
+        ));
+    }
+    let mut reader = opened.into_diagnostic()?;
     let header = reader.header().clone();
     let rerun = rerun(&header, &path)?;
     if let Some(mission) = mission {
@@ -63,19 +78,27 @@ impl Resume {
     /// Writes the robot file of the log where controllers find it.
     ///
     /// # Errors
-    /// When there is no room for it.
+    /// When it cannot be written.
     pub fn robot_file(&self) -> Result<RobotFile> {
         let text = files::robot_text(&self.rerun.mission).unwrap_or_default();
-        let mut file = tempfile::Builder::new().prefix("ambidex-").suffix(".yaml").tempfile().into_diagnostic()?;
-        file.write_all(text.as_bytes()).into_diagnostic()?;
-        Ok(RobotFile(file))
+        let path = self.file.path().with_extension("robot.yaml");
+        let written = std::fs::write(&path, text).into_diagnostic();
+        written
+            .wrap_err_with(|| format!("cannot write {}, of which the controllers read their robot", shown(&path)))?;
+        Ok(RobotFile(path))
     }
 }
 
 impl RobotFile {
     /// Where it lies.
-    pub fn path(&self) -> PathBuf {
-        self.0.path().to_owned()
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl Drop for RobotFile {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
     }
 }
 

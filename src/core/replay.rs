@@ -8,13 +8,14 @@ use crate::dispatch::start_states;
 use crate::tree::{Effect, Input, Node, Outbox, Root, Settings, Up, build};
 use ambidex_model::state::Stage;
 use ambidex_model::{
-    Change, ControllerId, ControllerMessage, ControllerState, Location, MissionEnd, MissionSpec, NodeId, Record, Time,
-    Told, Topology,
+    Change, ControllerId, ControllerMessage, ControllerState, Header, Location, MissionEnd, MissionSpec, NodeId,
+    Record, Time, Told, Topology,
 };
 
 /// A log that is taken record by record, the header first.
 #[derive(Debug)]
 pub struct Replay {
+    header: Header,
     nodes: Vec<Node>,
     topology: Topology,
     places: usize,
@@ -75,6 +76,7 @@ impl Replay {
     /// Before the first turn of a mission that was run as its log's header says.
     pub fn new(mission: &Arc<MissionSpec>, settings: &Settings) -> Self {
         Self {
+            header: settings.header(mission),
             nodes: build(mission, settings),
             topology: mission.tree.topology.clone(),
             places: mission.world.places.len(),
@@ -92,8 +94,9 @@ impl Replay {
 
     /// The same, which gives with every turn why all else does not run, and what the `wanted` nodes say.
     pub fn with_messages(mission: &Arc<MissionSpec>, settings: &Settings, wanted: Vec<bool>) -> Self {
-        let settings = Settings { has_messages: true, ..settings.clone() };
-        Self { turn: Some(Vec::new()), wanted, ..Self::new(mission, &settings) }
+        let telling = Settings { has_messages: true, ..settings.clone() };
+        let header = settings.header(mission);
+        Self { header, turn: Some(Vec::new()), wanted, ..Self::new(mission, &telling) }
     }
 
     /// Root as it is after what was taken.
@@ -116,6 +119,10 @@ impl Replay {
     pub fn take(&mut self, record: &Record) -> Result<(), Difference> {
         self.at = self.at.max(record.at());
         match record {
+            Record::Header(header) if **header != self.header => {
+                let expected = Record::Header(Box::new(self.header.clone()));
+                Err(Difference { found: Some(Box::new(record.clone())), expected: Some(Box::new(expected)) })
+            }
             Record::Header(_) | Record::Sent { .. } => Ok(()),
             Record::Controller { controller, message, .. } => {
                 self.hear(*controller, message);
@@ -146,6 +153,9 @@ impl Replay {
             },
             // It comes before its turn, of which it is made.
             Record::Observed { change, .. } => {
+                if !matches!(change, Change::Base(_)) {
+                    return Err(Difference { found: Some(Box::new(record.clone())), expected: None });
+                }
                 self.nodes[0].handle(record.at(), Input::Observed(*change), &mut Outbox::default());
                 Ok(())
             }
@@ -179,7 +189,7 @@ impl Replay {
             Told::Begin { changes } => changes.as_slice(),
             Told::World { change } => std::slice::from_ref(change),
             Told::Ended { outcome, .. } => &outcome.changes,
-            Told::End { .. } => &[],
+            Told::Resumed | Told::End { .. } => &[],
         };
         let is_nowhere =
             |change: &Change| matches!(change, Change::Object(_, Location::At(at)) if at.index() >= self.places);

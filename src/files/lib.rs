@@ -118,7 +118,12 @@ pub fn robot_text(mission: &MissionSpec) -> Option<&str> {
 pub fn load_source(source: &Source) -> Result<Loaded, FilesError> {
     let setting = |(name, value): &(String, String)| Setting { name: name.clone(), value: value.clone() };
     let settings: Vec<Setting> = source.settings.iter().map(setting).collect();
-    load_mission(&Kept::new(source), Path::new(&source.mission), source.robot.as_deref().map(Path::new), &settings)
+    let robot = source.robot.as_deref().map(Path::new);
+    let mut loaded = load_mission(&Kept::new(source), Path::new(&source.mission), robot, &settings)?;
+    if let Some(mission) = Arc::get_mut(&mut loaded.mission) {
+        mission.source = Some(source.clone());
+    }
+    Ok(loaded)
 }
 
 /// Loads a robot alone, as a controller process does.

@@ -1,7 +1,7 @@
 //! Where files come from: a disk, or memory where there is none, as in tests, an editor or a browser.
 
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::{Component, Path, PathBuf};
@@ -29,10 +29,11 @@ pub struct Disk;
 #[derive(Debug, Clone, Default)]
 pub struct InMemory(BTreeMap<PathBuf, Vec<u8>>);
 
-/// What was read of other sources, to be kept with what was made of it.
+/// What was read of other sources, to be kept with what was made of it; and the other paths by which it was named.
 pub(crate) struct Recorder<'s> {
     sources: &'s dyn Sources,
     read: RefCell<Vec<(PathBuf, Vec<u8>)>>,
+    named: RefCell<BTreeSet<PathBuf>>,
 }
 
 /// The files of a mission as they were when it was made.
@@ -41,23 +42,29 @@ pub(crate) struct Kept(BTreeMap<PathBuf, (PathBuf, Vec<u8>)>);
 
 impl<'s> Recorder<'s> {
     pub(crate) fn new(sources: &'s dyn Sources) -> Self {
-        Self { sources, read: RefCell::default() }
+        Self { sources, read: RefCell::default(), named: RefCell::default() }
     }
 
-    /// All that was read, with paths as seen from a folder.
+    /// All that was read, then all that it was called beside that, with paths as seen from a folder.
     pub(crate) fn files(&self, folder: &Path) -> Vec<SourceFile> {
         let read = self.read.borrow();
-        let mut identities: BTreeMap<PathBuf, String> = BTreeMap::new();
-        let file = |(path, content): &(PathBuf, Vec<u8>)| {
+        let mut first: BTreeMap<PathBuf, String> = BTreeMap::new();
+        let mut file = |path: &Path, content: Option<&[u8]>| {
             let shown = below(folder, path);
             let identity = self.sources.identity(path);
-            let same_as = identity.as_ref().and_then(|identity| identities.get(identity).cloned());
+            let same_as = identity.as_ref().and_then(|identity| first.get(identity).cloned());
             if let Some(identity) = identity {
-                identities.entry(identity).or_insert_with(|| shown.clone());
+                first.entry(identity).or_insert_with(|| shown.clone());
             }
-            SourceFile { path: shown, same_as, text: String::from_utf8_lossy(content).into_owned() }
+            let text = content.filter(|_| same_as.is_none()).unwrap_or_default();
+            SourceFile { path: shown, same_as, text: String::from_utf8_lossy(text).into_owned() }
         };
-        read.iter().map(file).collect()
+        let mut files: Vec<SourceFile> = read.iter().map(|(path, content)| file(path, Some(content))).collect();
+        let named = self.named.borrow();
+        let others = named.iter().filter(|named| read.iter().all(|(path, _)| path != *named));
+        // What is the same as nothing that was read is not part of the mission.
+        files.extend(others.map(|path| file(path, None)).filter(|file| file.same_as.is_some()));
+        files
     }
 }
 
@@ -77,6 +84,7 @@ impl Sources for Recorder<'_> {
     }
 
     fn identity(&self, path: &Path) -> Option<PathBuf> {
+        self.named.borrow_mut().insert(path.to_owned());
         self.sources.identity(path)
     }
 }
@@ -85,19 +93,25 @@ impl Kept {
     pub(crate) fn new(source: &Source) -> Self {
         let file = |file: &SourceFile| {
             let identity = file.same_as.as_ref().unwrap_or(&file.path);
-            (PathBuf::from(&file.path), (PathBuf::from(identity), file.text.clone().into_bytes()))
+            let original = source.files.iter().find(|original| original.path == *identity).unwrap_or(file);
+            (without_dots(file.path.as_ref()), (without_dots(identity.as_ref()), original.text.clone().into_bytes()))
         };
         Self(source.files.iter().map(file).collect())
     }
 }
 
+/// A path without `.`, wherever it stands.
+fn without_dots(path: &Path) -> PathBuf {
+    path.components().filter(|component| *component != Component::CurDir).collect()
+}
+
 impl Sources for Kept {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        self.0.get(path).map(|(_, content)| content.clone()).ok_or_else(|| ErrorKind::NotFound.into())
+        self.0.get(&without_dots(path)).map(|(_, content)| content.clone()).ok_or_else(|| ErrorKind::NotFound.into())
     }
 
     fn identity(&self, path: &Path) -> Option<PathBuf> {
-        self.0.get(path).map(|(identity, _)| identity.clone())
+        self.0.get(&without_dots(path)).map(|(identity, _)| identity.clone())
     }
 }
 

@@ -7,9 +7,12 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde::de::Error;
 
-use ambidex_model::{Header, JOURNAL_VERSION, NodeEntry, NodeId, Record, make_legible};
+use ambidex_model::{Header, JOURNAL_VERSION, NodeEntry, NodeId, Record, Time, make_legible};
 
 use super::error::{JournalError, MAX_LINE_BYTES};
+
+/// 285 years: a later time is none that this program has written.
+const LATEST: Time = Time(1 << 53);
 
 /// The records of a journal in order, the header first.
 #[derive(Debug)]
@@ -136,6 +139,10 @@ pub fn read_line(
 pub fn parse(line: &[u8], path: &Path, number: u64) -> Result<Record, JournalError> {
     match serde_json::from_slice(line) {
         Ok(Record::Header(_)) => Err(JournalError::SecondHeader { path: path.to_owned(), line: number }),
+        Ok(record) if record.at() > LATEST => {
+            let source = Error::custom("its time is later than any run lasts");
+            Err(JournalError::Line { path: path.to_owned(), line: number, source })
+        }
         Ok(record) => Ok(record),
         Err(source) => Err(JournalError::Line { path: path.to_owned(), line: number, source: legible(source) }),
     }

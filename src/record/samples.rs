@@ -190,6 +190,7 @@ fn turns() -> Vec<Record> {
     let told = |input| Record::Told { at, input };
     vec![
         told(Told::Begin { changes: vec![Change::Base(Pose::new(1.0, 0.0, 0.0))] }),
+        told(Told::Resumed),
         told(Told::World { change: Change::Fact(FactId(0), true) }),
         told(Told::Ended { leaf: NodeId(2), outcome }),
         told(Told::End { end: MissionEnd::Canceled }),

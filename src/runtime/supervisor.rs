@@ -82,9 +82,10 @@ pub async fn run(
             None => journal.write(Record::Header(Box::new(options.settings.header(&mission)))),
         }
     }
+    let is_resumed = resumed.is_some();
     let begun = resumed.unwrap_or_else(|| Resumed::fresh(&mission, &options.settings));
     let timing = Timing { clock: options.clock, grace: options.grace };
-    let mut supervisor = Supervisor::start(&mission, links, begun, timing, journal, control);
+    let mut supervisor = Supervisor::start(&mission, links, (begun, is_resumed), timing, journal, control);
     supervisor.writer = writer;
     supervisor.watch(options.attach_timeout).await
 }
@@ -119,7 +120,7 @@ impl Supervisor {
     fn start(
         mission: &Arc<MissionSpec>,
         links: Vec<Box<dyn Port>>,
-        begun: Resumed,
+        (begun, is_resumed): (Resumed, bool),
         timing: Timing,
         journal: Option<Journal>,
         control: mpsc::UnboundedReceiver<Control>,
@@ -135,6 +136,9 @@ impl Supervisor {
             has_messages: begun.nodes[0].has_messages(),
         });
         let (nodes, ways, root) = wire(begun.nodes, &around);
+        if is_resumed {
+            root.resumed();
+        }
         let (mut tasks, mut others, mut ids) = (JoinSet::new(), JoinSet::new(), HashMap::new());
         let mut aborts = Vec::new();
         for node in nodes {

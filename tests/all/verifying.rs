@@ -93,6 +93,42 @@ fn a_mission_is_made_again_of_what_its_log_carries() {
     }
 }
 
+#[test]
+fn a_file_may_have_several_names() {
+    let home = Home::new();
+    let lib = "library: mine\nsubtrees:\n  nothing:\n    task: {move: shelf}\n";
+    home.write("lib.yaml", lib);
+    std::os::unix::fs::symlink(home.path("lib.yaml"), home.path("same.yaml")).expect("a link");
+    let text = fs::read_to_string(experiment_file(1)).expect("a mission");
+    let robot = file("config/robots/pr2.yaml");
+    let text = text.replace("../robots/pr2.yaml", robot.to_str().expect("a path"));
+    let mission = home.write("mission.yaml", &format!("{text}\ninclude: [lib.yaml, ./lib.yaml, same.yaml]\n"));
+    let loaded = load_mission(&Disk, &mission, None, &[]).expect("a sound mission").mission;
+    assert_eq!(*load_source(loaded.source.as_ref().expect("files")).expect("the same files").mission, *loaded);
+    check(&home, &logged(&home, &mission, "run.jsonl", &[]), 0, "same: ");
+}
+
+#[test]
+fn what_was_forged_is_told() {
+    let home = Home::new();
+    let log = logged(&home, &experiment_file(2), "run.jsonl", &[]);
+    let turn = log.find("{\"record\":\"turn\"").expect("a turn");
+    for change in
+        ["{\"object\":[99999,\"unknown\"]}", "{\"emptied\":4294967295}", "{\"object\":[0,{\"at\":4294967295}]}"]
+    {
+        let observed = format!("{{\"record\":\"observed\",\"at\":0,\"change\":{change}}}\n");
+        check(&home, &[&log[..turn], &observed, &log[turn..]].concat(), 1, "different at line");
+        let told = format!("{{\"record\":\"told\",\"at\":0,\"input\":{{\"kind\":\"world\",\"change\":{change}}}}}\n");
+        check(&home, &[&log[..turn], &told, &log[turn..]].concat(), 1, "different at line");
+    }
+    check(&home, &log.replacen("\"nodes\":[\"root\"", "\"nodes\":[\"boot\"", 1), 1, "different at line 1");
+    let late = "{\"record\":\"turn\",\"at\":18446744073709551615}\n";
+    check(&home, &[&log[..turn], late, &log[turn..]].concat(), 2, "later than any run lasts");
+    let rounds =
+        home.write("rounds.jsonl", &log.replacen("\"round\":3,\"granted\"", "\"round\":4294967295,\"granted\"", 1));
+    home.start(["explain".as_ref(), rounds.as_os_str(), "*".as_ref()]).ends(0);
+}
+
 /// Lines that are lost, doubled, swapped or from elsewhere: the replay refuses or takes them, and nothing panics.
 #[test]
 fn no_log_breaks_what_reads_it() {

@@ -10,7 +10,7 @@ use crate::replay::Resumed;
 use crate::tree::{Effect, Input, Node, Outbox, Settings};
 use ambidex_model::motion::{self, STEP};
 use ambidex_model::session::Attendance;
-use ambidex_model::{Change, ControllerId, MissionEnd, MissionSpec, NodeId, Record, Time, ToController};
+use ambidex_model::{Change, ControllerId, MissionEnd, MissionSpec, NodeId, Record, Time, ToController, Told};
 pub use plant::Body;
 use plant::Plant;
 
@@ -83,7 +83,9 @@ pub fn resume(mission: &Arc<MissionSpec>, mut resumed: Resumed, journal: &mut dy
     if let Some(end) = resumed.end {
         return end;
     }
-    Simulation::new(mission, resumed, bodies, Vec::new(), journal).run()
+    let mut simulation = Simulation::new(mission, resumed, bodies, Vec::new(), journal);
+    simulation.tell_root(Input::Told(Box::new(Told::Resumed)));
+    simulation.run()
 }
 
 impl<'a> Simulation<'a> {

@@ -75,6 +75,8 @@ pub struct Root {
     is_quiet: bool,
     /// Nothing has been granted since a round came to nothing.
     was_quiet: bool,
+    /// It goes on after its runtime was gone, and has not been told to begin again.
+    is_suspended: bool,
     /// The mission is to end, once nothing runs any more.
     ending: Option<MissionEnd>,
 }
@@ -94,6 +96,7 @@ impl Root {
             is_wanted: false,
             is_quiet: false,
             was_quiet: false,
+            is_suspended: false,
             ending: None,
             mission: Arc::clone(mission),
         }
@@ -111,7 +114,8 @@ impl Root {
 
     /// Whether a turn is due as soon as nothing else is there for root.
     pub fn wants_turn(&self) -> bool {
-        let has_cause = !self.told.is_empty() || self.is_wanted || self.is_quiet;
+        let goes_on = !self.is_suspended && (self.is_wanted || self.is_quiet);
+        let has_cause = !self.told.is_empty() || goes_on;
         self.open.is_none() && has_cause && !self.is_over()
     }
 
@@ -141,7 +145,10 @@ impl Root {
                 self.take_up(now, told, out);
             }
         }
-        if self.is_over() {
+        if self.is_suspended && self.ending.is_some() {
+            self.interrupt(now, out);
+        }
+        if self.is_over() || self.is_suspended {
             return;
         }
         let is_wanted = std::mem::take(&mut self.is_wanted);
@@ -193,6 +200,7 @@ impl Root {
     fn take_up(&mut self, now: Time, told: Told, out: &mut Outbox) {
         match told {
             Told::Begin { changes } => self.begin(now, changes, out),
+            Told::Resumed => self.is_suspended = true,
             Told::World { change } => self.change_world(now, change, out),
             Told::Ended { leaf, outcome } => self.release(now, leaf, outcome, out),
             Told::End { end } => {
@@ -204,7 +212,7 @@ impl Root {
     /// The first time the mission begins. Any other time it goes on after its runtime was gone: whatever is different
     /// now came from outside, and what ran then ended.
     fn begin(&mut self, now: Time, changes: Vec<Change>, out: &mut Outbox) {
-        self.is_wanted = true;
+        (self.is_wanted, self.is_suspended) = (true, false);
         if self.state.stage() == Stage::Waiting {
             let mut world_state = Box::new(self.state.world().clone());
             for change in changes {
@@ -216,6 +224,12 @@ impl Root {
         for change in changes {
             self.change_world(now, self.understood(change), out);
         }
+        self.interrupt(now, out);
+    }
+
+    /// What ran when its runtime was gone has ended: nobody works on it any more.
+    fn interrupt(&mut self, now: Time, out: &mut Outbox) {
+        self.is_suspended = false;
         for leaf in self.state.running().keys().copied().collect::<Vec<_>>() {
             self.release(now, leaf, Outcome { end: End::Interrupted, changes: Vec::new() }, out);
         }

@@ -13,7 +13,7 @@ impl State {
                 let has_run = self.running.contains_key(leaf);
                 has_run && outcome.changes.iter().all(|change| self.knows(*change))
             }
-            Told::End { .. } => true,
+            Told::Resumed | Told::End { .. } => true,
         }
     }
 

@@ -178,6 +178,8 @@ pub enum Told {
         /// What controllers say of the world, which wins over what is known of it.
         changes: Vec<Change>,
     },
+    /// Its runtime was gone, and another goes on. Nothing begins before it is told to.
+    Resumed,
     /// The world is different, and nobody in the tree did it.
     World {
         /// What is different.

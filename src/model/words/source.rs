@@ -22,9 +22,10 @@ pub struct Source {
 pub struct SourceFile {
     /// Its path as seen from the folder of the mission.
     pub path: String,
-    /// Another of the paths that leads to the same file and was read before.
+    /// Another of the paths that leads to the same file and has its text.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub same_as: Option<String>,
     /// What it held.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub text: String,
 }

@@ -52,10 +52,14 @@ impl JournalFile {
         let path = path.to_owned();
         let opened = File::options().read(true).append(true).open(&path);
         let file = opened.map_err(|source| JournalError::Open { path: path.clone(), source })?;
-        match file.try_lock() {
-            Ok(()) => Ok(Self { path, journal: Journal::new(BufWriter::new(file)) }),
-            Err(TryLockError::WouldBlock) => Err(JournalError::Busy { path }),
-            Err(TryLockError::Error(source)) => Err(JournalError::Open { path, source }),
+        let by = Instant::now() + LOCK_WAIT;
+        loop {
+            match file.try_lock() {
+                Ok(()) => return Ok(Self { path, journal: Journal::new(BufWriter::new(file)) }),
+                Err(TryLockError::WouldBlock) if Instant::now() < by => thread::sleep(LOCK_POLL),
+                Err(TryLockError::WouldBlock) => return Err(JournalError::Busy { path }),
+                Err(TryLockError::Error(source)) => return Err(JournalError::Open { path, source }),
+            }
         }
     }
 

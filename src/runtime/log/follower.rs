@@ -1,7 +1,7 @@
 //! Records out of a journal that is still being written: whoever follows looks again when nothing new was there.
 
 use std::fs::{self, File};
-use std::io::{self, BufReader};
+use std::io::{self, BufReader, Seek, SeekFrom};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
@@ -28,7 +28,16 @@ pub struct Follower {
     line: Vec<u8>,
     number: u64,
     position: u64,
+    /// What was read last was the half of a line.
+    was_within_a_line: bool,
     header: Option<Box<Header>>,
+}
+
+/// What has become of the file.
+enum Fate {
+    Same,
+    Cut,
+    Replaced,
 }
 
 impl Follower {
@@ -40,7 +49,7 @@ impl Follower {
         let path = path.into();
         let file = File::open(&path).map_err(|source| JournalError::Open { path: path.clone(), source })?;
         let input = BufReader::new(file);
-        Ok(Self { input, path, line: Vec::new(), number: 1, position: 0, header: None })
+        Ok(Self { input, path, line: Vec::new(), number: 1, position: 0, was_within_a_line: false, header: None })
     }
 
     /// What the ids of the journal stand for, once it was read.
@@ -66,32 +75,58 @@ impl Follower {
         let length = read_line(&mut self.input, &mut self.line, &self.path, self.number)?;
         self.position += length as u64;
         if !self.line.ends_with(b"\n") {
-            let replaced = self.is_replaced().map_err(|source| self.unreadable(source))?;
-            return Ok(if replaced { News::Replaced } else { News::Quiet });
+            self.was_within_a_line = !self.line.is_empty();
+            return match self.fate().map_err(|source| self.unreadable(source))? {
+                Fate::Same => Ok(News::Quiet),
+                Fate::Cut => self.back_to_the_line().map(|()| News::Quiet),
+                Fate::Replaced => Ok(News::Replaced),
+            };
         }
         let record = match &self.header {
-            Some(_) => parse(&self.line, &self.path, self.number)?,
+            Some(_) => match parse(&self.line, &self.path, self.number) {
+                // Whoever went on in the log has removed the half of a line that was read before.
+                Err(JournalError::Line { .. }) if std::mem::take(&mut self.was_within_a_line) => {
+                    self.back_to_the_line()?;
+                    return self.look();
+                }
+                parsed => parsed?,
+            },
             None => {
                 let header = parse_header(&self.line, &self.path)?;
                 Record::Header(self.header.insert(header).clone())
             }
         };
         self.line.clear();
+        self.was_within_a_line = false;
         self.number += 1;
         Ok(News::Record(Box::new(record)))
     }
 
-    /// Whether the file is shorter than what was read of it, or its path leads to another file.
-    fn is_replaced(&self) -> io::Result<bool> {
+    /// Reads once more from the beginning of the line that is half-read.
+    fn back_to_the_line(&mut self) -> Result<(), JournalError> {
+        self.position -= self.line.len() as u64;
+        self.line.clear();
+        let sought = self.input.seek(SeekFrom::Start(self.position));
+        sought.map(drop).map_err(|source| self.unreadable(source))
+    }
+
+    /// Whether only the half of a line is gone from the file; whether more is, or its path leads to another file.
+    fn fate(&self) -> io::Result<Fate> {
         let ours = self.input.get_ref().metadata()?;
         let there = match fs::metadata(&self.path) {
             Ok(there) => there,
             // Between two runs there may be none.
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Fate::Same),
             Err(error) => return Err(error),
         };
         let is_other = (ours.dev(), ours.ino()) != (there.dev(), there.ino());
-        Ok(is_other || ours.len() < self.position)
+        let whole = self.position - self.line.len() as u64;
+        Ok(match ours.len() {
+            _ if is_other => Fate::Replaced,
+            length if length < whole => Fate::Replaced,
+            length if length < self.position => Fate::Cut,
+            _ => Fate::Same,
+        })
     }
 
     fn unreadable(&self, source: io::Error) -> JournalError {
@@ -167,6 +202,26 @@ mod tests {
         assert_eq!(read(&mut follower), (Vec::new(), News::Replaced));
         let mut again = Follower::open(&path).unwrap();
         assert_eq!(read(&mut again), (records[..5].to_vec(), News::Quiet));
+    }
+
+    #[test]
+    fn the_half_of_a_line_may_be_cut_off() {
+        let records = samples::records();
+        let (first, then) = (bytes(&records[..3]), bytes(&records[3..5]));
+        for has_grown in [false, true] {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("run.jsonl");
+            fs::write(&path, [&first, &then[..9]].concat()).unwrap();
+            let mut follower = Follower::open(&path).unwrap();
+            assert_eq!(read(&mut follower), (records[..3].to_vec(), News::Quiet));
+            let file = File::options().append(true).open(&path).unwrap();
+            file.set_len(first.len() as u64).unwrap();
+            if !has_grown {
+                assert_eq!(read(&mut follower), (Vec::new(), News::Quiet));
+            }
+            (&file).write_all(&bytes(&records[4..6])).unwrap();
+            assert_eq!(read(&mut follower), (records[4..6].to_vec(), News::Quiet), "{has_grown}");
+        }
     }
 
     #[test]

@@ -43,6 +43,7 @@ pub(super) fn stopping(leaves: &[NodeId], names: &Names) -> String {
 pub(super) fn told(told: &Told, names: &Names) -> String {
     match told {
         Told::Begin { .. } => "begin".into(),
+        Told::Resumed => "the runtime was gone; another goes on".into(),
         Told::World { change } => phrase::changed(change, names),
         Told::Ended { leaf, outcome } => {
             let ended = format!("{} {}", names.node(*leaf), phrase::ended(outcome.end, names));

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use ambidex_model::{ControllerId, Header, Record, ResourceId, Time};
+use ambidex_model::{ControllerId, Header, Record, ResourceId, Time, Told};
 use ambidex_record::History;
 
 use super::kind::Kind;
@@ -65,7 +65,8 @@ impl Selection {
     pub(super) fn has(&self, record: &Record, round: u32, history: &History) -> bool {
         let Filters { kinds, rounds, from, to, with_minor, .. } = &self.rest;
         let (at, kind) = (history.now(), Kind::of(record));
-        let is_kind = if kinds.is_empty() { !kind.is_minor() } else { kinds.contains(&kind) };
+        let is_news = matches!(record, Record::Told { input: Told::Resumed, .. });
+        let is_kind = if kinds.is_empty() { is_news || !kind.is_minor() } else { kinds.contains(&kind) };
         (is_kind || (*with_minor && kind.is_minor()))
             && rounds.as_ref().is_none_or(|rounds| rounds.contains(&round))
             && from.is_none_or(|from| at >= from)

@@ -15,7 +15,7 @@ pub(super) fn of_node(record: &Record, history: &History, marks: &[bool]) -> boo
         Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => false,
         Record::Told { input, .. } => match input {
             Told::Ended { leaf, .. } => is(*leaf),
-            Told::Begin { .. } | Told::World { .. } | Told::End { .. } => false,
+            Told::Begin { .. } | Told::Resumed | Told::World { .. } | Told::End { .. } => false,
         },
         Record::Stopped { leaves, .. } => leaves.iter().any(|leaf| is(*leaf)),
         Record::Sent { from, to, message, .. } => is(*from) || is(*to) || message_of(message, is),
@@ -57,7 +57,7 @@ pub(super) fn of_resource(record: &Record, wanted: ResourceId) -> bool {
         Record::Told { input, .. } => match input {
             Told::Ended { outcome, .. } => outcome.changes.iter().any(|change| moves(change, wanted)),
             Told::World { change } => moves(change, wanted),
-            Told::Begin { .. } | Told::End { .. } => false,
+            Told::Begin { .. } | Told::Resumed | Told::End { .. } => false,
         },
         Record::Header(_) | Record::Controller { .. } | Record::Ended { .. } => false,
         Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } | Record::Stopped { .. } => false,

@@ -110,7 +110,7 @@ impl Entry {
             return false;
         };
         let is_same = wait.reason == again.reason && wait.because.sentence == again.because.sentence;
-        if !is_same || *last + 1 != from {
+        if !is_same || last.checked_add(1) != Some(from) {
             return false;
         }
         wait.is_first_only |= wait.because.detail != again.because.detail;

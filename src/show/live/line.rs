@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use ambidex_model::{
     Change, ControllerId, ControllerMessage, End, FromController, Grant, Header, MissionEnd, Names, NodeId, Record,
-    Reopened, ResourceId,
+    Reopened, ResourceId, Told,
 };
 use ambidex_record::History;
 
@@ -16,6 +16,7 @@ pub fn line(history: &History, record: &Record) -> Option<String> {
     let names = history.names();
     let text = match record {
         Record::Header(header) => begins(history, header),
+        Record::Told { input: Told::Resumed, .. } => "goes on after its runtime was gone".into(),
         Record::Sent { .. } | Record::Resource { .. } | Record::Told { .. } => return None,
         Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } | Record::Stopped { .. } => return None,
         Record::Decided { granted, reopened, .. } => decided(history, granted, reopened.as_ref())?,

@@ -125,3 +125,30 @@ fn only_the_mission_of_the_log_goes_on_in_it() {
     assert!(again.words().contains("had ended"), "{}", again.words());
     home.is_empty();
 }
+
+#[test]
+fn a_run_that_goes_on_can_be_ended_before_its_controllers_come() {
+    let home = Home::new();
+    let log = home.path("run.jsonl");
+    let process = go(&home, "run", &log);
+    crate::home::within(Duration::from_secs(20), "something runs", || {
+        fs::read_to_string(&log).is_ok_and(|log| log.contains("\"granted\":[{"))
+    });
+    process.signal(Signal::KILL);
+    process.wait();
+    let mut daemon = go(&home, "daemon", &log);
+    crate::home::within(Duration::from_secs(20), "it goes on", || {
+        fs::read_to_string(&log).is_ok_and(|log| log.contains("resumed"))
+    });
+    assert!(!daemon.has_ended());
+    daemon.signal(Signal::INT);
+    daemon.ends(130);
+    let text = fs::read_to_string(&log).expect("a log");
+    assert!(text.contains("\"end\":\"interrupted\"") && text.contains("\"end\":\"canceled\""), "{text}");
+    home.start(["verify".as_ref(), log.as_os_str()]).ends(0);
+    for more in [&["--set", "object=mug"][..], &["--on-stall", "wait"]] {
+        let args = ["run".as_ref(), "--resume".as_ref(), log.as_os_str()];
+        home.start(args.into_iter().chain(more.iter().map(AsRef::as_ref))).ends(2);
+    }
+    home.is_empty();
+}
