@@ -17,6 +17,8 @@ pub(super) struct Packing<'a> {
     chosen: Vec<Vec<Candidate>>,
     /// How each resource is used by what is chosen, by resource; others of the same access may join.
     used: Vec<Option<Access>>,
+    /// What found nothing beside the accepted ones; nor does whoever wants the same.
+    late: Option<Arc<Request>>,
 }
 
 /// Choices that one search tries at most. The robots of the paper claim a few dozen; a robot with many alike arms could
@@ -29,7 +31,7 @@ const SAME_COST_M: f64 = 1e-9;
 impl<'a> Packing<'a> {
     pub(super) fn new(view: &'a View) -> Self {
         let used = vec![None; view.mission.robot.resources.len()];
-        Self { view, accepted: Vec::new(), chosen: Vec::new(), used }
+        Self { view, accepted: Vec::new(), chosen: Vec::new(), used, late: None }
     }
 
     pub(super) fn into_accepted(self) -> Vec<Arc<Request>> {
@@ -45,9 +47,13 @@ impl<'a> Packing<'a> {
             return Err(reason);
         }
         // Most requests of a large tree come too late for everything: that is seen without a search.
-        let is_worth_a_search = self.has_room(&request) || (self.has_alternatives() && self.exclusives_match(&request));
+        let is_late = self.late.as_ref().is_some_and(|late| wants_the_same(late, &request));
+        let is_worth_a_search =
+            !is_late && (self.has_room(&request) || (self.has_alternatives() && self.exclusives_match(&request)));
         if !is_worth_a_search {
-            return Err(self.outbid(&request));
+            let reason = self.outbid(&request);
+            self.late = Some(request);
+            return Err(reason);
         }
         let mut search = Search::new(self.view, &self.accepted, &request);
         if search.extend(&self.chosen) || (self.has_alternatives() && search.any()) {
@@ -276,6 +282,16 @@ impl<'a> Search<'a> {
             }
         }
     }
+}
+
+/// Whether two requests could be served by the same resources in the same ways.
+fn wants_the_same(one: &Request, other: &Request) -> bool {
+    let is_same = |(one, other): (&ClaimOptions, &ClaimOptions)| {
+        one.access == other.access
+            && one.candidates.len() == other.candidates.len()
+            && std::iter::zip(&one.candidates, &other.candidates).all(|(one, other)| one.resource == other.resource)
+    };
+    one.claims.len() == other.claims.len() && std::iter::zip(&one.claims, &other.claims).all(is_same)
 }
 
 fn exclusives_match<'a>(claims: impl Iterator<Item = &'a ClaimOptions>) -> bool {
