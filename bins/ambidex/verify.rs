@@ -24,7 +24,8 @@ use crate::page::Page;
 LOG is a file or the name of an instance. Left out, it is the newest log there.
 
 A log carries the files that its mission was made of, and all that root was told. From these every decision is computed
-again: with the same version of this program it is the same, wherever and however fast it runs.
+again: with the same version of this program it is the same, wherever and however fast it runs. Messages between nodes
+and what controllers said are not compared: they have the order of the machine.
 
 Exit codes: 0 the same, 1 a record differs, 2 the log cannot be read, or was written without its files.")]
 pub struct VerifyArgs {
