@@ -111,6 +111,17 @@ impl Run {
         refused.next_back().map(|blocked| blocked.reason.clone())
     }
 
+    /// Rounds of which it is recorded why something does not run.
+    pub fn told_rounds(&self) -> Vec<u32> {
+        let told = self.driver.records.iter().filter_map(|record| match record {
+            Record::Decided { round, refused, .. } => Some(*round).filter(|_| !refused.is_empty()),
+            Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => None,
+            Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::Released { .. } => None,
+            Record::World { .. } | Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => None,
+        });
+        told.collect()
+    }
+
     /// Where things are.
     pub fn world_state(&self) -> &ambidex::model::WorldState {
         self.driver.root().state().world()

@@ -73,7 +73,7 @@ pub struct Root {
     is_wanted: bool,
     /// The last round came to nothing, and nothing runs.
     is_quiet: bool,
-    /// Nothing has been granted since a round came to nothing.
+    /// The last round granted nothing while nothing ran, so that its reasons are told.
     was_quiet: bool,
     /// It goes on after its runtime was gone, and has not been told to begin again.
     is_suspended: bool,
@@ -290,7 +290,8 @@ impl Root {
         let found = found.map(|found| with_winner(self.state.running(), &verdict, found));
         // Where nothing goes on any more, the reasons are the news.
         let is_quiet = verdict.granted.is_empty() && found.is_none() && self.state.running().is_empty();
-        let is_news = is_quiet && !std::mem::replace(&mut self.was_quiet, is_quiet);
+        let is_news = is_quiet && !self.was_quiet;
+        self.was_quiet = is_quiet;
         if let Record::Decided { refused, reopened, .. } = &mut decided {
             let blocked = |(&leaf, reason): (&NodeId, &Reason)| Blocked { leaf, reason: reason.clone() };
             if is_news || self.settings.has_messages {

@@ -211,3 +211,18 @@ fn a_pick_that_reaches_says_so() {
     let run = run(then([leaf("begin", blank("begin")), it(spec)]), Settings::default(), &[stand, Succeeds("begin")]);
     assert_eq!(run.steps(), "begin, it");
 }
+
+/// Whenever everything has come to rest, the reasons are told, and not once more while it rests.
+#[test]
+fn of_a_large_tree_are_told_when_nothing_goes_on_any_more() {
+    let needs = |kind: &str, fact| BehaviorSpec { precondition: Condition::Fact(FactId(fact), true), ..blank(kind) };
+    let tree = and([leaf("never", needs("never", 0)), leaf("later", needs("later", 1))]);
+    let body = robot(1, 0);
+    let mission = mission(body, 1, Vec::new(), vec![false; 3], &tree);
+    let settings = Settings { waits_when_stalled: true, has_messages: false, ..Settings::default() };
+    let change = |fact| Event::World(Change::Fact(FactId(fact), true));
+    let run = Run::new(mission, settings, &[change(2), change(1), Event::Ok("later")]);
+    // The first round comes to nothing, and so does the second; the third grants, the last comes to nothing again.
+    assert_eq!(run.steps(), "later");
+    assert_eq!(run.told_rounds(), [1, 5]);
+}
