@@ -32,15 +32,11 @@ impl JournalFile {
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder).map_err(|source| JournalError::Folder { path: folder.to_owned(), source })?;
         }
-        let by = Instant::now() + LOCK_WAIT;
-        loop {
-            match fresh(&path) {
-                Ok(Some(file)) => return Ok(Self { path, journal: Journal::new(BufWriter::new(file)) }),
-                Ok(None) if Instant::now() < by => thread::sleep(LOCK_POLL),
-                Ok(None) => return Err(JournalError::Busy { path }),
-                Err(Refused::NoFile) => return Err(JournalError::NoFile { path }),
-                Err(Refused::Io(source)) => return Err(JournalError::Create { path, source }),
-            }
+        match patiently(|| fresh(&path)) {
+            Ok(Some(file)) => Ok(Self { path, journal: Journal::new(BufWriter::new(file)) }),
+            Ok(None) => Err(JournalError::Busy { path }),
+            Err(Refused::NoFile) => Err(JournalError::NoFile { path }),
+            Err(Refused::Io(source)) => Err(JournalError::Create { path, source }),
         }
     }
 
@@ -52,14 +48,10 @@ impl JournalFile {
         let path = path.to_owned();
         let opened = File::options().read(true).append(true).open(&path);
         let file = opened.map_err(|source| JournalError::Open { path: path.clone(), source })?;
-        let by = Instant::now() + LOCK_WAIT;
-        loop {
-            match file.try_lock() {
-                Ok(()) => return Ok(Self { path, journal: Journal::new(BufWriter::new(file)) }),
-                Err(TryLockError::WouldBlock) if Instant::now() < by => thread::sleep(LOCK_POLL),
-                Err(TryLockError::WouldBlock) => return Err(JournalError::Busy { path }),
-                Err(TryLockError::Error(source)) => return Err(JournalError::Open { path, source }),
-            }
+        match patiently(|| locked(&file)) {
+            Ok(Some(())) => Ok(Self { path, journal: Journal::new(BufWriter::new(file)) }),
+            Ok(None) => Err(JournalError::Busy { path }),
+            Err(source) => Err(JournalError::Open { path, source }),
         }
     }
 
@@ -125,16 +117,34 @@ impl From<io::Error> for Refused {
     }
 }
 
+/// Tries until it is there, as long as somebody may be expected to hold a log that only looks; none if it still is not.
+fn patiently<T, E>(mut attempt: impl FnMut() -> Result<Option<T>, E>) -> Result<Option<T>, E> {
+    let by = Instant::now() + LOCK_WAIT;
+    loop {
+        match attempt()? {
+            None if Instant::now() < by => thread::sleep(LOCK_POLL),
+            done => return Ok(done),
+        }
+    }
+}
+
+/// Locks a file; none while somebody has it.
+fn locked(file: &File) -> io::Result<Option<()>> {
+    match file.try_lock() {
+        Ok(()) => Ok(Some(())),
+        Err(TryLockError::WouldBlock) => Ok(None),
+        Err(TryLockError::Error(error)) => Err(error),
+    }
+}
+
 /// A new, locked file at the path; none while somebody has the one that is there.
 fn fresh(path: &Path) -> Result<Option<File>, Refused> {
     match fs::metadata(path) {
         Ok(there) if !there.is_file() => return Err(Refused::NoFile),
         Ok(_) => {
             let old = File::open(path)?;
-            match old.try_lock() {
-                Ok(()) => {}
-                Err(TryLockError::WouldBlock) => return Ok(None),
-                Err(TryLockError::Error(error)) => return Err(error.into()),
+            if locked(&old)?.is_none() {
+                return Ok(None);
             }
             // Whoever still reads it reads it to its end, and notices the new one.
             fs::remove_file(path)?;
@@ -152,11 +162,7 @@ fn fresh(path: &Path) -> Result<Option<File>, Refused> {
         Err(error) if error.kind() == ErrorKind::AlreadyExists => return Ok(None),
         Err(error) => return Err(error.into()),
     };
-    match file.try_lock() {
-        Ok(()) => Ok(Some(file)),
-        Err(TryLockError::WouldBlock) => Ok(None),
-        Err(TryLockError::Error(error)) => Err(error.into()),
-    }
+    Ok(locked(&file)?.map(|()| file))
 }
 
 /// Whether a process writes this log at this moment.
