@@ -48,15 +48,15 @@ impl<'a> Packing<'a> {
         }
         // Most requests of a large tree come too late for everything: that is seen without a search.
         let is_late = self.late.as_ref().is_some_and(|late| wants_the_same(late, &request));
-        let is_worth_a_search =
-            !is_late && (self.has_room(&request) || (self.has_alternatives() && self.exclusives_match(&request)));
-        if !is_worth_a_search {
+        let has_room = !is_late && self.has_room(&request);
+        let may_rearrange = || !is_late && self.has_alternatives() && self.exclusives_match(&request);
+        if !has_room && !may_rearrange() {
             let reason = self.outbid(&request);
             self.late = Some(request);
             return Err(reason);
         }
         let mut search = Search::new(self.view, &self.accepted, &request);
-        if search.extend(&self.chosen) || (self.has_alternatives() && search.any()) {
+        if (has_room && search.extend(&self.chosen)) || (may_rearrange() && search.any()) {
             self.chosen = search.chosen;
             self.accepted.push(request);
             self.note_uses();
@@ -106,7 +106,8 @@ impl<'a> Packing<'a> {
     /// A quick no: the exclusive claims alone find no resource each.
     fn exclusives_match(&self, request: &Request) -> bool {
         let claims = self.accepted.iter().map(|accepted| &**accepted).chain([request]).flat_map(|one| &one.claims);
-        exclusives_match(claims)
+        let exclusive = claims.filter(|claim| claim.access == Access::Exclusive);
+        match_claims(&exclusive.map(ClaimOptions::resources).collect::<Vec<_>>()).is_ok()
     }
 
     fn note_uses(&mut self) {
@@ -190,9 +191,6 @@ impl<'a> Search<'a> {
 
     /// True if there is a choice for all.
     fn any(&mut self) -> bool {
-        if !exclusives_match(self.requests.iter().flat_map(|request| &request.claims)) {
-            return false;
-        }
         self.chosen = vec![Vec::new()];
         self.first_from(0)
     }
@@ -292,10 +290,4 @@ fn wants_the_same(one: &Request, other: &Request) -> bool {
             && std::iter::zip(&one.candidates, &other.candidates).all(|(one, other)| one.resource == other.resource)
     };
     one.claims.len() == other.claims.len() && std::iter::zip(&one.claims, &other.claims).all(is_same)
-}
-
-fn exclusives_match<'a>(claims: impl Iterator<Item = &'a ClaimOptions>) -> bool {
-    let exclusive: Vec<_> =
-        claims.filter(|claim| claim.access == Access::Exclusive).map(ClaimOptions::resources).collect();
-    match_claims(&exclusive).is_ok()
 }
