@@ -53,27 +53,22 @@ impl Observer {
             log::default_path(instance)
         };
         let path: PathBuf = args.log.clone().unwrap_or_else(default);
-        Ok(Self {
-            names: mission.names.clone(),
-            file: JournalFile::create(path)?,
-            failure: None,
-            history: None,
-            terminal: terminal.clone(),
-            is_quiet: args.quiet,
-            is_json: args.json,
-            drawn: None,
-            is_stale: false,
-            is_live,
-        })
+        let names = mission.names.clone();
+        Ok(Self { is_live, ..Self::on(JournalFile::create(path)?, names, args, terminal) })
     }
 
     /// Goes on with a log, of which the history is known; controllers are awaited.
     pub fn resume(file: JournalFile, history: History, args: &MissionArgs, terminal: &Terminal) -> Self {
+        let names = history.names().clone();
+        Self { history: Some(history), ..Self::on(file, names, args, terminal) }
+    }
+
+    fn on(file: JournalFile, names: Names, args: &MissionArgs, terminal: &Terminal) -> Self {
         Self {
-            names: history.names().clone(),
+            names,
             file,
             failure: None,
-            history: Some(history),
+            history: None,
             terminal: terminal.clone(),
             is_quiet: args.quiet,
             is_json: args.json,

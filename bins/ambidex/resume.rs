@@ -80,7 +80,8 @@ impl Resume {
     /// # Errors
     /// When it cannot be written.
     pub fn robot_file(&self) -> Result<RobotFile> {
-        let text = files::robot_text(&self.rerun.mission).unwrap_or_default();
+        let Rerun { mission, robot_path, .. } = &self.rerun;
+        let text = mission.source.as_ref().and_then(|source| files::kept_text(source, robot_path)).unwrap_or_default();
         let path = self.file.path().with_extension("robot.yaml");
         let written = std::fs::write(&path, text).into_diagnostic();
         written

@@ -24,7 +24,7 @@ impl Telling {
         if header.has_messages {
             return Ok(Self { replay: None, line: 0 });
         }
-        let Rerun { mission, settings } = rerun(header, path)?;
+        let Rerun { mission, settings, .. } = rerun(header, path)?;
         let wanted = (0..mission.tree.nodes.len()).map(|node| wanted(NodeId::from(node))).collect();
         Ok(Self { replay: Some(Replay::with_messages(&mission, &settings, wanted)), line: 0 })
     }

@@ -1,6 +1,6 @@
 //! `ambidex verify`: every decision of a log computed again.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use ambidex::files;
@@ -36,6 +36,8 @@ pub struct VerifyArgs {
 /// A log's mission and how it was run.
 pub struct Rerun {
     pub mission: Arc<MissionSpec>,
+    /// Where its robot stands among the files of the log.
+    pub robot_path: PathBuf,
     pub settings: Settings,
 }
 
@@ -47,15 +49,12 @@ pub fn verify(args: &VerifyArgs) -> Result<Exit> {
     let Rerun { mission, settings, .. } = rerun(&header, &path)?;
     let mut replay = Replay::new(&mission, &settings);
     let mut page = Page::new();
-    let selection = Selection::new(&Filters::default(), &header).map_err(|error| log::unknown(&error))?;
-    let mut said = Conversation::new(&header, selection);
     let mut count = 0_u64;
     for record in reader.by_ref() {
         let record = record.into_diagnostic()?;
         count += 1;
-        let taken = replay.take(&record);
-        said.take(&record);
-        if let Err(difference) = taken {
+        if let Err(difference) = replay.take(&record) {
+            let said = said_until(&path, &header, count)?;
             page.text(&told(&difference, count, &said, &page.palette()))?;
             return Ok(Exit::Failed);
         }
@@ -66,6 +65,16 @@ pub fn verify(args: &VerifyArgs) -> Result<Exit> {
     Ok(Exit::Done)
 }
 
+/// The log as a conversation up to a line, in which that line can be told.
+fn said_until(path: &Path, header: &Header, line: u64) -> Result<Conversation> {
+    let selection = Selection::new(&Filters::default(), header).map_err(|error| log::unknown(&error))?;
+    let mut said = Conversation::new(header, selection);
+    for (_, record) in (0..line).zip(Reader::open(path).into_diagnostic()?) {
+        said.take(&record.into_diagnostic()?);
+    }
+    Ok(said)
+}
+
 /// The mission of a log, made again of the files that the log carries.
 ///
 /// # Errors
@@ -73,7 +82,7 @@ pub fn verify(args: &VerifyArgs) -> Result<Exit> {
 pub fn rerun(header: &Header, path: &Path) -> Result<Rerun> {
     let source = header.source.as_ref();
     let source = source.ok_or_else(|| miette!("the log {} does not carry the files of its mission", shown(path)))?;
-    let mission = files::load_source(source).map_err(|error| report_all(&error))?.mission;
+    let loaded = files::load_source(source).map_err(|error| report_all(&error))?;
     let unknown = |_| miette!("the log {} was made with the allocator `{}`", shown(path), header.allocator);
     let allocator = AllocatorName::from_str(&header.allocator, false).map_err(unknown)?;
     let settings = Settings {
@@ -82,7 +91,7 @@ pub fn rerun(header: &Header, path: &Path) -> Result<Rerun> {
         has_messages: header.has_messages,
         ..Settings::default()
     };
-    Ok(Rerun { mission, settings })
+    Ok(Rerun { mission: loaded.mission, robot_path: loaded.robot_path, settings })
 }
 
 /// A difference as an error, for verbs that need a log without one.

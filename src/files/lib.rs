@@ -41,7 +41,7 @@ pub use schema::schema;
 pub use settings::{NoSetting, Setting};
 pub use sources::{Disk, InMemory, Sources};
 
-use ambidex_model::{MissionSpec, Names, Source, SourceFile};
+use ambidex_model::{MissionSpec, Names, Source};
 use describe::Described;
 use fault::Faults;
 use files::{Files, beside};
@@ -103,12 +103,9 @@ pub fn load_mission(
     Ok(loaded)
 }
 
-/// The text of the robot file of a mission that was loaded from files.
-pub fn robot_text(mission: &MissionSpec) -> Option<&str> {
-    let source = mission.source.as_ref()?;
-    // The mission names it, with what it includes read before; and it alone is a robot.
-    let is_robot = |file: &&SourceFile| load_robot(&Kept::new(source), Path::new(&file.path)).is_ok();
-    source.files.iter().find(is_robot).map(|file| file.text.as_str())
+/// The text of one of the files that a mission was made of.
+pub fn kept_text(source: &Source, path: &Path) -> Option<String> {
+    Kept::new(source).read(path).ok().and_then(|text| String::from_utf8(text).ok())
 }
 
 /// Loads a mission once more from the files that it was made of.
