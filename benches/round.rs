@@ -20,7 +20,7 @@ use std::time::{Duration, Instant};
 use ambidex::model::state::State;
 use ambidex::model::{
     Access, Blocked, Change, Claim, Condition, FactId, MissionEnd, MissionSpec, NodeId, NodeKind, Reason, Request,
-    ResourceSpec, Retention, Selector, Time, Topology, TypeId,
+    ResourceSpec, Retention, Selector, Time, Told, Topology, TypeId,
 };
 use ambidex::runtime::log::{JournalFile, emit};
 use ambidex::runtime::{self, Clock, Control, Ended, Options, Sink};
@@ -209,7 +209,7 @@ impl Machines {
             is_on: false,
             counted,
         };
-        machines.come_to_rest(Input::Begin(Vec::new()));
+        machines.come_to_rest(Told::Begin { changes: Vec::new() }.into());
         machines
     }
 
@@ -219,7 +219,7 @@ impl Machines {
         let begun = Instant::now();
         for _ in 0..rounds {
             self.is_on = !self.is_on;
-            self.come_to_rest(Input::World(Change::Fact(TOGGLED, self.is_on)));
+            self.come_to_rest(Told::World { change: Change::Fact(TOGGLED, self.is_on) }.into());
         }
         let passed = begun.elapsed();
         assert_eq!(self.messages, rounds * self.expected, "all messages came");

@@ -61,7 +61,8 @@ impl Floor {
         let begun = Instant::now();
         self.tokio.block_on(async {
             for _ in 0..rounds {
-                let change = Input::World(Change::Fact(TOGGLED, true));
+                let change = Told::World { change: Change::Fact(TOGGLED, true) };
+                let change = Input::from(change);
                 self.root.try_send(change).expect("there is room");
                 self.ended.recv().await.expect("it runs");
             }
@@ -82,22 +83,17 @@ impl Floor {
 impl FloorTask {
     async fn run(mut self) {
         while let Some(input) = self.inbox.recv().await {
-            if !matches!(input, Input::World(_)) {
+            if !matches!(input, Input::Told(_)) {
                 self.delivered.fetch_add(1, Ordering::Relaxed);
             }
             match input {
                 Input::Down(down @ Down::Activation(_)) => self.activate(&down),
                 Input::Down(down) => self.tell(&down),
                 Input::Up(_, up) => self.answered(up),
-                Input::World(_) => {
+                Input::Told(_) => {
                     self.activate(&Down::Activation(Activation { view: Arc::clone(&self.view), skips: Arc::from([]) }))
                 }
-                Input::Ended(_)
-                | Input::Begin(_)
-                | Input::Observed(_)
-                | Input::End(_)
-                | Input::Told(_)
-                | Input::Turn => {
+                Input::Ended(_) | Input::Observed(_) | Input::Turn => {
                     panic!("nothing runs")
                 }
             }

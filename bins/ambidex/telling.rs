@@ -37,19 +37,13 @@ impl Telling {
         self.line += 1;
         let Some(replay) = &mut self.replay else { return take(record) };
         replay.take(record).map_err(|difference| differs(&difference, self.line))?;
-        let is_made_in_a_turn = match record {
-            Record::Header(_) | Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } => false,
-            Record::Sent { .. } | Record::Controller { .. } => false,
-            Record::Began { .. } | Record::Stopped { .. } | Record::World { .. } => true,
-            Record::Decided { .. } | Record::Released { .. } | Record::Resource { .. } => true,
-            // It may be that of a defect, which no turn makes.
-            Record::Ended { .. } => false,
-        };
-        if !is_made_in_a_turn && !take(record)? {
+        // The end may be that of a defect, which no turn makes: it is told where the log has it.
+        let is_end = |record: &Record| matches!(record, Record::Ended { .. });
+        if (!record.follows() || is_end(record)) && !take(record)? {
             return Ok(false);
         }
         let made = replay.take_turn();
-        for made in made.iter().filter(|made| !matches!(made, Record::Ended { .. })) {
+        for made in made.iter().filter(|made| !is_end(made)) {
             if !take(made)? {
                 return Ok(false);
             }

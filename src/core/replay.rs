@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use crate::dispatch::start_states;
-use crate::tree::{Effect, Input, Node, Outbox, Root, Settings, Up, build};
+use crate::tree::{Effect, Input, Node, Outbox, Root, Settings, build};
 use ambidex_model::state::Stage;
 use ambidex_model::{
     Change, ControllerId, ControllerMessage, ControllerState, Header, Location, MissionEnd, MissionSpec, NodeId,
@@ -44,7 +44,7 @@ pub struct Resumed {
     pub states: Vec<ControllerState>,
     /// The last moment of the log.
     pub at: Time,
-    /// What follows from the log and is not in it any more: its writer was killed before it came to that.
+    /// What follows from the log and is not in it: its writer was killed before it came to that; and that it goes on.
     pub missing: Vec<Record>,
     /// How it ended, if it has: then nothing goes on.
     pub end: Option<MissionEnd>,
@@ -140,7 +140,7 @@ impl Replay {
                     Told::Ended { leaf, outcome } if self.turn.is_some() => {
                         self.give(*at, *leaf, Input::Ended(Box::new(outcome.clone())));
                     }
-                    other => self.give(*at, NodeId(0), Input::Told(Box::new(other.clone()))),
+                    other => self.give(*at, NodeId(0), other.clone().into()),
                 }
                 Ok(())
             }
@@ -159,13 +159,13 @@ impl Replay {
                 self.nodes[0].handle(record.at(), Input::Observed(*change), &mut Outbox::default());
                 Ok(())
             }
-            Record::Began { .. } | Record::Stopped { .. } | Record::World { .. } => self.compare(record),
-            Record::Decided { .. } | Record::Released { .. } | Record::Resource { .. } => self.compare(record),
             // Not all ends are root's word: a defect ends a mission without it, and so does a grace that is over.
             Record::Ended { end, .. } if self.is_without_root(*end) => {
                 self.ended = Some(*end);
                 Ok(())
             }
+            Record::Began { .. } | Record::Stopped { .. } | Record::World { .. } => self.compare(record),
+            Record::Decided { .. } | Record::Released { .. } | Record::Resource { .. } => self.compare(record),
             Record::Ended { .. } => self.compare(record),
         }
     }
@@ -175,13 +175,18 @@ impl Replay {
         self.turn.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
-    /// The run as the log leaves it.
-    pub fn finish(self) -> Resumed {
+    /// The run as the log leaves it. Where it is not over, root is told that it goes on, which the log then lacks too.
+    pub fn finish(mut self) -> Resumed {
         let end = match self.root().state().stage() {
             Stage::Over(end) => Some(end),
             Stage::Waiting | Stage::Running => self.ended,
         };
-        Resumed { nodes: self.nodes, states: self.states, at: self.at, missing: self.made.into(), end }
+        let mut missing: Vec<Record> = self.made.drain(..).collect();
+        if end.is_none() {
+            missing.push(Record::Told { at: self.at, input: Told::Resumed });
+            self.give(self.at, NodeId(0), Told::Resumed.into());
+        }
+        Resumed { nodes: self.nodes, states: self.states, at: self.at, missing, end }
     }
 
     fn has_places_of(&self, told: &Told) -> bool {
@@ -213,25 +218,19 @@ impl Replay {
     }
 
     fn compare(&mut self, found: &Record) -> Result<(), Difference> {
-        let expected = self.made.pop_front();
-        if expected.as_ref().is_some_and(|expected| self.is_same(expected, found)) {
-            self.decisions += u64::from(matches!(found, Record::Decided { .. }));
-            return Ok(());
+        let Some(mut expected) = self.made.pop_front() else {
+            return Err(Difference { found: Some(Box::new(found.clone())), expected: None });
+        };
+        // When an answer came up is no part of what follows, and why all else does not run the log may have left out.
+        expected.set_at(found.at());
+        if self.turn.is_some() && found.refusals().is_empty() {
+            expected.forget_refusals();
         }
-        Err(Difference { found: Some(Box::new(found.clone())), expected: expected.map(Box::new) })
-    }
-
-    /// Whether the log tells what follows. When an answer came up is no part of it.
-    fn is_same(&self, made: &Record, found: &Record) -> bool {
-        let (mut made, mut found) = (made.clone(), found.clone());
-        for record in [&mut made, &mut found] {
-            record.set_at(Time::ZERO);
-            // The log may have left them out.
-            if self.turn.is_some() {
-                record.forget_refusals();
-            }
+        if expected != *found {
+            return Err(Difference { found: Some(Box::new(found.clone())), expected: Some(Box::new(expected)) });
         }
-        made == found
+        self.decisions += u64::from(matches!(found, Record::Decided { .. }));
+        Ok(())
     }
 
     fn give(&mut self, at: Time, to: NodeId, input: Input) {
@@ -248,9 +247,7 @@ impl Replay {
                 }
                 match effect {
                     Effect::Down(to, down) => self.inbox.push_back((to, Input::Down(down))),
-                    Effect::Up(up @ (Up::Answer(_) | Up::Release(_))) => {
-                        self.inbox.push_back((self.topology.parent(node), Input::Up(node, up)));
-                    }
+                    Effect::Up(up) => self.inbox.push_back((self.topology.parent(node), Input::Up(node, up))),
                     Effect::Record(record) => self.make(*record),
                     Effect::Start(_) | Effect::Stop(_) | Effect::Finished(_) => {}
                 }
@@ -259,8 +256,7 @@ impl Replay {
     }
 
     fn make(&mut self, record: Record) {
-        let is_copied = matches!(record, Record::Told { .. } | Record::Turn { .. } | Record::Observed { .. });
-        if !is_copied {
+        if record.follows() {
             if let Some(turn) = &mut self.turn {
                 turn.push(record.clone());
             }

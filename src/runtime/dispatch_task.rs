@@ -8,7 +8,7 @@ use super::link_task::Order;
 use super::node_task::{ToNode, ToRoot};
 use super::signal::Signal;
 use ambidex_core::dispatch::{Dispatch, Effect, Input};
-use ambidex_model::{MissionEnd, NodeId};
+use ambidex_model::{MissionEnd, NodeId, Told};
 
 /// The dispatch with its neighbors.
 pub(super) struct DispatchTask {
@@ -47,13 +47,13 @@ impl DispatchTask {
             Effect::Ended(leaf, outcome) => self.nodes[leaf.index()].ended(outcome),
             Effect::Observed(change) => self.nodes[NodeId(0).index()].observed(change),
             Effect::Ready(said) => {
-                self.root.begin(said);
+                self.root.tell(Told::Begin { changes: said });
                 self.signal(Signal::Begun);
             }
             Effect::Configured(id) => self.signal(Signal::Attached(id)),
             Effect::Lost(id) => {
                 // Before the ends that follow from it: root grants nothing for them.
-                self.root.end(MissionEnd::ControllerLost(id));
+                self.root.tell(Told::End { end: MissionEnd::ControllerLost(id) });
                 self.signal(Signal::Lost(id));
             }
             Effect::Missing(id) => self.signal(Signal::Missing(id)),

@@ -9,7 +9,7 @@ use super::journal_task::Journal;
 use super::signal::Signal;
 use ambidex_core::dispatch;
 use ambidex_core::tree::{Down, Effect, Input, Node, Outbox, Up};
-use ambidex_model::{Change, MissionEnd, MissionSpec, NodeId, Outcome, Time, Told, Topology};
+use ambidex_model::{Change, MissionSpec, NodeId, Outcome, Time, Told, Topology};
 
 /// What a parent can have on the way to a child: a verdict, one that only stops, and the next activation; twice that.
 const FROM_PARENT: usize = 8;
@@ -42,25 +42,9 @@ impl ToParent {
 pub(super) struct ToRoot(mpsc::UnboundedSender<Input>);
 
 impl ToRoot {
-    pub(super) fn resumed(&self) {
-        self.tell(Input::Told(Box::new(Told::Resumed)));
-    }
-
-    pub(super) fn begin(&self, said: Vec<Change>) {
-        self.tell(Input::Begin(said));
-    }
-
-    pub(super) fn end(&self, end: MissionEnd) {
-        self.tell(Input::End(end));
-    }
-
-    pub(super) fn world(&self, change: Change) {
-        self.tell(Input::World(change));
-    }
-
     /// A closed inbox belongs to a run that is over.
-    fn tell(&self, input: Input) {
-        drop(self.0.send(input));
+    pub(super) fn tell(&self, told: Told) {
+        drop(self.0.send(told.into()));
     }
 }
 

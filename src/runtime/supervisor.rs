@@ -18,7 +18,7 @@ use super::signal::Signal;
 use ambidex_core::dispatch::{self, Dispatch, Limits};
 use ambidex_core::replay::Resumed;
 use ambidex_core::tree::Settings;
-use ambidex_model::{Change, ControllerId, Loss, MissionEnd, MissionSpec, NodeId, Record};
+use ambidex_model::{Change, ControllerId, Loss, MissionEnd, MissionSpec, NodeId, Record, Told};
 
 /// How long the log may take in the end to write what waits, wall time.
 const WRITER_GRACE: Duration = Duration::from_secs(5);
@@ -82,10 +82,9 @@ pub async fn run(
             None => journal.write(Record::Header(Box::new(options.settings.header(&mission)))),
         }
     }
-    let is_resumed = resumed.is_some();
     let begun = resumed.unwrap_or_else(|| Resumed::fresh(&mission, &options.settings));
     let timing = Timing { clock: options.clock, grace: options.grace };
-    let mut supervisor = Supervisor::start(&mission, links, (begun, is_resumed), timing, journal, control);
+    let mut supervisor = Supervisor::start(&mission, links, begun, timing, journal, control);
     supervisor.writer = writer;
     supervisor.watch(options.attach_timeout).await
 }
@@ -120,7 +119,7 @@ impl Supervisor {
     fn start(
         mission: &Arc<MissionSpec>,
         links: Vec<Box<dyn Port>>,
-        (begun, is_resumed): (Resumed, bool),
+        begun: Resumed,
         timing: Timing,
         journal: Option<Journal>,
         control: mpsc::UnboundedReceiver<Control>,
@@ -136,9 +135,6 @@ impl Supervisor {
             has_messages: begun.nodes[0].has_messages(),
         });
         let (nodes, ways, root) = wire(begun.nodes, &around);
-        if is_resumed {
-            root.resumed();
-        }
         let (mut tasks, mut others, mut ids) = (JoinSet::new(), JoinSet::new(), HashMap::new());
         let mut aborts = Vec::new();
         for node in nodes {
@@ -160,7 +156,7 @@ impl Supervisor {
         };
         others.spawn(dispatch.run());
         if mission.robot.controllers.is_empty() {
-            root.begin(Vec::new());
+            root.tell(Told::Begin { changes: Vec::new() });
         }
         Self {
             timing,
@@ -257,7 +253,7 @@ impl Supervisor {
     fn controlled(&mut self, control: Control) {
         match control {
             Control::Cancel => self.tell_root(MissionEnd::Canceled),
-            Control::World(change) => self.root.world(change),
+            Control::World(change) => self.root.tell(Told::World { change }),
             Control::GiveUp if !self.has_begun => self.tell_root(MissionEnd::NotAttached),
             Control::GiveUp => {}
             Control::Abort(node) => self.aborts[node.index()].abort(),
@@ -266,7 +262,7 @@ impl Supervisor {
 
     fn tell_root(&mut self, end: MissionEnd) {
         self.ending.get_or_insert(end);
-        self.root.end(end);
+        self.root.tell(Told::End { end });
     }
 
     fn task_ended(&mut self, ended: Result<(Id, ()), JoinError>) {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ambidex::model::{Header, MissionEnd, MissionSpec, NodeId, Outcome, Record};
+use ambidex::model::{Header, MissionEnd, MissionSpec, NodeId, Outcome, Record, Told};
 use ambidex::record::{History, LeafState};
 use ambidex::tree::{Input, Settings};
 
@@ -88,7 +88,7 @@ fn driven(mission: &Arc<MissionSpec>, simulated: &[Record]) -> Heard {
     let mut ends: Vec<(NodeId, Outcome)> = ends.collect();
     let mut heard = Heard::new(mission);
     let mut driver = Driver::new(mission, &Settings::default(), Rng::of(&[1]));
-    driver.give(NodeId(0), Input::Begin(Vec::new()));
+    driver.give(NodeId(0), Told::Begin { changes: Vec::new() }.into());
     loop {
         heard.compare(&driver);
         if driver.step() {

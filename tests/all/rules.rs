@@ -9,7 +9,7 @@ mod reasons;
 mod words;
 
 use ambidex::model::{
-    BehaviorSpec, Change, End, Fault, MissionEnd, MissionSpec, NodeId, Outcome, Reason, Record, Retention, Time,
+    BehaviorSpec, Change, End, Fault, MissionEnd, MissionSpec, NodeId, Outcome, Reason, Record, Retention, Time, Told,
 };
 use ambidex::tree::{Input, Settings};
 
@@ -41,7 +41,7 @@ impl Run {
     pub fn new(mission: MissionSpec, settings: Settings, events: &[Event]) -> Self {
         let driver = Driver::new(&std::sync::Arc::new(mission.clone()), &settings, Rng::of(&[1]));
         let mut run = Self { driver, mission };
-        run.give(NodeId(0), Input::Begin(Vec::new()));
+        run.give(NodeId(0), Told::Begin { changes: Vec::new() }.into());
         for event in events {
             run.driver.now = Time(run.driver.now.0 + 1_000_000);
             let outcome = |end, changes| Input::Ended(Box::new(Outcome { end, changes }));
@@ -56,7 +56,7 @@ impl Run {
                     run.give(run.node(name), outcome(failed, vec![change]));
                 }
                 Event::OkWith(name, change) => run.give(run.node(name), outcome(End::Succeeded, vec![change])),
-                Event::World(change) => run.give(NodeId(0), Input::World(change)),
+                Event::World(change) => run.give(NodeId(0), Told::World { change }.into()),
             }
         }
         run

@@ -200,12 +200,7 @@ impl Dispatch {
     }
 
     fn is_credible(&self, id: ControllerId, message: &FromController) -> bool {
-        match message {
-            FromController::Configured { state, .. }
-            | FromController::Feedback { state, .. }
-            | FromController::Result { state, .. } => attachment::is_credible(&self.mission, id, state),
-            FromController::Accepted { .. } | FromController::Rejected { .. } => true,
-        }
+        message.state().is_none_or(|state| attachment::is_credible(&self.mission, id, &state))
     }
 
     /// What was said cannot be used. If it was the last word on a command, the goal fails at once.

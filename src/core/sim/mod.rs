@@ -83,9 +83,7 @@ pub fn resume(mission: &Arc<MissionSpec>, mut resumed: Resumed, journal: &mut dy
     if let Some(end) = resumed.end {
         return end;
     }
-    let mut simulation = Simulation::new(mission, resumed, bodies, Vec::new(), journal);
-    simulation.tell_root(Input::Told(Box::new(Told::Resumed)));
-    simulation.run()
+    Simulation::new(mission, resumed, bodies, Vec::new(), journal).run()
 }
 
 impl<'a> Simulation<'a> {
@@ -137,7 +135,7 @@ impl<'a> Simulation<'a> {
                     // Nothing moves, nothing is due: a mission that waits for a world in which nothing happens.
                     return self.end.unwrap_or(MissionEnd::Stalled);
                 }
-                self.tell_root(Input::End(MissionEnd::NotAttached));
+                self.tell_root(Told::End { end: MissionEnd::NotAttached });
             }
         }
     }
@@ -153,8 +151,8 @@ impl<'a> Simulation<'a> {
                 self.exchange(id, None);
             }
             Event::Hang(id) => self.plants[id.index()].hang(),
-            Event::World(change) => self.tell_root(Input::World(change)),
-            Event::Cancel => self.tell_root(Input::End(MissionEnd::Canceled)),
+            Event::World(change) => self.tell_root(Told::World { change }),
+            Event::Cancel => self.tell_root(Told::End { end: MissionEnd::Canceled }),
         }
     }
 
@@ -222,9 +220,11 @@ impl<'a> Simulation<'a> {
             dispatch::Effect::Ended(leaf, outcome) => {
                 self.deliveries.push_back(Delivery::Node(leaf, Input::Ended(Box::new(outcome))));
             }
-            dispatch::Effect::Observed(change) => self.tell_root(Input::Observed(change)),
+            dispatch::Effect::Observed(change) => {
+                self.deliveries.push_back(Delivery::Node(NodeId(0), Input::Observed(change)));
+            }
             // Before the ends that follow from it: root grants nothing for them.
-            dispatch::Effect::Lost(id) => self.tell_root(Input::End(MissionEnd::ControllerLost(id))),
+            dispatch::Effect::Lost(id) => self.tell_root(Told::End { end: MissionEnd::ControllerLost(id) }),
             dispatch::Effect::Configured(_) | dispatch::Effect::Missing(_) => {}
             dispatch::Effect::Reset(id) => self.plants[id.index()].reset(),
             dispatch::Effect::Safe => self.is_safe = true,
@@ -234,11 +234,11 @@ impl<'a> Simulation<'a> {
 
     fn begin(&mut self, said: Vec<Change>) {
         self.has_begun = true;
-        self.tell_root(Input::Begin(said));
+        self.tell_root(Told::Begin { changes: said });
     }
 
-    fn tell_root(&mut self, input: Input) {
-        self.deliveries.push_back(Delivery::Node(NodeId(0), input));
+    fn tell_root(&mut self, told: Told) {
+        self.deliveries.push_back(Delivery::Node(NodeId(0), told.into()));
     }
 
     fn tell_dispatch(&mut self, input: dispatch::Input) {

@@ -1,5 +1,5 @@
 //! The actor of a task node (III-C): passes the view down, and answers once for everything below it. What it knows of
-//! its children stands in the view; it keeps nothing but the open round.
+//! its children stands in the view; it keeps the open round, and what they said last.
 
 use std::sync::Arc;
 
@@ -101,7 +101,7 @@ impl Composite {
             self.go_on(index, out);
             return;
         }
-        child.said = Some(Said { round: open.view.round(), skips: Arc::clone(skips), answer: None });
+        child.said = Some(Said { round: open.view.round, skips: Arc::clone(skips), answer: None });
         open.activated.push(index);
         open.waiting += 1;
         let (view, skips) = (Arc::clone(&open.view), Arc::clone(skips));
@@ -136,7 +136,7 @@ impl Composite {
                 self.ordering.answer(self.id, view, &*self.allocator, &answers)
             }
         };
-        answer.round = view.round();
+        answer.round = view.round;
         out.push(Effect::Up(Up::Answer(Box::new(answer))));
     }
 

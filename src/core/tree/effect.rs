@@ -12,19 +12,19 @@ pub enum Input {
     Up(NodeId, Up),
     /// To a leaf, from its controllers: the goal ended.
     Ended(Box<Outcome>),
-    /// To root: what a log says that it was told.
+    /// To root, from outside the tree.
     Told(Box<Told>),
-    /// To root: begin the mission, or go on with it; this is what controllers say of the world.
-    Begin(Vec<Change>),
-    /// To root: the world is different, and nobody in the tree did it.
-    World(Change),
     /// To root: the base is here while a goal runs; no round comes of it.
     Observed(Change),
     /// To root, when it [`wants one`](super::Root::wants_turn) and nothing else is there for it: take up what came and
     /// decide.
     Turn,
-    /// To root: end the mission in order, for this cause: no new round, what runs is canceled first.
-    End(MissionEnd),
+}
+
+impl From<Told> for Input {
+    fn from(told: Told) -> Self {
+        Self::Told(Box::new(told))
+    }
 }
 
 /// What a node wants done.

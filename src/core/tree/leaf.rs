@@ -37,7 +37,7 @@ impl Leaf {
     }
 
     fn on_activation(&mut self, Activation { view, skips }: Activation, out: &mut Outbox) {
-        let mut answer = Answer { round: view.round(), ..Answer::default() };
+        let mut answer = Answer { round: view.round, ..Answer::default() };
         if view.state.running().contains_key(&self.id) {
             answer.is_running = true;
         } else {

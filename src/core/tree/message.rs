@@ -102,7 +102,7 @@ impl Down {
     /// The round it is said in.
     pub fn round(&self) -> u32 {
         match self {
-            Self::Activation(activation) => activation.view.round(),
+            Self::Activation(activation) => activation.view.round,
             Self::Verdict(verdict) => verdict.round,
         }
     }

@@ -49,10 +49,7 @@ impl Node {
                 root.on_told(now, Told::Ended { leaf, outcome }, out);
             }
             (Self::Root(root), Input::Told(told)) => root.on_told(now, *told, out),
-            (Self::Root(root), Input::Begin(changes)) => root.on_told(now, Told::Begin { changes }, out),
-            (Self::Root(root), Input::World(change)) => root.on_told(now, Told::World { change }, out),
             (Self::Root(root), Input::Observed(change)) => root.on_observation(change),
-            (Self::Root(root), Input::End(end)) => root.on_told(now, Told::End { end }, out),
             (Self::Root(root), Input::Turn) => root.turn(now, out),
             (Self::Composite(node), Input::Down(down)) => node.on_down(down, out),
             (Self::Composite(node), Input::Up(child, Up::Answer(answer))) => node.on_answer(child, *answer, out),

@@ -33,6 +33,11 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// Whether an answer depends on nothing but what its leaves can read.
+    fn is_local(&self) -> bool {
+        self.allocator.is_local() && self.rules.is_unconstrained()
+    }
+
     /// The first record of a run of a mission.
     pub fn header(&self, mission: &MissionSpec) -> Header {
         Header {
@@ -60,8 +65,8 @@ pub struct Root {
     free_space: Arc<FreeSpace>,
     settings: Settings,
     state: State,
-    /// Whom a round has to ask.
-    touches: Touches,
+    /// Whom a round has to ask; none where every round asks all.
+    touches: Option<Touches>,
     /// The table as the records tell it.
     last_recorded: ResourceTable,
     /// What came since the last turn.
@@ -87,7 +92,7 @@ impl Root {
         Self {
             free_space: Arc::new(FreeSpace::new(&mission.world.obstacles, mission.robot.radius_m)),
             settings: settings.clone(),
-            touches: Touches::new(mission),
+            touches: settings.is_local().then(|| Touches::new(mission)),
             state: State::new(Arc::new(mission.tree.topology.clone()), resources, mission.start.clone()),
             last_recorded: ResourceTable::new(resources),
             told: Vec::new(),
@@ -177,11 +182,6 @@ impl Root {
         }
     }
 
-    /// Whether an answer depends on nothing but what its leaves can read.
-    fn is_local(&self) -> bool {
-        self.settings.allocator.is_local() && self.settings.rules.is_unconstrained()
-    }
-
     fn is_over(&self) -> bool {
         matches!(self.state.stage(), Stage::Over(_))
     }
@@ -189,9 +189,11 @@ impl Root {
     /// The one way on which anything of the state changes: as a record.
     fn edit(&mut self, record: Record, out: &mut Outbox) {
         let at = record.at();
-        let before = self.state.clone();
+        let before = self.touches.is_some().then(|| self.state.clone());
         assert!(self.state.apply(&record), "root contradicts itself: {record:?}");
-        self.touches.note(&before, &self.state, &record);
+        if let (Some(touches), Some(before)) = (&mut self.touches, before) {
+            touches.note(&before, &self.state, &record);
+        }
         self.state.table().assert_sound();
         out.push(Effect::Record(Box::new(record)));
         self.tell_table(at, out);
@@ -252,7 +254,7 @@ impl Root {
             round: self.state.round() + 1,
             now,
             state: self.state.clone(),
-            touched: self.is_local().then(|| self.touches.rounds().clone()),
+            touched: self.touches.as_ref().map(|touches| touches.rounds().clone()),
             mission: Arc::clone(&self.mission),
             free_space: Arc::clone(&self.free_space),
             rules: Arc::clone(&self.settings.rules),
@@ -267,7 +269,7 @@ impl Root {
         let chosen = self.settings.allocator.choose(view, answer.requests);
         let refused = answer.blocked.into_iter().chain(chosen.refused);
         let mut verdict = Verdict {
-            round: view.round(),
+            round: view.round,
             refused: refused.map(|blocked| (blocked.leaf, blocked.reason)).collect(),
             view: Some(Arc::clone(view)),
             ..Verdict::default()
@@ -278,7 +280,7 @@ impl Root {
         }
         let mut decided = Record::Decided {
             at: now,
-            round: view.round(),
+            round: view.round,
             granted: verdict.granted.values().cloned().collect(),
             refused: Vec::new(),
             reopened: None,
@@ -312,7 +314,7 @@ impl Root {
         if reopened.lapsed().is_some() {
             after.apply(&Record::Decided {
                 at: view.now,
-                round: view.round(),
+                round: view.round,
                 granted: Vec::new(),
                 refused: Vec::new(),
                 reopened: Some(reopened.clone()),
@@ -389,7 +391,7 @@ impl Root {
 
 /// Whether a node above a leaf waits for what runs below it to end.
 fn is_below_failing(state: &State, leaf: NodeId) -> bool {
-    state.path(leaf).any(|node| matches!(state.phase(node), Phase::Failing(_)))
+    state.topology().path(leaf).any(|node| matches!(state.phase(node), Phase::Failing(_)))
 }
 
 /// Leaves that a grant skips since their goal is met.

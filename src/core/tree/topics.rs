@@ -29,11 +29,33 @@ struct Topics {
 #[derive(Debug)]
 pub(super) struct Touches {
     mission: Arc<MissionSpec>,
-    topics: Arc<Topics>,
-    /// By node the first round that has to ask it again.
-    rounds: Chunks<u32>,
+    topics: Topics,
+    rounds: Rounds,
     /// Behaviors that do not ask before there is progress.
     barred: BTreeSet<NodeId>,
+}
+
+/// By node the first round that has to ask it again.
+#[derive(Debug)]
+struct Rounds {
+    mission: Arc<MissionSpec>,
+    by_node: Chunks<u32>,
+    /// The round that is next.
+    next: u32,
+}
+
+impl Rounds {
+    /// Leaves, each with all that is above it.
+    fn touch(&mut self, leaves: impl IntoIterator<Item = NodeId>) {
+        for leaf in leaves {
+            for node in self.mission.tree.topology.path(leaf) {
+                if *self.by_node.get(node.index()) == self.next {
+                    break;
+                }
+                *self.by_node.get_mut(node.index()) = self.next;
+            }
+        }
+    }
 }
 
 impl Touches {
@@ -47,49 +69,44 @@ impl Touches {
         for leaf in mission.tree.leaves() {
             topics.add(mission, leaf);
         }
-        let rounds = Chunks::new(mission.tree.nodes.len());
-        Self { mission: Arc::clone(mission), topics: Arc::new(topics), rounds, barred: BTreeSet::new() }
+        let by_node = Chunks::new(mission.tree.nodes.len());
+        let rounds = Rounds { mission: Arc::clone(mission), by_node, next: 0 };
+        Self { mission: Arc::clone(mission), topics, rounds, barred: BTreeSet::new() }
     }
 
     /// By node the first round that has to ask it again.
     pub(super) fn rounds(&self) -> &Chunks<u32> {
-        &self.rounds
+        &self.rounds.by_node
     }
 
     /// Takes note of what a record has changed.
     pub(super) fn note(&mut self, before: &State, after: &State, record: &Record) {
-        let round = after.round() + 1;
-        let topics = Arc::clone(&self.topics);
-        self.note_table(round, before, after);
+        self.rounds.next = after.round() + 1;
+        self.note_table(before, after);
         if before.world().base != after.world().base {
-            self.touch_all(round, topics.base.iter().copied());
+            self.rounds.touch(self.topics.base.iter().copied());
         }
         if before.progress() != after.progress() {
-            let barred = std::mem::take(&mut self.barred);
-            self.touch_all(round, barred.iter().copied());
-            self.barred = barred;
+            self.rounds.touch(self.barred.iter().copied());
         }
         match record {
-            Record::Began { .. } => {
-                let mission = Arc::clone(&self.mission);
-                self.touch_all(round, mission.tree.leaves());
-            }
-            Record::World { change, .. } | Record::Observed { change, .. } => self.note_change(round, before, *change),
+            Record::Began { .. } => self.rounds.touch(self.mission.tree.leaves()),
+            Record::World { change, .. } | Record::Observed { change, .. } => self.note_change(before, *change),
             Record::Decided { granted, reopened, .. } => {
                 for leaf in granted.iter().map(|grant| grant.leaf()) {
                     self.barred.remove(&leaf);
-                    self.note_running(round, leaf);
+                    self.note_running(leaf);
                 }
                 if let Some(reopened) = reopened {
                     if let Cause::Lapse { .. } = reopened.cause {
                         self.barred.insert(reopened.node);
                     }
-                    self.touch(round, reopened.node);
+                    self.rounds.touch([reopened.node]);
                 }
             }
             Record::Released { leaf, changes, .. } => {
-                self.note_running(round, *leaf);
-                changes.iter().for_each(|change| self.note_change(round, before, *change));
+                self.note_running(*leaf);
+                changes.iter().for_each(|change| self.note_change(before, *change));
             }
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Stopped { .. } => {}
             Record::Sent { .. } | Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => {}
@@ -97,89 +114,64 @@ impl Touches {
     }
 
     /// Whoever reads a resource, or is to inherit it.
-    fn note_table(&mut self, round: u32, before: &State, after: &State) {
+    fn note_table(&mut self, before: &State, after: &State) {
         for ((id, old), (_, new)) in std::iter::zip(before.table().iter(), after.table().iter()) {
             if old == new {
                 continue;
             }
-            self.touch_resource(round, id);
+            self.touch_resource(id);
             for object in [before, after].into_iter().filter_map(|state| state.world().held_by(id)) {
-                self.touch_object(round, object);
+                self.touch_object(object);
             }
-            let intentions = old.leases().iter().chain(new.leases()).filter(|lease| lease.kind == LeaseKind::Intention);
-            for holder in intentions.map(|lease| lease.holder).collect::<Vec<_>>() {
-                for node in (holder.0..after.topology().end(holder).0).map(NodeId) {
-                    if self.mission.tree.behavior(node).is_some() {
-                        self.touch(round, node);
-                    }
-                }
+            let leases = old.leases().iter().chain(new.leases());
+            for lease in leases.filter(|lease| lease.kind == LeaseKind::Intention) {
+                let below = (lease.holder.0..after.topology().end(lease.holder).0).map(NodeId);
+                self.rounds.touch(below.filter(|node| self.mission.tree.behavior(*node).is_some()));
             }
         }
     }
 
-    fn note_change(&mut self, round: u32, before: &State, change: Change) {
-        let world = before.world();
+    fn note_change(&mut self, before: &State, change: Change) {
         match change {
             Change::Base(_) => {}
-            Change::Fact(fact, _) => {
-                let topics = Arc::clone(&self.topics);
-                self.touch_all(round, topics.fact[fact.index()].iter().copied());
-            }
-            Change::Emptied(gripper) => self.touch_contents(round, before, gripper),
+            Change::Fact(fact, _) => self.rounds.touch(self.topics.fact[fact.index()].iter().copied()),
+            Change::Emptied(gripper) => self.touch_contents(before, gripper),
             Change::Object(object, to) => {
-                for at in [world.objects[object.index()], to] {
+                for at in [before.world().objects[object.index()], to] {
                     if let Location::In(gripper) = at {
-                        self.touch_contents(round, before, gripper);
+                        self.touch_contents(before, gripper);
                     }
                 }
-                self.touch_object(round, object);
+                self.touch_object(object);
             }
         }
     }
 
-    fn touch_contents(&mut self, round: u32, before: &State, gripper: ResourceId) {
-        self.touch_resource(round, gripper);
+    fn touch_contents(&mut self, before: &State, gripper: ResourceId) {
+        self.touch_resource(gripper);
         if let Some(held) = before.world().held_by(gripper) {
-            self.touch_object(round, held);
+            self.touch_object(held);
         }
     }
 
     /// A behavior runs now, or does no more.
-    fn note_running(&mut self, round: u32, leaf: NodeId) {
-        self.touch(round, leaf);
-        let mission = Arc::clone(&self.mission);
-        let Some(spec) = mission.tree.behavior(leaf) else { return };
-        spec.changes.iter().for_each(|object| self.touch_object(round, *object));
+    fn note_running(&mut self, leaf: NodeId) {
+        self.rounds.touch([leaf]);
+        let Some(spec) = self.mission.tree.behavior(leaf) else { return };
+        for object in &spec.changes {
+            self.rounds.touch(self.topics.object[object.index()].iter().copied());
+        }
         if spec.commands.iter().any(|term| matches!(term.task, Task::DriveTo(_))) {
-            let topics = Arc::clone(&self.topics);
-            self.touch_all(round, topics.driver.iter().copied());
+            self.rounds.touch(self.topics.driver.iter().copied());
         }
     }
 
-    fn touch_resource(&mut self, round: u32, resource: ResourceId) {
-        let topics = Arc::clone(&self.topics);
-        self.touch_all(round, topics.resource[resource.index()].iter().copied());
+    fn touch_resource(&mut self, resource: ResourceId) {
+        self.rounds.touch(self.topics.resource[resource.index()].iter().copied());
     }
 
-    fn touch_object(&mut self, round: u32, object: ObjectId) {
-        let topics = Arc::clone(&self.topics);
-        self.touch_all(round, topics.object[object.index()].iter().copied());
-    }
-
-    /// Leaves, each with all that is above it.
-    fn touch_all(&mut self, round: u32, leaves: impl IntoIterator<Item = NodeId>) {
-        for leaf in leaves {
-            for node in self.mission.tree.topology.path(leaf) {
-                if *self.rounds.get(node.index()) == round {
-                    break;
-                }
-                *self.rounds.get_mut(node.index()) = round;
-            }
-        }
-    }
-
-    fn touch(&mut self, round: u32, leaf: NodeId) {
-        self.touch_all(round, [leaf]);
+    fn touch_object(&mut self, object: ObjectId) {
+        self.rounds.touch(self.topics.object[object.index()].iter().copied());
     }
 }
 

@@ -27,11 +27,6 @@ pub struct View {
 }
 
 impl View {
-    /// The round that is open.
-    pub fn round(&self) -> u32 {
-        self.round
-    }
-
     /// Whether a node would say again what it said in a round.
     pub fn is_fresh(&self, node: NodeId, since: u32) -> bool {
         self.touched.as_ref().is_some_and(|touched| *touched.get(node.index()) <= since)

@@ -111,9 +111,4 @@ impl State {
     pub fn stage(&self) -> Stage {
         self.stage
     }
-
-    /// A node and those above it, root last.
-    pub fn path(&self, node: NodeId) -> impl Iterator<Item = NodeId> {
-        self.topology.path(node)
-    }
 }

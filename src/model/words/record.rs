@@ -122,49 +122,59 @@ pub enum Record {
     },
 }
 
+/// The moment of a record, to be read or to be changed; none of the header.
+macro_rules! moment {
+    ($record:expr) => {
+        match $record {
+            Record::Header(_) => None,
+            Record::Told { at, .. }
+            | Record::Observed { at, .. }
+            | Record::Turn { at }
+            | Record::Began { at, .. }
+            | Record::Stopped { at, .. }
+            | Record::Sent { at, .. }
+            | Record::Decided { at, .. }
+            | Record::Released { at, .. }
+            | Record::World { at, .. }
+            | Record::Resource { at, .. }
+            | Record::Controller { at, .. }
+            | Record::Ended { at, .. } => Some(at),
+        }
+    };
+}
+
 impl Record {
+    /// When; the header stands at the beginning of the run.
+    pub fn at(&self) -> Time {
+        moment!(self).copied().unwrap_or_default()
+    }
+
     /// Puts another moment in the place of its own.
     pub fn set_at(&mut self, moment: Time) {
-        match self {
-            Self::Header(_) => {}
-            Self::Told { at, .. }
-            | Self::Observed { at, .. }
-            | Self::Turn { at }
-            | Self::Began { at, .. }
-            | Self::Stopped { at, .. }
-            | Self::Sent { at, .. }
-            | Self::Decided { at, .. }
-            | Self::Released { at, .. }
-            | Self::World { at, .. }
-            | Self::Resource { at, .. }
-            | Self::Controller { at, .. }
-            | Self::Ended { at, .. } => *at = moment,
+        if let Some(at) = moment!(self) {
+            *at = moment;
         }
+    }
+
+    /// Whether it follows from what root was told and from its turns, so that it can be computed again.
+    pub fn follows(&self) -> bool {
+        match self {
+            Self::Began { .. } | Self::Decided { .. } | Self::Stopped { .. } | Self::Released { .. } => true,
+            Self::World { .. } | Self::Resource { .. } | Self::Ended { .. } => true,
+            Self::Header(_) | Self::Told { .. } | Self::Observed { .. } | Self::Turn { .. } => false,
+            Self::Sent { .. } | Self::Controller { .. } => false,
+        }
+    }
+
+    /// With a decision, why everything else does not run.
+    pub fn refusals(&self) -> &[Blocked] {
+        if let Self::Decided { refused, .. } = self { refused } else { &[] }
     }
 
     /// Leaves out of a decision why everything else does not run; that can be computed again.
     pub fn forget_refusals(&mut self) {
         if let Self::Decided { refused, .. } = self {
             refused.clear();
-        }
-    }
-
-    /// When; the header stands at the beginning of the run.
-    pub fn at(&self) -> Time {
-        match self {
-            Self::Header(_) => Time::ZERO,
-            Self::Told { at, .. }
-            | Self::Observed { at, .. }
-            | Self::Turn { at }
-            | Self::Began { at, .. }
-            | Self::Stopped { at, .. }
-            | Self::Sent { at, .. }
-            | Self::Decided { at, .. }
-            | Self::Released { at, .. }
-            | Self::World { at, .. }
-            | Self::Resource { at, .. }
-            | Self::Controller { at, .. }
-            | Self::Ended { at, .. } => *at,
         }
     }
 }

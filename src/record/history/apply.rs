@@ -120,7 +120,8 @@ impl History {
         self.states.settle(leaf, at, consequences);
     }
 
-    /// A base says where it is all the time.
+    /// A base says where it is all the time. Before the mission begins what controllers say is how things are; afterwards
+    /// root says it.
     fn hear(&mut self, at: Time, controller: ControllerId, message: &ControllerMessage) {
         let message = match message {
             ControllerMessage::Heard { message } => message,
@@ -133,27 +134,16 @@ impl History {
             | ControllerMessage::Joined { .. }
             | ControllerMessage::Refused { .. } => return,
         };
-        match message {
-            FromController::Configured { state, .. } => self.observe(at, state, controller),
-            FromController::Feedback { state, .. } | FromController::Result { state, .. } => match state {
-                ControllerState::Base { pose, .. } => self.base = Some(*pose),
-                ControllerState::Arm { .. } | ControllerState::Head { .. } => {}
-            },
-            FromController::Accepted { .. } | FromController::Rejected { .. } => {}
+        let Some(state) = message.state() else { return };
+        if let ControllerState::Base { pose, .. } = state {
+            self.base = Some(pose);
         }
-    }
-
-    /// Before the mission begins what controllers say is how things are; afterwards root says it.
-    fn observe(&mut self, at: Time, state: &ControllerState, controller: ControllerId) {
-        if self.state.stage() == Stage::Waiting {
+        if self.state.stage() == Stage::Waiting && matches!(message, FromController::Configured { .. }) {
             let movers = self.header.movers.iter().enumerate();
             let moved = movers.filter(|(_, mover)| **mover == Some(controller));
             for change in state.changes(moved.map(|(index, _)| ResourceId::from(index))) {
                 self.state.apply(&Record::Observed { at, change });
             }
-        }
-        if let ControllerState::Base { pose, .. } = state {
-            self.base = Some(*pose);
         }
     }
 

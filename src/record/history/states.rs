@@ -215,10 +215,10 @@ impl LeafStates {
         }
     }
 
-    /// A node and all above it but the root, which has no parent.
+    /// A node and all above it; nothing of a node that the header does not have.
     pub(super) fn path(&self, node: NodeId) -> impl Iterator<Item = NodeId> {
-        let is_known = node.index() < self.nodes.len();
-        std::iter::successors(Some(node).filter(|_| is_known), |node| (node.0 > 0).then(|| self.topology.parent(*node)))
+        let known = Some(node).filter(|node| node.index() < self.nodes.len());
+        known.into_iter().flat_map(|node| self.topology.path(node))
     }
 
     /// Marks what is above a leaf up to a node.

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use ambidex::model::{
     Access, Consequences, End, Goal, Grant, LeaseKind, MissionEnd, MissionSpec, NodeId, NodeKind, Reason, Record,
-    ResourceTable, Retention, WorldState,
+    ResourceTable, Retention, Told, WorldState,
 };
 use ambidex::tree::{Down, Input, Root, Up};
 
@@ -49,8 +49,8 @@ impl Watch {
                 let is_granted = self.granted.contains_key(&node);
                 assert!(is_granted, "{node:?} ran without a grant");
             }
-            Input::End(_) => self.is_canceling = true,
-            Input::Begin(_) | Input::World(_) | Input::Observed(_) | Input::Told(_) | Input::Turn => {}
+            Input::Told(told) => self.is_canceling |= matches!(**told, Told::End { .. }),
+            Input::Observed(_) | Input::Turn => {}
             Input::Down(_) | Input::Up(..) => {}
         }
     }

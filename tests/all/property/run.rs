@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use ambidex::model::{Change, Consequences, End, Grant, MissionEnd, NodeId, Outcome, Reason, Record, Time, WorldState};
+use ambidex::model::{
+    Change, Consequences, End, Grant, MissionEnd, NodeId, Outcome, Reason, Record, Time, Told, WorldState,
+};
 use ambidex::replay::Replay;
 use ambidex::tree::{Input, Settings};
 use ambidex::world::{Compatible, Unconstrained, Use};
@@ -117,12 +119,12 @@ impl Agenda {
 fn give(driver: &mut Driver, event: &Event) {
     match event {
         Event::Ended(leaf, outcome) => driver.give(*leaf, Input::Ended(Box::new(outcome.clone()))),
-        Event::World(change) => driver.give(ROOT, Input::World(*change)),
+        Event::World(change) => driver.give(ROOT, Told::World { change: *change }.into()),
     }
 }
 
 fn begin(driver: &mut Driver) {
-    driver.give(ROOT, Input::Begin(Vec::new()));
+    driver.give(ROOT, Told::Begin { changes: Vec::new() }.into());
 }
 
 fn rounds(driver: &Driver) -> usize {
@@ -188,7 +190,7 @@ pub fn all_at_once(case: &Case, cancel_after: usize, mut watch: impl FnMut(&Driv
         steps += 1;
         agenda.take_up(case, &mut driver);
         if steps > cancel_after && !std::mem::replace(&mut is_canceled, true) {
-            driver.give(ROOT, Input::End(MissionEnd::Canceled));
+            driver.give(ROOT, Told::End { end: MissionEnd::Canceled }.into());
         } else if rng.is(85) && driver.step() {
         } else if driver.is_turn_due() && rng.is(50) {
             driver.turn();
