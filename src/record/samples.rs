@@ -130,9 +130,8 @@ fn messages() -> Vec<Message> {
         Message::Activation,
         answer(Some(request()), Vec::new()),
         answer(None, blocked()),
-        Message::Verdict { granted: vec![leaf], refused: None, stopped: Vec::new() },
-        Message::Verdict { granted: Vec::new(), refused: Some(Reason::Satisfied), stopped: Vec::new() },
-        Message::Verdict { granted: Vec::new(), refused: None, stopped: vec![leaf] },
+        Message::Verdict { granted: vec![leaf], stopped: Vec::new() },
+        Message::Verdict { granted: Vec::new(), stopped: vec![leaf] },
         Message::Release { leaf, end: End::Succeeded },
         Message::Release { leaf, end },
     ]

@@ -3,10 +3,12 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ambidex::model::{Command, ControllerKind, ControllerState, MissionEnd, Mode, NodeId, Record, Rejection, Request};
+use ambidex::model::{
+    Blocked, Command, ControllerKind, ControllerState, MissionEnd, Mode, NodeId, Record, Rejection, Request,
+};
 use ambidex::motion::{self, Controller, Progress};
 use ambidex::runtime::{Control, Ended};
-use ambidex::tree::{Allocator, Chosen, Greedy, Merged, Settings};
+use ambidex::tree::{Allocator, Chosen, Greedy, Offers, Settings};
 use ambidex::world::View;
 use tokio::sync::mpsc;
 
@@ -26,14 +28,14 @@ impl Allocator for Tripwire {
         "tripwire"
     }
 
-    fn merge(&self, view: &View, requests: Vec<Arc<Request>>) -> Merged {
+    fn merge(&self, view: &View, offers: &mut Offers) -> Vec<Blocked> {
         if view.round == self.in_round {
             drop(self.control.send(Control::Abort(self.node)));
         }
-        Greedy.merge(view, requests)
+        Greedy.merge(view, offers)
     }
 
-    fn choose(&self, view: &View, requests: Vec<Arc<Request>>) -> Chosen {
+    fn choose(&self, view: &View, requests: &[Arc<Request>]) -> Chosen {
         Greedy.choose(view, requests)
     }
 }

@@ -1,5 +1,6 @@
 //! Carries effects between the machines: first in first out per edge, any order between edges.
 
+mod lockstep;
 mod rng;
 mod watch;
 
@@ -9,6 +10,7 @@ use std::sync::Arc;
 use ambidex::model::{Goal, MissionEnd, MissionSpec, NodeId, Record, Time, Topology};
 use ambidex::tree::{Effect, Input, Node, Outbox, Root, Settings, build};
 
+pub use lockstep::Lockstep;
 pub use rng::Rng;
 pub use watch::Watch;
 
@@ -27,6 +29,7 @@ pub struct Driver {
     edges: BTreeMap<Edge, VecDeque<Input>>,
     interleaving: Rng,
     watch: Watch,
+    lockstep: Option<Lockstep>,
 }
 
 /// What controllers are told.
@@ -56,7 +59,18 @@ impl Driver {
             edges: BTreeMap::new(),
             interleaving,
             watch: Watch::new(mission),
+            lockstep: None,
         }
+    }
+
+    /// Compares every round with plain recursion.
+    pub fn in_lockstep(self, lockstep: Lockstep) -> Self {
+        Self { lockstep: Some(lockstep), ..self }
+    }
+
+    /// What was said otherwise than by plain recursion.
+    pub fn difference(&self) -> Option<&str> {
+        self.lockstep.as_ref()?.difference.as_deref()
     }
 
     pub fn root(&self) -> &Root {
@@ -129,10 +143,12 @@ impl Driver {
             Effect::Down(child, down) => {
                 assert_eq!(self.topology.parent(child), node, "down goes to children");
                 self.watch.said_down(child, &down);
+                self.lockstep.iter_mut().for_each(|lockstep| lockstep.said_down(child, &down));
                 self.send(Edge::Down(child), Input::Down(down));
             }
             Effect::Up(up) => {
                 self.watch.said_up(node, &up);
+                self.lockstep.iter_mut().for_each(|lockstep| lockstep.said_up(node, &up));
                 self.send(Edge::Up(node), Input::Up(node, up));
             }
             Effect::Start(goal) => {

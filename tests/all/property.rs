@@ -12,7 +12,9 @@ mod run;
 use std::cell::Cell;
 
 use crate::driver::Driver;
+use crate::support;
 use ambidex::model::{MissionSpec, Record};
+use ambidex::tree::Topic;
 use proptest::prelude::{Strategy, any};
 use proptest::sample::select;
 use proptest::test_runner::{Config, FileFailurePersistence, RngSeed, TestError, TestRunner};
@@ -97,6 +99,39 @@ fn decisions_are_those_of_the_reference_model() {
     let counts = for_all("against the reference", 1, run::against_reference);
     if number::<u64>("AMBIDEX_SEED").is_none() && trees() >= 1000 {
         counts.check_spread();
+    }
+}
+
+/// A round that asks only what has changed comes to what a round comes to that asks everybody, at every node.
+#[test]
+fn rounds_are_those_of_plain_recursion() {
+    for_all("in lockstep", 1, |case| {
+        let (difference, counts) = run::in_lockstep(case, |_| false);
+        assert_eq!(difference, None);
+        counts
+    });
+}
+
+/// No topic is there for nothing: without it some node says what is no longer so.
+#[test]
+fn a_topic_left_out_is_noticed() {
+    let left_out: [(&str, fn(Topic) -> bool); 8] = [
+        ("resource", |topic| matches!(topic, Topic::Resource(_))),
+        ("object", |topic| matches!(topic, Topic::Object(_))),
+        ("fact", |topic| matches!(topic, Topic::Fact(_))),
+        ("base", |topic| matches!(topic, Topic::Base)),
+        ("driver", |topic| matches!(topic, Topic::Driver)),
+        ("intention", |topic| matches!(topic, Topic::Intention(_))),
+        ("progress", |topic| matches!(topic, Topic::Progress)),
+        ("own", |topic| matches!(topic, Topic::Own(_))),
+    ];
+    for (name, unheard) in left_out {
+        let noticed = (0..u64::from(trees())).find_map(|seed| {
+            let difference = run::in_lockstep(&Case::new(seed), unheard).0?;
+            Some((seed, difference))
+        });
+        let (seed, difference) = noticed.unwrap_or_else(|| panic!("nobody misses the topic {name}"));
+        println!("without {name}: tree {seed}, {}", support::short(&difference));
     }
 }
 

@@ -1,11 +1,13 @@
 //! How requests are chosen: in AND on the way up, in root at the end. Nodes do not know which allocator they use.
 
+use std::cmp::Reverse;
 use std::fmt::Debug;
 use std::sync::Arc;
 
+use super::offers::{Judged, Offers};
 use super::packing::Packing;
 use crate::world::View;
-use ambidex_model::{Access, Binding, Blocked, Grant, Reason, Request, Retention};
+use ambidex_model::{Access, Binding, Blocked, Grant, NodeId, Reason, Request, Retention};
 
 /// Chooses among requests.
 pub trait Allocator: Debug + Send + Sync {
@@ -17,20 +19,12 @@ pub trait Allocator: Debug + Send + Sync {
         false
     }
 
-    /// In AND: what is passed up, and why the rest is not. Bindings are provisional.
-    fn merge(&self, view: &View, requests: Vec<Arc<Request>>) -> Merged;
+    /// In AND: brings up to date what is passed up, and says of what is different why it is not. Bindings are
+    /// provisional.
+    fn merge(&self, view: &View, offers: &mut Offers) -> Vec<Blocked>;
 
     /// In root: what is granted, with resources bound, and why the rest is not.
-    fn choose(&self, view: &View, requests: Vec<Arc<Request>>) -> Chosen;
-}
-
-/// What an AND passes up.
-#[derive(Debug, Default)]
-pub struct Merged {
-    /// Passed up, best first.
-    pub kept: Vec<Arc<Request>>,
-    /// Not passed up.
-    pub refused: Vec<Blocked>,
+    fn choose(&self, view: &View, requests: &[Arc<Request>]) -> Chosen;
 }
 
 /// What root grants.
@@ -55,13 +49,14 @@ impl Allocator for Greedy {
         true
     }
 
-    fn merge(&self, view: &View, requests: Vec<Arc<Request>>) -> Merged {
-        let (packing, refused) = find_compatible(view, requests);
-        Merged { kept: packing.into_accepted(), refused }
+    fn merge(&self, view: &View, offers: &mut Offers) -> Vec<Blocked> {
+        let mut packing = Packing::new(view);
+        offers.merge_changed(|request| judge(&mut packing, request))
     }
 
-    fn choose(&self, view: &View, requests: Vec<Arc<Request>>) -> Chosen {
-        let (packing, refused) = find_compatible(view, requests);
+    fn choose(&self, view: &View, requests: &[Arc<Request>]) -> Chosen {
+        let mut packing = Packing::new(view);
+        let refused = judge_all(requests, |request| judge(&mut packing, request));
         Chosen { granted: packing.bind(), refused }
     }
 }
@@ -75,14 +70,15 @@ impl Allocator for Serial {
         "serial"
     }
 
-    fn merge(&self, view: &View, requests: Vec<Arc<Request>>) -> Merged {
-        let (packing, refused) = find_best(view, requests);
-        Merged { kept: packing.into_accepted(), refused }
+    fn merge(&self, view: &View, offers: &mut Offers) -> Vec<Blocked> {
+        let mut whole = Whole::new(view);
+        offers.merge_all(|request| whole.judge(request))
     }
 
-    fn choose(&self, view: &View, requests: Vec<Arc<Request>>) -> Chosen {
-        let (packing, refused) = find_best(view, requests);
-        let mut granted = packing.bind();
+    fn choose(&self, view: &View, requests: &[Arc<Request>]) -> Chosen {
+        let mut whole = Whole::new(view);
+        let refused = judge_all(requests, |request| whole.judge(request));
+        let mut granted = whole.packing.bind();
         for grant in &mut granted {
             let free = view.state.table().iter().filter(|(_, resource)| !resource.is_locked()).map(|(id, _)| id);
             let unclaimed: Vec<_> =
@@ -94,41 +90,60 @@ impl Allocator for Serial {
     }
 }
 
-/// Greatest potential first; among equals the heir of an intention, then tree order (`semantics` 5).
-fn sort(requests: &mut [Arc<Request>]) {
-    requests.sort_by(|a, b| {
-        let by_potential = b.potential.total_cmp(&a.potential);
-        by_potential.then(b.heir.cmp(&a.heir)).then(a.leaf.cmp(&b.leaf))
+/// The order of requests: greatest potential first; among equals the heir of an intention, then tree order
+/// (`semantics` 5).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Rank {
+    /// The bits of a positive number are in its order.
+    potential: Reverse<u64>,
+    heir: Reverse<bool>,
+    leaf: NodeId,
+}
+
+impl Rank {
+    pub(super) fn of(request: &Request) -> Self {
+        Self { potential: Reverse(request.potential.to_bits()), heir: Reverse(request.heir), leaf: request.leaf }
+    }
+}
+
+/// Judges requests in their order; gives why some do not join.
+fn judge_all(requests: &[Arc<Request>], mut judge: impl FnMut(&Arc<Request>) -> Judged) -> Vec<Blocked> {
+    let mut ranked: Vec<_> = requests.iter().map(|request| (Rank::of(request), request)).collect();
+    ranked.sort_unstable_by_key(|(rank, _)| *rank);
+    let judged = ranked.into_iter().map(|(_, request)| judge(request));
+    let refused = judged.filter_map(|judged| match judged {
+        Judged::Kept => None,
+        Judged::Refused(blocked) => Some(blocked),
     });
+    refused.collect()
 }
 
-fn find_compatible(view: &View, mut requests: Vec<Arc<Request>>) -> (Packing<'_>, Vec<Blocked>) {
-    sort(&mut requests);
-    let mut packing = Packing::new(view);
-    let mut refused = Vec::new();
-    for request in requests {
-        let leaf = request.leaf;
-        if let Err(reason) = packing.add(request) {
-            refused.push(Blocked { leaf, reason });
-        }
+fn judge(packing: &mut Packing<'_>, request: &Arc<Request>) -> Judged {
+    match packing.add(Arc::clone(request)) {
+        Ok(()) => Judged::Kept,
+        Err(reason) => Judged::Refused(Blocked { leaf: request.leaf, reason }),
     }
-    (packing, refused)
 }
 
-fn find_best(view: &View, mut requests: Vec<Arc<Request>>) -> (Packing<'_>, Vec<Blocked>) {
-    sort(&mut requests);
-    let mut owner = view.state.running().keys().next().copied();
-    let mut packing = Packing::new(view);
-    let mut refused = Vec::new();
-    for request in requests {
-        let leaf = request.leaf;
-        match owner {
-            Some(by) => refused.push(Blocked { leaf, reason: Reason::WholeRobot { by } }),
-            None => match packing.add(request) {
-                Ok(()) => owner = Some(leaf),
-                Err(reason) => refused.push(Blocked { leaf, reason }),
-            },
-        }
+/// Gives the whole robot to one.
+struct Whole<'a> {
+    packing: Packing<'a>,
+    owner: Option<NodeId>,
+}
+
+impl<'a> Whole<'a> {
+    fn new(view: &'a View) -> Self {
+        Self { packing: Packing::new(view), owner: view.state.running().keys().next().copied() }
     }
-    (packing, refused)
+
+    fn judge(&mut self, request: &Arc<Request>) -> Judged {
+        if let Some(by) = self.owner {
+            return Judged::Refused(Blocked { leaf: request.leaf, reason: Reason::WholeRobot { by } });
+        }
+        let judged = judge(&mut self.packing, request);
+        if let Judged::Kept = judged {
+            self.owner = Some(request.leaf);
+        }
+        judged
+    }
 }

@@ -1,13 +1,16 @@
 //! The actor of a task node (III-C): passes the view down, and answers once for everything below it. What it knows of
 //! its children stands in the view; it keeps the open round, and what they said last.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::ordering::Ordering;
-use super::{Activation, Allocator, Answer, Down, Effect, Outbox, Settings, Up, Verdict};
+use super::{
+    Activation, Allocator, Answer, Down, Effect, News, Offers, Outbox, Requests, Scope, Settings, Up, Verdict,
+};
 use crate::world::View;
 use ambidex_model::state::Phase;
-use ambidex_model::{Blocked, MissionSpec, NodeId, NodeRange, Reason};
+use ambidex_model::{MissionSpec, NodeId, NodeRange, Reason};
 
 /// The machine of a task node.
 #[derive(Debug)]
@@ -17,43 +20,59 @@ pub struct Composite {
     mission: Arc<MissionSpec>,
     allocator: Arc<dyn Allocator>,
     children: Vec<Child>,
+    /// Of an AND: what the children ask for.
+    offers: Offers,
+    /// Of an AND: how many of those that it asks are not satisfied.
+    unsatisfied: usize,
+    said: Option<Arc<Answer>>,
     open: Option<Open>,
 }
 
-/// A child and what it said last.
+/// A child, and what it said in the last round; none where it was not asked.
 #[derive(Debug)]
 struct Child {
     id: NodeId,
-    said: Option<Said>,
+    asked: Option<Asked>,
 }
 
-/// An answer, with what it depends on beside the state.
 #[derive(Debug)]
-struct Said {
-    round: u32,
+struct Asked {
+    /// What was skipped on the way to it.
     skips: Arc<[NodeRange]>,
-    answer: Option<Answer>,
+    /// None before its first answer.
+    said: Option<Arc<Answer>>,
 }
 
-/// A round from activation to verdict.
+/// A round from activation to answer.
 #[derive(Debug)]
 struct Open {
     view: Arc<View>,
     /// What was skipped above.
     skips: Arc<[NodeRange]>,
-    /// Children whose answers count, by index, in their order.
-    asked: Vec<usize>,
-    /// Those of them that were activated: the others would say again what they said.
-    activated: Vec<usize>,
-    /// How many of these have not answered.
+    scope: Scope,
+    /// Of OR and THEN: the children whose answers count, by index, in their order.
+    order: Vec<usize>,
+    /// How many have not answered.
     waiting: usize,
+    /// Whether anybody says something else than in the last round, or others are asked.
+    is_different: bool,
+    news: News,
 }
 
 impl Composite {
     pub(super) fn new(id: NodeId, ordering: Ordering, mission: &Arc<MissionSpec>, settings: &Settings) -> Self {
-        let children = mission.tree.topology.children(id).map(|id| Child { id, said: None }).collect();
-        let (mission, allocator) = (Arc::clone(mission), Arc::clone(&settings.allocator));
-        Self { id, ordering, mission, allocator, children, open: None }
+        let children = mission.tree.topology.children(id).map(|id| Child { id, asked: None }).collect();
+        Self {
+            id,
+            ordering,
+            mission: Arc::clone(mission),
+            allocator: Arc::clone(&settings.allocator),
+            children,
+            offers: Offers::default(),
+            unsatisfied: 0,
+            said: None,
+            open: None,
+        }
     }
 
     pub(super) fn on_down(&mut self, down: Down, out: &mut Outbox) {
@@ -63,49 +82,144 @@ impl Composite {
         }
     }
 
-    pub(super) fn on_answer(&mut self, child: NodeId, answer: Answer, out: &mut Outbox) {
+    pub(super) fn on_answer(&mut self, child: NodeId, answer: Arc<Answer>, news: Option<Box<News>>, out: &mut Outbox) {
         let index = self.index_of(child);
-        let said = self.children[index].said.as_mut().expect("only those answer that were asked");
-        assert!(said.answer.replace(answer).is_none(), "{child:?} answered twice");
-        self.open.as_mut().expect("answers come to an open round").waiting -= 1;
+        let open = self.open.as_mut().expect("answers come to an open round");
+        let asked = self.children[index].asked.as_mut().expect("only those answer that were asked");
+        open.waiting -= 1;
+        if let Some(news) = news {
+            open.news.absorb(*news);
+        }
+        let last = asked.said.replace(Arc::clone(&answer));
+        if last.as_ref().is_none_or(|last| !Arc::ptr_eq(last, &answer)) {
+            open.is_different = true;
+            let was = last.as_deref().and_then(|last| last.reason.as_ref());
+            if was != answer.reason.as_ref() {
+                open.news.reasons.push((child, answer.reason.clone()));
+            }
+            self.take_in(last.as_deref(), Some(&answer));
+        }
         self.go_on(index, out);
         self.answer_if_complete(out);
     }
 
-    fn on_activation(&mut self, Activation { view, skips }: Activation, out: &mut Outbox) {
+    fn on_activation(&mut self, Activation { view, skips, scope }: Activation, out: &mut Outbox) {
         assert!(self.open.is_none(), "one round at a time");
-        let first = match view.state.phase(self.id) {
-            Phase::Failing(_) => Vec::new(),
-            Phase::Pending | Phase::Done | Phase::Failed => self.ordering.first(&view.state, self.id),
-        };
-        let asked = Vec::with_capacity(first.len());
-        self.open = Some(Open { view, skips: Arc::clone(&skips), asked, activated: Vec::new(), waiting: 0 });
-        // Both are in tree order.
-        let mut index = 0;
-        for child in first {
-            while self.children[index].id < child {
-                index += 1;
+        let is_failing = matches!(view.state.phase(self.id), Phase::Failing(_));
+        if scope == Scope::Anew || is_failing {
+            self.forget();
+        }
+        self.open = Some(Open {
+            view: Arc::clone(&view),
+            skips: Arc::clone(&skips),
+            scope,
+            order: Vec::new(),
+            waiting: 0,
+            is_different: self.said.is_none(),
+            news: News::default(),
+        });
+        if !is_failing {
+            match self.ordering {
+                Ordering::And => self.ask_all(&view, &skips, out),
+                Ordering::Or | Ordering::Then => {
+                    for child in self.ordering.first(&view.state, self.id) {
+                        self.ask_in_order(self.index_of(child), &skips, out);
+                    }
+                }
             }
-            self.ask(index, &skips, out);
         }
         self.answer_if_complete(out);
     }
 
-    /// Activates a child, unless it would say again what it said.
-    fn ask(&mut self, index: usize, skips: &Arc<[NodeRange]>, out: &mut Outbox) {
-        let child = &mut self.children[index];
-        let open = self.open.as_mut().expect("children are asked in an open round");
-        open.asked.push(index);
-        let is_fresh = |said: &Said| open.view.is_fresh(child.id, said.round) && said.skips == *skips;
-        if child.said.as_ref().is_some_and(is_fresh) {
+    /// Nothing that was said before counts.
+    fn forget(&mut self) {
+        self.children.iter_mut().for_each(|child| child.asked = None);
+        self.offers.clear();
+        (self.unsatisfied, self.said) = (0, None);
+    }
+
+    /// An AND asks those that are not done, and of these again those that might say something else.
+    fn ask_all(&mut self, view: &Arc<View>, skips: &Arc<[NodeRange]>, out: &mut Outbox) {
+        let is_partial = self.said.is_some() && self.open.as_ref().is_some_and(|open| open.scope == Scope::Changed);
+        let touched = view.touched.as_deref().filter(|_| is_partial);
+        let Some(touched) = touched else {
+            (0..self.children.len()).for_each(|index| self.ask_or_leave(index, skips, out));
+            return;
+        };
+        let topology = &view.state.topology();
+        let mut next = touched.partition_point(|node| *node <= self.id);
+        // Whoever is touched, all above are too: the first one behind a child's subtree is a child.
+        while let Some(&child) = touched.get(next).filter(|child| topology.is_within(**child, self.id)) {
+            self.ask_or_leave(self.index_of(child), skips, out);
+            let end = topology.end(child);
+            next += touched[next..].partition_point(|node| *node < end);
+        }
+    }
+
+    fn ask_or_leave(&mut self, index: usize, skips: &Arc<[NodeRange]>, out: &mut Outbox) {
+        let open = self.open.as_ref().expect("children are asked in an open round");
+        if open.view.state.is_done(self.children[index].id) {
+            self.leave(index);
+        } else {
+            self.ask(index, skips, out);
+        }
+    }
+
+    fn ask_in_order(&mut self, index: usize, skips: &Arc<[NodeRange]>, out: &mut Outbox) {
+        self.open.as_mut().expect("children are asked in an open round").order.push(index);
+        if !self.ask(index, skips, out) {
             self.go_on(index, out);
+        }
+    }
+
+    /// Activates a child; false if it would say again what it said.
+    fn ask(&mut self, index: usize, skips: &Arc<[NodeRange]>, out: &mut Outbox) -> bool {
+        let open = self.open.as_mut().expect("children are asked in an open round");
+        let child = &self.children[index];
+        // What was kept for the nodes skipped here may have changed, and is in the line of everything below.
+        let is_behind_skip = skips.len() > open.skips.len();
+        let scope = match &child.asked {
+            Some(asked) if asked.skips != *skips => Scope::Anew,
+            None => Scope::Anew,
+            Some(_) if is_behind_skip || open.scope != Scope::Changed => Scope::All,
+            Some(_) if open.view.is_fresh(child.id) => return false,
+            Some(_) => Scope::Changed,
+        };
+        open.waiting += 1;
+        let id = child.id;
+        let (view, skips) = (Arc::clone(&open.view), Arc::clone(skips));
+        if scope == Scope::Anew {
+            self.leave(index);
+            self.children[index].asked = Some(Asked { skips: Arc::clone(&skips), said: None });
+        }
+        out.push(Effect::Down(id, Down::Activation(Activation { view, skips, scope })));
+        true
+    }
+
+    /// A child that was asked is asked no more.
+    fn leave(&mut self, index: usize) {
+        let child = &mut self.children[index];
+        let Some(asked) = child.asked.take() else { return };
+        let open = self.open.as_mut().expect("children are left in an open round");
+        open.is_different = true;
+        let withdrawn = NodeRange { from: child.id, to: self.mission.tree.topology.end(child.id) };
+        open.news.withdrawn.push(withdrawn);
+        self.take_in(asked.said.as_deref(), None);
+    }
+
+    /// What an AND keeps of its children's answers.
+    fn take_in(&mut self, before: Option<&Answer>, now: Option<&Answer>) {
+        if self.ordering != Ordering::And {
             return;
         }
-        child.said = Some(Said { round: open.view.round, skips: Arc::clone(skips), answer: None });
-        open.activated.push(index);
-        open.waiting += 1;
-        let (view, skips) = (Arc::clone(&open.view), Arc::clone(skips));
-        out.push(Effect::Down(child.id, Down::Activation(Activation { view, skips })));
+        let is_unsatisfied = |said: Option<&Answer>| usize::from(said.is_some_and(|said| !said.is_satisfied));
+        self.unsatisfied = self.unsatisfied + is_unsatisfied(now) - is_unsatisfied(before);
+        let requests = |said: Option<&Answer>| said.map(|said| said.requests.clone()).unwrap_or_default();
+        let (old, new) = (requests(before), requests(now));
+        if !old.is_same(&new) {
+            old.iter().for_each(|request| self.offers.withdraw(request));
+            new.iter().for_each(|request| self.offers.offer(request));
+        }
     }
 
     /// A THEN goes on behind a child that is satisfied.
@@ -115,33 +229,66 @@ impl Composite {
         let is_satisfied = self.answer_of(index).is_satisfied;
         let next = if is_satisfied { self.ordering.behind(&open.view.state, self.id, child.id) } else { None };
         if let Some(next) = next {
-            let first = self.children[open.asked[0]].id;
+            let first = self.children[open.order[0]].id;
             let skip = NodeRange { from: first, to: next };
             let skips: Arc<[NodeRange]> = open.skips.iter().copied().chain([skip]).collect();
-            self.ask(self.index_of(next), &skips, out);
+            self.ask_in_order(self.index_of(next), &skips, out);
         }
     }
 
     fn answer_if_complete(&mut self, out: &mut Outbox) {
-        let open = self.open.as_ref().expect("only an open round is answered");
-        if open.waiting > 0 {
+        if self.open.as_ref().is_none_or(|open| open.waiting > 0) {
             return;
         }
-        let answers: Vec<(NodeId, &Answer)> =
-            open.asked.iter().map(|&index| (self.children[index].id, self.answer_of(index))).collect();
-        let view = &open.view;
-        let mut answer = match view.state.phase(self.id) {
-            Phase::Failing(failing) => self.failing_answer(view, failing.child),
-            Phase::Pending | Phase::Done | Phase::Failed => {
-                self.ordering.answer(self.id, view, &*self.allocator, &answers)
+        if self.ordering != Ordering::And {
+            self.leave_others();
+        }
+        let Open { view, order, is_different, mut news, .. } = self.open.take().expect("it is open");
+        news.passed_on = news.reasons.len();
+        let said = match (view.state.phase(self.id), self.said.take()) {
+            (Phase::Pending | Phase::Done | Phase::Failed, Some(said)) if !is_different => said,
+            (Phase::Pending | Phase::Done | Phase::Failed, said) => {
+                let answer = self.answer(&view, &order, said.as_deref(), &mut news);
+                said.filter(|said| **said == answer).unwrap_or_else(|| Arc::new(answer))
             }
+            (Phase::Failing(failing), _) => Arc::new(self.failing_answer(&view, failing.child, &mut news)),
         };
-        answer.round = view.round;
-        out.push(Effect::Up(Up::Answer(Box::new(answer))));
+        self.said = Some(Arc::clone(&said));
+        let news = (!news.is_empty()).then(|| Box::new(news));
+        out.push(Effect::Up(Up::Answer { round: view.round, answer: said, news }));
+    }
+
+    fn answer(&mut self, view: &View, order: &[usize], said: Option<&Answer>, news: &mut News) -> Answer {
+        let is_running = view.state.is_busy(self.id);
+        let answers: Vec<(NodeId, &Answer)> =
+            order.iter().map(|&index| (self.children[index].id, self.answer_of(index))).collect();
+        let is_satisfied = match self.ordering {
+            Ordering::And => self.unsatisfied == 0,
+            Ordering::Or | Ordering::Then => self.ordering.is_satisfied(&view.state, self.id, &answers),
+        };
+        let requests = match self.ordering {
+            Ordering::Or | Ordering::Then => self.ordering.pass_on(&answers, news),
+            Ordering::And if self.offers.are_different() => {
+                let refused = self.allocator.merge(view, &mut self.offers);
+                news.reasons.extend(refused.into_iter().map(|blocked| (blocked.leaf, Some(blocked.reason))));
+                Requests::from_iter(self.offers.kept().iter().cloned())
+            }
+            Ordering::And => said.map(|said| said.requests.clone()).unwrap_or_default(),
+        };
+        Answer { is_running, is_satisfied: is_satisfied && !is_running, requests, reason: None }
+    }
+
+    /// An OR or a THEN has asked others than in the last round.
+    fn leave_others(&mut self) {
+        let order = self.open.as_ref().map(|open| open.order.clone()).unwrap_or_default();
+        let is_left = |index: &usize| self.children[*index].asked.is_some() && order.binary_search(index).is_err();
+        for index in (0..self.children.len()).filter(is_left).collect::<Vec<_>>() {
+            self.leave(index);
+        }
     }
 
     fn answer_of(&self, index: usize) -> &Answer {
-        let said = self.children[index].said.as_ref().and_then(|said| said.answer.as_ref());
+        let said = self.children[index].asked.as_ref().and_then(|asked| asked.said.as_deref());
         said.expect("who is asked answers before it counts")
     }
 
@@ -150,21 +297,21 @@ impl Composite {
     }
 
     /// A node that waits for its running children to end asks for nothing more.
-    fn failing_answer(&self, view: &View, failed: NodeId) -> Answer {
+    fn failing_answer(&self, view: &View, failed: NodeId, news: &mut News) -> Answer {
         let tree = &self.mission.tree;
-        let leaves = (self.id.0..tree.topology.end(self.id).0).map(NodeId);
+        let below = NodeRange { from: self.id, to: tree.topology.end(self.id) };
+        news.withdrawn.push(below);
+        let leaves = (below.from.0..below.to.0).map(NodeId);
         let idle = leaves.filter(|leaf| tree.behavior(*leaf).is_some() && !view.state.running().contains_key(leaf));
-        let blocked = idle.map(|leaf| Blocked { leaf, reason: Reason::Ending { failed } }).collect();
-        Answer { is_running: true, blocked, ..Answer::default() }
+        news.reasons.extend(idle.map(|leaf| (leaf, Some(Reason::Ending { failed }))));
+        Answer { is_running: true, ..Answer::default() }
     }
 
-    /// Goes to whoever was activated, and to where something starts or is to end.
+    /// Goes to where something starts or is to end.
     fn on_verdict(&mut self, verdict: &Arc<Verdict>, out: &mut Outbox) {
-        let mut told = self.open.take().map(|open| open.activated).unwrap_or_default();
         let about = verdict.about(&self.mission.tree.topology, self.id);
-        told.extend(about.map(|leaf| self.children.partition_point(|child| child.id <= leaf) - 1));
-        told.sort_unstable();
-        told.dedup();
+        let told: BTreeSet<usize> =
+            about.map(|leaf| self.children.partition_point(|child| child.id <= leaf) - 1).collect();
         for index in told {
             out.push(Effect::Down(self.children[index].id, Down::Verdict(Arc::clone(verdict))));
         }

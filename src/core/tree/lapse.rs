@@ -103,10 +103,8 @@ impl LapseCheck<'_> {
     /// THEN and behavior below it that kept an intention for it, or was skipped as if it had.
     fn keepers(&self) -> BTreeSet<(NodeId, NodeId)> {
         let keeps = |claim: &Claim| matches!(claim.keep, Retention::Intention(_));
-        let keeper = |leaf: NodeId| {
-            let then = self.state.status(leaf).kept_for?;
-            self.tree.behavior(leaf)?.claims.iter().any(keeps).then_some((then, leaf))
-        };
-        self.tree.leaves().filter_map(keeper).collect()
+        let is_keeper = |leaf: &NodeId| self.tree.behavior(*leaf).is_some_and(|spec| spec.claims.iter().any(keeps));
+        let kept = self.state.kept_for().iter().filter(|(leaf, _)| is_keeper(leaf));
+        kept.map(|(&leaf, &then)| (then, leaf)).collect()
     }
 }

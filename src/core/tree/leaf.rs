@@ -2,24 +2,26 @@
 
 use std::sync::Arc;
 
-use super::{Activation, Answer, Down, Effect, Outbox, Release, Up, Verdict};
+use super::{Activation, Answer, Down, Effect, Outbox, Release, Requests, Up, Verdict};
 use crate::behavior;
 use crate::world::{KnownPaths, View};
-use ambidex_model::{BehaviorSpec, Blocked, Lineage, MissionSpec, NodeId, NodeRange, Outcome, Reason};
+use ambidex_model::{BehaviorSpec, Lineage, MissionSpec, NodeId, NodeRange, Outcome, Reason, Request};
 
-/// The machine of a leaf. Of the run it knows what the view says; it keeps the paths that it asked for.
+/// The machine of a leaf. Of the run it knows what the view says; it keeps what it said last and the paths that it asked
+/// for.
 #[derive(Debug)]
 pub struct Leaf {
     id: NodeId,
     mission: Arc<MissionSpec>,
     round: u32,
+    said: Arc<Answer>,
     known_paths: KnownPaths,
 }
 
 impl Leaf {
     pub(super) fn new(id: NodeId, mission: &Arc<MissionSpec>) -> Self {
         let mission = Arc::clone(mission);
-        Self { id, mission, round: 0, known_paths: KnownPaths::default() }
+        Self { id, mission, round: 0, said: Arc::default(), known_paths: KnownPaths::default() }
     }
 
     pub(super) fn on_down(&mut self, down: Down, out: &mut Outbox) {
@@ -36,21 +38,30 @@ impl Leaf {
         out.push(Effect::Up(Up::Release(Box::new(release))));
     }
 
-    fn on_activation(&mut self, Activation { view, skips }: Activation, out: &mut Outbox) {
-        let mut answer = Answer { round: view.round, ..Answer::default() };
-        if view.state.running().contains_key(&self.id) {
-            answer.is_running = true;
+    fn on_activation(&mut self, Activation { view, skips, .. }: Activation, out: &mut Outbox) {
+        let answer = if view.state.running().contains_key(&self.id) {
+            Answer { is_running: true, ..Answer::default() }
         } else {
             match self.answer(&view, &skips) {
-                behavior::Answer::Request(request) => answer.requests.push(Arc::new(request)),
+                behavior::Answer::Request(request) => Answer { requests: self.again(request), ..Answer::default() },
                 behavior::Answer::Satisfied => {
-                    answer.is_satisfied = true;
-                    answer.blocked.push(Blocked { leaf: self.id, reason: Reason::Satisfied });
+                    Answer { is_satisfied: true, reason: Some(Reason::Satisfied), ..Answer::default() }
                 }
-                behavior::Answer::Blocked(reason) => answer.blocked.push(Blocked { leaf: self.id, reason }),
+                behavior::Answer::Blocked(reason) => Answer { reason: Some(reason), ..Answer::default() },
             }
+        };
+        if answer != *self.said {
+            self.said = Arc::new(answer);
         }
-        out.push(Effect::Up(Up::Answer(Box::new(answer))));
+        out.push(Effect::Up(Up::Answer { round: view.round, answer: Arc::clone(&self.said), news: None }));
+    }
+
+    /// The request that was made last, if this one is the same.
+    fn again(&self, request: Request) -> Requests {
+        match self.said.requests.first() {
+            Some(last) if **last == request => self.said.requests.clone(),
+            Some(_) | None => Requests::from_iter([Arc::new(request)]),
+        }
     }
 
     fn answer(&mut self, view: &View, skips: &[NodeRange]) -> behavior::Answer {

@@ -1,6 +1,7 @@
 //! What nodes tell each other. Payloads lie behind pointers, so that a message is small.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Deref;
 use std::sync::Arc;
 
 use crate::world::View;
@@ -19,7 +20,14 @@ pub enum Down {
 #[derive(Debug, Clone)]
 pub enum Up {
     /// The one answer to an activation.
-    Answer(Box<Answer>),
+    Answer {
+        /// The round that is answered.
+        round: u32,
+        /// Shared with the node that says it: what is said again is the same pointer, and nothing is allocated.
+        answer: Arc<Answer>,
+        /// What is different since its last answer below it; none where nothing is.
+        news: Option<Box<News>>,
+    },
     /// A behavior ended.
     Release(Box<Release>),
 }
@@ -31,22 +39,47 @@ pub struct Activation {
     pub view: Arc<View>,
     /// What was skipped on the way down.
     pub skips: Arc<[NodeRange]>,
+    /// Whom below it is for.
+    pub scope: Scope,
 }
 
-/// The answer of a node for everything below it.
-#[derive(Debug, Clone, Default)]
+/// Who below a node is asked in a round.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scope {
+    /// Those that might say something else than in the last round.
+    Changed,
+    /// Everybody; the answer tells what is different from the last round.
+    All,
+    /// Everybody, for the first time or after rounds without a question: the answer tells everything.
+    Anew,
+}
+
+/// What a node says for everything below it.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Answer {
-    /// The round that is answered.
-    pub round: u32,
     /// Something below runs.
     pub is_running: bool,
     /// The goal is met.
     pub is_satisfied: bool,
     /// What is asked for; potential and line stand in each.
-    pub requests: Vec<Arc<Request>>,
-    /// Activated leaves that do not ask, or whose request went no further, each with its reason.
-    pub blocked: Vec<Blocked>,
-    /// How many of `blocked` came from below; the others are this node's own word.
+    pub requests: Requests,
+    /// Why a leaf does not ask; none of a task node, nor of a leaf that asks or runs.
+    pub reason: Option<Reason>,
+}
+
+/// Requests that go up together, shared by all that pass them on.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Requests(Option<Arc<[Arc<Request>]>>);
+
+/// What has become different below a node: first these ranges are not asked any more, then the leaves are told of.
+#[derive(Debug, Clone, Default)]
+pub struct News {
+    /// Nodes that are asked no more.
+    pub withdrawn: Vec<NodeRange>,
+    /// Leaves that do not ask, or whose request went no further, each with its reason; without one, nothing keeps it
+    /// from asking any more.
+    pub reasons: Vec<(NodeId, Option<Reason>)>,
+    /// How many of `reasons` came from below; the others are this node's own word.
     pub passed_on: usize,
 }
 
@@ -68,8 +101,6 @@ pub struct Verdict {
     pub round: u32,
     /// What starts now.
     pub granted: BTreeMap<NodeId, Grant>,
-    /// Why every other activated leaf does not.
-    pub refused: BTreeMap<NodeId, Reason>,
     /// What runs and is to end.
     pub stopped: BTreeSet<NodeId>,
     /// The view in which it was decided; none where it only stops.
@@ -90,11 +121,44 @@ impl Answer {
     pub fn potential(&self) -> Option<f64> {
         self.requests.iter().map(|request| request.potential).max_by(f64::total_cmp)
     }
+}
 
-    /// Takes in what a child said of its leaves, but not its requests.
-    pub(super) fn absorb(&mut self, child: &Self) {
-        self.is_running |= child.is_running;
-        self.blocked.extend_from_slice(&child.blocked);
+impl Requests {
+    /// Whether both are the very same.
+    pub(super) fn is_same(&self, other: &Self) -> bool {
+        std::iter::zip(self.iter(), other.iter()).all(|(one, other)| Arc::ptr_eq(one, other))
+            && self.len() == other.len()
+    }
+}
+
+impl FromIterator<Arc<Request>> for Requests {
+    fn from_iter<T: IntoIterator<Item = Arc<Request>>>(requests: T) -> Self {
+        let mut requests = requests.into_iter().peekable();
+        Self(requests.peek().is_some().then(|| requests.collect()))
+    }
+}
+
+impl Deref for Requests {
+    type Target = [Arc<Request>];
+
+    fn deref(&self) -> &[Arc<Request>] {
+        self.0.as_deref().unwrap_or_default()
+    }
+}
+
+impl News {
+    /// Takes in what became different below a child.
+    pub(super) fn absorb(&mut self, news: Self) {
+        if self.withdrawn.is_empty() && self.reasons.is_empty() {
+            (self.withdrawn, self.reasons) = (news.withdrawn, news.reasons);
+        } else {
+            self.withdrawn.extend(news.withdrawn);
+            self.reasons.extend(news.reasons);
+        }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.withdrawn.is_empty() && self.reasons.is_empty()
     }
 }
 
@@ -113,7 +177,6 @@ impl Down {
             Self::Activation(_) => Message::Activation,
             Self::Verdict(verdict) => Message::Verdict {
                 granted: verdict.granted.range(below.from..below.to).map(|(&leaf, _)| leaf).collect(),
-                refused: verdict.refused.get(&below.from).cloned(),
                 stopped: verdict.stopped.range(below.from..below.to).copied().collect(),
             },
         }
@@ -124,7 +187,7 @@ impl Up {
     /// The round it belongs to.
     pub fn round(&self) -> u32 {
         match self {
-            Self::Answer(answer) => answer.round,
+            Self::Answer { round, .. } => *round,
             Self::Release(release) => release.round,
         }
     }
@@ -132,14 +195,19 @@ impl Up {
     /// The message as the journal shows it.
     pub fn record(&self, from: NodeId) -> Message {
         match self {
-            Self::Answer(answer) => Message::Answer {
-                running: answer.is_running,
-                satisfied: answer.is_satisfied,
-                potential: answer.potential(),
-                asking: answer.requests.iter().map(|request| request.leaf).collect(),
-                request: answer.requests.iter().find(|request| request.leaf == from).cloned(),
-                blocked: answer.blocked[answer.passed_on..].to_vec(),
-            },
+            Self::Answer { answer, news, .. } => {
+                let own = news.iter().flat_map(|news| &news.reasons[news.passed_on..]);
+                let own = own.filter_map(|(leaf, reason)| Some((*leaf, reason.clone()?)));
+                let of_leaf = answer.reason.clone().map(|reason| (from, reason));
+                Message::Answer {
+                    running: answer.is_running,
+                    satisfied: answer.is_satisfied,
+                    potential: answer.potential(),
+                    asking: answer.requests.iter().map(|request| request.leaf).collect(),
+                    request: answer.requests.iter().find(|request| request.leaf == from).cloned(),
+                    blocked: of_leaf.into_iter().chain(own).map(|(leaf, reason)| Blocked { leaf, reason }).collect(),
+                }
+            }
             Self::Release(release) => Message::Release { leaf: release.leaf, end: release.outcome.end },
         }
     }

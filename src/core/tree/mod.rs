@@ -9,13 +9,16 @@ mod lapse;
 mod leaf;
 mod message;
 mod node;
+mod offers;
 mod ordering;
 mod packing;
 mod root;
 mod topics;
 
-pub use allocator::{Allocator, Chosen, Greedy, Merged, Serial};
+pub use allocator::{Allocator, Chosen, Greedy, Serial};
 pub use effect::{Effect, Input, Outbox};
-pub use message::{Activation, Answer, Down, Release, Up, Verdict};
+pub use message::{Activation, Answer, Down, News, Release, Requests, Scope, Up, Verdict};
 pub use node::{Node, build};
+pub use offers::Offers;
 pub use root::{Root, Settings};
+pub use topics::Topic;

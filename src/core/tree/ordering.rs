@@ -1,12 +1,9 @@
 //! AND, OR and THEN: whom they ask, what they pass on, and what the end of a child means for them (III-A, III-C). No
 //! other file tells them apart.
 
-use super::{Allocator, Answer};
-use crate::world::View;
+use super::{Answer, News, Requests};
 use ambidex_model::state::{Phase, State};
-use ambidex_model::{
-    Blocked, Completion, Consequences, End, Failing, LeaseKind, NodeId, NodeKind, NodeRange, Reason, TreeSpec,
-};
+use ambidex_model::{Completion, Consequences, End, Failing, LeaseKind, NodeId, NodeKind, NodeRange, Reason, TreeSpec};
 
 /// The ordering constraint of a task node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,42 +49,23 @@ impl Ordering {
         }
     }
 
-    /// What the node says when all it asked have answered.
-    pub(super) fn answer(
-        self,
-        node: NodeId,
-        view: &View,
-        allocator: &dyn Allocator,
-        answers: &[(NodeId, &Answer)],
-    ) -> Answer {
-        let all = answers.iter().all(|(_, answer)| answer.is_satisfied);
-        let is_satisfied = match self {
-            Self::And => all,
-            Self::Or => answers.iter().any(|(_, answer)| answer.is_satisfied),
-            Self::Then => {
-                all && answers.last().is_some_and(|(last, _)| self.behind(&view.state, node, *last).is_none())
-            }
-        };
-        let mut own = Answer { is_satisfied, ..Answer::default() };
-        for (_, answer) in answers {
-            own.absorb(answer);
-        }
-        if view.state.is_busy(node) {
-            own.is_satisfied = false;
-            own.is_running = true;
-        }
-        own.passed_on = own.blocked.len();
+    /// Whether an OR or a THEN is satisfied when all that it asked, in order, have answered and nothing below runs.
+    pub(super) fn is_satisfied(self, state: &State, node: NodeId, answers: &[(NodeId, &Answer)]) -> bool {
+        let all = || answers.iter().all(|(_, answer)| answer.is_satisfied);
         match self {
-            Self::And => {
-                let requests = answers.iter().flat_map(|(_, answer)| answer.requests.iter().cloned()).collect();
-                let merged = allocator.merge(view, requests);
-                own.requests = merged.kept;
-                own.blocked.extend(merged.refused);
-            }
-            Self::Then => own.requests = answers.last().map(|(_, answer)| answer.requests.clone()).unwrap_or_default(),
-            Self::Or => choose(answers, &mut own),
+            Self::And => all(),
+            Self::Or => answers.iter().any(|(_, answer)| answer.is_satisfied),
+            Self::Then => all() && answers.last().is_some_and(|(last, _)| self.behind(state, node, *last).is_none()),
         }
-        own
+    }
+
+    /// What an OR or a THEN passes on of what those have said that it asked, in order; an AND lets its allocator say.
+    pub(super) fn pass_on(self, answers: &[(NodeId, &Answer)], news: &mut News) -> Requests {
+        match self {
+            Self::And => Requests::default(),
+            Self::Then => answers.last().map(|(_, answer)| answer.requests.clone()).unwrap_or_default(),
+            Self::Or => choose(answers, news),
+        }
     }
 
     /// Whether a node fails when one more of its children does.
@@ -170,22 +148,13 @@ fn is_left_with_nothing(state: &State, way: NodeId) -> bool {
 }
 
 /// An OR passes on its best child: the greatest potential, the first among equals.
-fn choose(answers: &[(NodeId, &Answer)], own: &mut Answer) {
+fn choose(answers: &[(NodeId, &Answer)], news: &mut News) -> Requests {
     let potential = |answer: &Answer| answer.potential().unwrap_or(0.0);
-    let satisfied = answers.iter().find(|(_, answer)| answer.is_satisfied).map(|(child, _)| *child);
-    let best = answers
-        .iter()
-        .filter(|(_, answer)| !answer.requests.is_empty())
-        .max_by(|(a, one), (b, other)| potential(one).total_cmp(&potential(other)).then(b.cmp(a)))
-        .map(|(child, _)| *child);
-    let best = satisfied.or(best);
-    for &(child, answer) in answers {
-        if Some(child) == best {
-            own.requests.clone_from(&answer.requests);
-        } else if let Some(chosen) = best {
-            let reason = Reason::Alternative { chosen };
-            let others = answer.requests.iter();
-            own.blocked.extend(others.map(|request| Blocked { leaf: request.leaf, reason: reason.clone() }));
-        }
-    }
+    let satisfied = answers.iter().find(|(_, answer)| answer.is_satisfied);
+    let asking = answers.iter().filter(|(_, answer)| !answer.requests.is_empty());
+    let best = asking.max_by(|(a, one), (b, other)| potential(one).total_cmp(&potential(other)).then(b.cmp(a)));
+    let Some(&(chosen, best)) = satisfied.or(best) else { return Requests::default() };
+    let others = answers.iter().filter(|(child, _)| *child != chosen).flat_map(|(_, answer)| answer.requests.iter());
+    news.reasons.extend(others.map(|request| (request.leaf, Some(Reason::Alternative { chosen }))));
+    best.requests.clone()
 }

@@ -34,10 +34,6 @@ impl<'a> Packing<'a> {
         Self { view, accepted: Vec::new(), chosen: Vec::new(), used, late: None }
     }
 
-    pub(super) fn into_accepted(self) -> Vec<Arc<Request>> {
-        self.accepted
-    }
-
     /// Adds a request if *some* choice of resources serves it and all accepted ones.
     ///
     /// # Errors

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use super::lapse::LapseCheck;
 use super::ordering::{Settled, settle, undecided};
-use super::topics::Touches;
-use super::{Activation, Allocator, Answer, Down, Effect, Greedy, Outbox, Verdict};
+use super::topics::{Topic, Touches};
+use super::{Activation, Allocator, Answer, Down, Effect, Greedy, News, Outbox, Scope, Verdict};
 use crate::behavior;
 use crate::world::{Compatible, FreeSpace, Unconstrained, View};
 use ambidex_model::state::{Phase, Stage, State};
@@ -30,6 +30,8 @@ pub struct Settings {
     /// Whether records tell every message between nodes, and with every decision why all else does not run. All that
     /// can be computed again; it grows with nodes times rounds.
     pub has_messages: bool,
+    /// Topics whose readers are not asked again, so that rounds go wrong: by this a test shows that it would notice.
+    pub unheard: fn(Topic) -> bool,
 }
 
 impl Settings {
@@ -54,6 +56,7 @@ impl Default for Settings {
             rules: Arc::new(Unconstrained),
             waits_when_stalled: false,
             has_messages: true,
+            unheard: |_| false,
         }
     }
 }
@@ -67,8 +70,10 @@ pub struct Root {
     state: State,
     /// Whom a round has to ask; none where every round asks all.
     touches: Option<Touches>,
+    /// Why those that were asked do not run, as they and the nodes above them said it last.
+    reasons: BTreeMap<NodeId, Reason>,
     /// The table as the records tell it.
-    last_recorded: ResourceTable,
+    last_recorded: Arc<ResourceTable>,
     /// What came since the last turn.
     told: Vec<Told>,
     /// Where the base was seen last since then.
@@ -92,9 +97,10 @@ impl Root {
         Self {
             free_space: Arc::new(FreeSpace::new(&mission.world.obstacles, mission.robot.radius_m)),
             settings: settings.clone(),
-            touches: settings.is_local().then(|| Touches::new(mission)),
+            touches: settings.is_local().then(|| Touches::new(mission, settings.unheard)),
             state: State::new(Arc::new(mission.tree.topology.clone()), resources, mission.start.clone()),
-            last_recorded: ResourceTable::new(resources),
+            reasons: BTreeMap::new(),
+            last_recorded: Arc::new(ResourceTable::new(resources)),
             told: Vec::new(),
             observed: None,
             open: None,
@@ -168,17 +174,45 @@ impl Root {
         }
     }
 
-    pub(super) fn on_answer(&mut self, now: Time, answer: Answer, out: &mut Outbox) {
+    pub(super) fn on_answer(
+        &mut self,
+        now: Time,
+        top: NodeId,
+        answer: &Answer,
+        news: Option<Box<News>>,
+        out: &mut Outbox,
+    ) {
         let view = self.open.take().expect("an answer ends an open round");
-        let is_complete = answer.is_satisfied;
+        if let Some(news) = news {
+            self.take_in(*news);
+        }
+        match &answer.reason {
+            Some(reason) => drop(self.reasons.insert(top, reason.clone())),
+            None => drop(self.reasons.remove(&top)),
+        }
         let (mut verdict, reopened) = self.decide(now, &view, answer, out);
         verdict.stopped = self.stop(now, is_below_failing, out);
         let is_nothing = verdict.granted.is_empty() && reopened.is_none();
         self.is_wanted |= !is_nothing;
         self.is_quiet = is_nothing && self.state.running().is_empty() && !self.settings.waits_when_stalled;
-        out.push(Effect::Down(TOP, Down::Verdict(Arc::new(verdict))));
-        if is_complete {
+        if !verdict.granted.is_empty() || !verdict.stopped.is_empty() {
+            out.push(Effect::Down(TOP, Down::Verdict(Arc::new(verdict))));
+        }
+        if answer.is_satisfied {
             self.finish(now, MissionEnd::Done, out);
+        }
+    }
+
+    fn take_in(&mut self, news: News) {
+        for range in news.withdrawn {
+            let gone: Vec<NodeId> = self.reasons.range(range.from..range.to).map(|(&leaf, _)| leaf).collect();
+            gone.iter().for_each(|leaf| drop(self.reasons.remove(leaf)));
+        }
+        for (leaf, reason) in news.reasons {
+            match reason {
+                Some(reason) => drop(self.reasons.insert(leaf, reason)),
+                None => drop(self.reasons.remove(&leaf)),
+            }
         }
     }
 
@@ -254,28 +288,34 @@ impl Root {
             round: self.state.round() + 1,
             now,
             state: self.state.clone(),
-            touched: self.touches.as_ref().map(|touches| touches.rounds().clone()),
+            touched: self.touches.as_mut().map(Touches::take),
             mission: Arc::clone(&self.mission),
             free_space: Arc::clone(&self.free_space),
             rules: Arc::clone(&self.settings.rules),
         });
         self.open = Some(Arc::clone(&view));
-        let activation = Activation { view, skips: Arc::from([]) };
+        let scope = if view.touched.is_none() { Scope::Anew } else { Scope::Changed };
+        if scope == Scope::Anew {
+            self.reasons.clear();
+        }
+        let activation = Activation { view, skips: Arc::from([]), scope };
         out.push(Effect::Down(TOP, Down::Activation(activation)));
     }
 
     /// Chooses, moves the leases, and finds what lapses or is done again.
-    fn decide(&mut self, now: Time, view: &Arc<View>, answer: Answer, out: &mut Outbox) -> (Verdict, Option<Reopened>) {
-        let chosen = self.settings.allocator.choose(view, answer.requests);
-        let refused = answer.blocked.into_iter().chain(chosen.refused);
-        let mut verdict = Verdict {
-            round: view.round,
-            refused: refused.map(|blocked| (blocked.leaf, blocked.reason)).collect(),
-            view: Some(Arc::clone(view)),
-            ..Verdict::default()
-        };
+    fn decide(
+        &mut self,
+        now: Time,
+        view: &Arc<View>,
+        answer: &Answer,
+        out: &mut Outbox,
+    ) -> (Verdict, Option<Reopened>) {
+        let chosen = self.settings.allocator.choose(view, &answer.requests);
+        self.reasons.extend(chosen.refused.into_iter().map(|blocked| (blocked.leaf, blocked.reason)));
+        let mut verdict = Verdict { round: view.round, view: Some(Arc::clone(view)), ..Verdict::default() };
         for mut grant in chosen.granted {
-            grant.met = met(&grant, &verdict.refused);
+            self.reasons.remove(&grant.leaf());
+            grant.met = met(&grant, &self.reasons);
             verdict.granted.insert(grant.leaf(), grant);
         }
         let mut decided = Record::Decided {
@@ -287,17 +327,18 @@ impl Root {
         };
         let mut after = self.state.clone();
         after.apply(&decided);
-        let found = if answer.is_satisfied { None } else { self.reopen(view, after, &verdict) };
-        name_winners(self.state.running(), &mut verdict);
+        let found = if answer.is_satisfied { None } else { self.reopen(view, after) };
         let found = found.map(|found| with_winner(self.state.running(), &verdict, found));
         // Where nothing goes on any more, the reasons are the news.
         let is_quiet = verdict.granted.is_empty() && found.is_none() && self.state.running().is_empty();
         let is_news = is_quiet && !self.was_quiet;
         self.was_quiet = is_quiet;
         if let Record::Decided { refused, reopened, .. } = &mut decided {
-            let blocked = |(&leaf, reason): (&NodeId, &Reason)| Blocked { leaf, reason: reason.clone() };
             if is_news || self.settings.has_messages {
-                *refused = verdict.refused.iter().map(blocked).collect();
+                refused.extend(self.reasons.iter().map(|(&leaf, reason)| {
+                    let winner = winner(self.state.running(), &verdict, reason);
+                    Blocked { leaf, reason: winner.unwrap_or_else(|| reason.clone()) }
+                }));
             }
             reopened.clone_from(&found);
         }
@@ -306,9 +347,9 @@ impl Root {
     }
 
     /// At most one in a round; `after` is the state with the grants of this round.
-    fn reopen(&self, view: &View, mut after: State, verdict: &Verdict) -> Option<Reopened> {
+    fn reopen(&self, view: &View, mut after: State) -> Option<Reopened> {
         let tree = &self.mission.tree;
-        let check = LapseCheck { tree, view, state: &after, refused: &verdict.refused };
+        let check = LapseCheck { tree, view, state: &after, refused: &self.reasons };
         let is_stuck = after.running().is_empty();
         let mut reopened = check.lapse().or_else(|| if is_stuck { check.redo() } else { None })?;
         if reopened.lapsed().is_some() {
@@ -376,11 +417,14 @@ impl Root {
     /// Records every resource that is not as it was last told.
     fn tell_table(&mut self, now: Time, out: &mut Outbox) {
         let table = self.state.table();
+        if Arc::ptr_eq(table, &self.last_recorded) {
+            return;
+        }
         for (id, resource) in table.iter().filter(|(id, resource)| self.last_recorded.resource(*id) != *resource) {
             let state = resource.clone();
             out.push(Effect::Record(Box::new(Record::Resource { at: now, resource: id, state })));
         }
-        self.last_recorded.clone_from(table);
+        self.last_recorded = Arc::clone(table);
     }
 
     fn finish(&mut self, now: Time, end: MissionEnd, out: &mut Outbox) {
@@ -402,11 +446,6 @@ fn met(grant: &Grant, refused: &BTreeMap<NodeId, Reason>) -> Vec<NodeId> {
 }
 
 /// A request that beat another below root may have lost here: a reason names only who got what it is about.
-fn name_winners(running: &BTreeMap<NodeId, Grant>, verdict: &mut Verdict) {
-    let wrong = verdict.refused.iter().filter_map(|(&leaf, reason)| Some((leaf, winner(running, verdict, reason)?)));
-    verdict.refused.extend(wrong.collect::<Vec<_>>());
-}
-
 fn with_winner(running: &BTreeMap<NodeId, Grant>, verdict: &Verdict, mut reopened: Reopened) -> Reopened {
     if let Cause::Lapse { heir, .. } = &mut reopened.cause
         && let Some(reason) = winner(running, verdict, &heir.reason)

@@ -1,96 +1,116 @@
 //! What a leaf can read of the state, known when the tree is built, since kinds are closed terms; and which nodes a change
 //! touches. What was not touched since it answered would say the same again, and is not asked.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use ambidex_model::state::{Chunks, State};
+use ambidex_model::state::State;
 use ambidex_model::{
-    Cause, Change, Condition, LeaseKind, Location, MissionSpec, NodeId, ObjectId, Potential, Record, ResourceId,
-    Selector, Task,
+    Cause, Change, Condition, FactId, LeaseKind, Location, MissionSpec, NodeId, ObjectId, Potential, Record,
+    ResourceId, Selector, Task,
 };
 
-/// Leaves by what they read, each list in tree order; a leaf may stand in it several times.
-#[derive(Debug, Default)]
-struct Topics {
+/// Something that a leaf can read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Topic {
     /// Whether a resource is held, by whom and how, and whether something is in it.
-    resource: Vec<Vec<NodeId>>,
+    Resource(ResourceId),
     /// Where an object is, and whether somebody changes it.
-    object: Vec<Vec<NodeId>>,
+    Object(ObjectId),
     /// Whether a fact holds.
-    fact: Vec<Vec<NodeId>>,
+    Fact(FactId),
     /// Where the base is.
-    base: Vec<NodeId>,
+    Base,
     /// Who drives the base.
-    driver: Vec<NodeId>,
+    Driver,
+    /// What is kept for a node, by all below it.
+    Intention(NodeId),
+    /// Whether there was progress, by those that do not ask before.
+    Progress,
+    /// What has come of the leaf itself.
+    Own(NodeId),
 }
 
-/// When each node was touched last.
+/// Whom a round has to ask, of what was touched since the last one.
 #[derive(Debug)]
 pub(super) struct Touches {
     mission: Arc<MissionSpec>,
-    topics: Topics,
-    rounds: Rounds,
+    /// Leaves by what they read, each list in tree order.
+    topics: BTreeMap<Topic, Vec<NodeId>>,
     /// Behaviors that do not ask before there is progress.
     barred: BTreeSet<NodeId>,
-}
-
-/// By node the first round that has to ask it again.
-#[derive(Debug)]
-struct Rounds {
-    mission: Arc<MissionSpec>,
-    by_node: Chunks<u32>,
-    /// The round that is next.
-    next: u32,
-}
-
-impl Rounds {
-    /// Leaves, each with all that is above it.
-    fn touch(&mut self, leaves: impl IntoIterator<Item = NodeId>) {
-        for leaf in leaves {
-            for node in self.mission.tree.topology.path(leaf) {
-                if *self.by_node.get(node.index()) == self.next {
-                    break;
-                }
-                *self.by_node.get_mut(node.index()) = self.next;
-            }
-        }
-    }
+    /// Whether a node is in `touched`.
+    is_touched: Vec<bool>,
+    touched: Vec<NodeId>,
+    unheard: fn(Topic) -> bool,
 }
 
 impl Touches {
-    pub(super) fn new(mission: &Arc<MissionSpec>) -> Self {
-        let mut topics = Topics {
-            resource: vec![Vec::new(); mission.robot.resources.len()],
-            object: vec![Vec::new(); mission.start.objects.len()],
-            fact: vec![Vec::new(); mission.start.facts.len()],
-            ..Topics::default()
-        };
+    pub(super) fn new(mission: &Arc<MissionSpec>, unheard: fn(Topic) -> bool) -> Self {
+        let mut topics = BTreeMap::<Topic, Vec<NodeId>>::new();
         for leaf in mission.tree.leaves() {
-            topics.add(mission, leaf);
+            let mut read = |topic| {
+                let readers = topics.entry(topic).or_default();
+                if readers.last() != Some(&leaf) {
+                    readers.push(leaf);
+                }
+            };
+            read_by(mission, leaf, &mut read);
         }
-        let by_node = Chunks::new(mission.tree.nodes.len());
-        let rounds = Rounds { mission: Arc::clone(mission), by_node, next: 0 };
-        Self { mission: Arc::clone(mission), topics, rounds, barred: BTreeSet::new() }
+        let is_touched = vec![false; mission.tree.nodes.len()];
+        let (mission, barred, touched) = (Arc::clone(mission), BTreeSet::new(), Vec::new());
+        Self { mission, topics, barred, is_touched, touched, unheard }
     }
 
-    /// By node the first round that has to ask it again.
-    pub(super) fn rounds(&self) -> &Chunks<u32> {
-        &self.rounds.by_node
+    /// What was touched since this was asked last, in tree order.
+    pub(super) fn take(&mut self) -> Arc<[NodeId]> {
+        self.touched.sort_unstable();
+        for node in &self.touched {
+            self.is_touched[node.index()] = false;
+        }
+        self.touched.drain(..).collect()
+    }
+
+    /// All that read a topic, each with all that is above it.
+    fn touch(&mut self, topic: Topic) {
+        if (self.unheard)(topic) {
+            return;
+        }
+        let mut touch = |leaf: NodeId| {
+            for node in self.mission.tree.topology.path(leaf) {
+                if std::mem::replace(&mut self.is_touched[node.index()], true) {
+                    break;
+                }
+                self.touched.push(node);
+            }
+        };
+        match topic {
+            Topic::Own(leaf) => touch(leaf),
+            Topic::Progress => self.barred.iter().copied().for_each(touch),
+            Topic::Intention(holder) => {
+                let below = (holder.0..self.mission.tree.topology.end(holder).0).map(NodeId);
+                below.filter(|node| self.mission.tree.behavior(*node).is_some()).for_each(touch);
+            }
+            Topic::Resource(_) | Topic::Object(_) | Topic::Fact(_) | Topic::Base | Topic::Driver => {
+                self.topics.get(&topic).into_iter().flatten().copied().for_each(touch);
+            }
+        }
     }
 
     /// Takes note of what a record has changed.
     pub(super) fn note(&mut self, before: &State, after: &State, record: &Record) {
-        self.rounds.next = after.round() + 1;
-        self.note_table(before, after);
+        if !Arc::ptr_eq(before.table(), after.table()) {
+            self.note_table(before, after);
+        }
         if before.world().base != after.world().base {
-            self.rounds.touch(self.topics.base.iter().copied());
+            self.touch(Topic::Base);
         }
         if before.progress() != after.progress() {
-            self.rounds.touch(self.barred.iter().copied());
+            self.touch(Topic::Progress);
         }
         match record {
-            Record::Began { .. } => self.rounds.touch(self.mission.tree.leaves()),
+            // The first round asks everybody.
+            Record::Began { .. } => {}
             Record::World { change, .. } | Record::Observed { change, .. } => self.note_change(before, *change),
             Record::Decided { granted, reopened, .. } => {
                 for leaf in granted.iter().map(|grant| grant.leaf()) {
@@ -101,7 +121,7 @@ impl Touches {
                     if let Cause::Lapse { .. } = reopened.cause {
                         self.barred.insert(reopened.node);
                     }
-                    self.rounds.touch([reopened.node]);
+                    self.touch(Topic::Own(reopened.node));
                 }
             }
             Record::Released { leaf, changes, .. } => {
@@ -119,14 +139,13 @@ impl Touches {
             if old == new {
                 continue;
             }
-            self.touch_resource(id);
+            self.touch(Topic::Resource(id));
             for object in [before, after].into_iter().filter_map(|state| state.world().held_by(id)) {
-                self.touch_object(object);
+                self.touch(Topic::Object(object));
             }
             let leases = old.leases().iter().chain(new.leases());
             for lease in leases.filter(|lease| lease.kind == LeaseKind::Intention) {
-                let below = (lease.holder.0..after.topology().end(lease.holder).0).map(NodeId);
-                self.rounds.touch(below.filter(|node| self.mission.tree.behavior(*node).is_some()));
+                self.touch(Topic::Intention(lease.holder));
             }
         }
     }
@@ -134,7 +153,7 @@ impl Touches {
     fn note_change(&mut self, before: &State, change: Change) {
         match change {
             Change::Base(_) => {}
-            Change::Fact(fact, _) => self.rounds.touch(self.topics.fact[fact.index()].iter().copied()),
+            Change::Fact(fact, _) => self.touch(Topic::Fact(fact)),
             Change::Emptied(gripper) => self.touch_contents(before, gripper),
             Change::Object(object, to) => {
                 for at in [before.world().objects[object.index()], to] {
@@ -142,95 +161,79 @@ impl Touches {
                         self.touch_contents(before, gripper);
                     }
                 }
-                self.touch_object(object);
+                self.touch(Topic::Object(object));
             }
         }
     }
 
     fn touch_contents(&mut self, before: &State, gripper: ResourceId) {
-        self.touch_resource(gripper);
+        self.touch(Topic::Resource(gripper));
         if let Some(held) = before.world().held_by(gripper) {
-            self.touch_object(held);
+            self.touch(Topic::Object(held));
         }
     }
 
     /// A behavior runs now, or does no more.
     fn note_running(&mut self, leaf: NodeId) {
-        self.rounds.touch([leaf]);
-        let Some(spec) = self.mission.tree.behavior(leaf) else { return };
-        for object in &spec.changes {
-            self.rounds.touch(self.topics.object[object.index()].iter().copied());
-        }
+        self.touch(Topic::Own(leaf));
+        let mission = Arc::clone(&self.mission);
+        let Some(spec) = mission.tree.behavior(leaf) else { return };
+        spec.changes.iter().for_each(|object| self.touch(Topic::Object(*object)));
         if spec.commands.iter().any(|term| matches!(term.task, Task::DriveTo(_))) {
-            self.rounds.touch(self.topics.driver.iter().copied());
+            self.touch(Topic::Driver);
         }
-    }
-
-    fn touch_resource(&mut self, resource: ResourceId) {
-        self.rounds.touch(self.topics.resource[resource.index()].iter().copied());
-    }
-
-    fn touch_object(&mut self, object: ObjectId) {
-        self.rounds.touch(self.topics.object[object.index()].iter().copied());
     }
 }
 
-impl Topics {
-    fn add(&mut self, mission: &MissionSpec, leaf: NodeId) {
-        let Some(spec) = mission.tree.behavior(leaf) else { return };
-        for claim in &spec.claims {
-            for resource in mission.robot.could_serve(claim.selector, &[]) {
-                self.resource[resource.index()].push(leaf);
-            }
-            match claim.selector {
-                Selector::Holding(object) => self.read_object(leaf, object),
-                Selector::AnyEmpty { reaches: Some(object), .. } | Selector::Empty { reaches: Some(object), .. } => {
-                    self.read_object(leaf, object);
-                    self.base.push(leaf);
-                }
-                Selector::AnyEmpty { reaches: None, .. } | Selector::Empty { reaches: None, .. } => {}
-                Selector::Named(_) | Selector::Any(_) => {}
-            }
+/// What a leaf reads.
+fn read_by(mission: &MissionSpec, leaf: NodeId, read: &mut impl FnMut(Topic)) {
+    let Some(spec) = mission.tree.behavior(leaf) else { return };
+    for claim in &spec.claims {
+        for resource in mission.robot.could_serve(claim.selector, &[]) {
+            read(Topic::Resource(resource));
         }
-        let scale_by = match spec.potential {
-            Potential::Constant(_) => None,
-            Potential::Scaled { by, .. } => Some(by),
-            Potential::Nearness { scale_by, .. } => {
-                self.base.push(leaf);
-                scale_by
+        match claim.selector {
+            Selector::Holding(object) => read(Topic::Object(object)),
+            Selector::AnyEmpty { reaches: Some(object), .. } | Selector::Empty { reaches: Some(object), .. } => {
+                read(Topic::Object(object));
+                read(Topic::Base);
             }
-        };
-        for resource in scale_by.into_iter().flat_map(|of| mission.robot.of_type(of)) {
-            self.resource[resource.index()].push(leaf);
-        }
-        self.read_condition(leaf, &spec.satisfied);
-        self.read_condition(leaf, &spec.precondition);
-        spec.changes.iter().for_each(|object| self.read_object(leaf, *object));
-        for term in &spec.commands {
-            match term.task {
-                Task::Grasp(object) | Task::Put(object, _) => self.read_object(leaf, object),
-                Task::DriveTo(_) | Task::Stand | Task::LookAt(_) => {}
-            }
+            Selector::AnyEmpty { reaches: None, .. } | Selector::Empty { reaches: None, .. } => {}
+            Selector::Named(_) | Selector::Any(_) => {}
         }
     }
-
-    fn read_object(&mut self, leaf: NodeId, object: ObjectId) {
-        self.object[object.index()].push(leaf);
-    }
-
-    fn read_condition(&mut self, leaf: NodeId, condition: &Condition) {
-        match condition {
-            Condition::All(parts) => parts.iter().for_each(|part| self.read_condition(leaf, part)),
-            Condition::Never => {}
-            Condition::At { .. } => {
-                self.base.push(leaf);
-                self.driver.push(leaf);
-            }
-            Condition::Path { .. } => self.base.push(leaf),
-            Condition::Held(object) | Condition::Free(object) | Condition::Lies(object, _) => {
-                self.read_object(leaf, *object);
-            }
-            Condition::Fact(fact, _) => self.fact[fact.index()].push(leaf),
+    let scale_by = match spec.potential {
+        Potential::Constant(_) => None,
+        Potential::Scaled { by, .. } => Some(by),
+        Potential::Nearness { scale_by, .. } => {
+            read(Topic::Base);
+            scale_by
         }
+    };
+    for resource in scale_by.into_iter().flat_map(|of| mission.robot.of_type(of)) {
+        read(Topic::Resource(resource));
+    }
+    read_condition(&spec.satisfied, read);
+    read_condition(&spec.precondition, read);
+    spec.changes.iter().for_each(|object| read(Topic::Object(*object)));
+    for term in &spec.commands {
+        match term.task {
+            Task::Grasp(object) | Task::Put(object, _) => read(Topic::Object(object)),
+            Task::DriveTo(_) | Task::Stand | Task::LookAt(_) => {}
+        }
+    }
+}
+
+fn read_condition(condition: &Condition, read: &mut impl FnMut(Topic)) {
+    match condition {
+        Condition::All(parts) => parts.iter().for_each(|part| read_condition(part, read)),
+        Condition::Never => {}
+        Condition::At { .. } => {
+            read(Topic::Base);
+            read(Topic::Driver);
+        }
+        Condition::Path { .. } => read(Topic::Base),
+        Condition::Held(object) | Condition::Free(object) | Condition::Lies(object, _) => read(Topic::Object(*object)),
+        Condition::Fact(fact, _) => read(Topic::Fact(*fact)),
     }
 }

@@ -4,7 +4,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use super::{FreeSpace, Geometry};
-use ambidex_model::state::{Chunks, State};
+use ambidex_model::state::State;
 use ambidex_model::{LeaseKind, Lineage, MissionSpec, NodeId, Reason, ResourceId, Task, Time, WorldState};
 
 /// The state of the run at the opening of a round.
@@ -16,8 +16,9 @@ pub struct View {
     pub now: Time,
     /// Tree, table, world, and what runs.
     pub state: State,
-    /// By node the first round that has to ask it again; none where every round asks all.
-    pub touched: Option<Chunks<u32>>,
+    /// In tree order what has become different since the last round: these nodes might say something else than they said.
+    /// None where every round asks all.
+    pub touched: Option<Arc<[NodeId]>>,
     /// Robot, tree and the fixed part of the world.
     pub mission: Arc<MissionSpec>,
     /// The obstacles of the mission as the base sees them.
@@ -27,9 +28,9 @@ pub struct View {
 }
 
 impl View {
-    /// Whether a node would say again what it said in a round.
-    pub fn is_fresh(&self, node: NodeId, since: u32) -> bool {
-        self.touched.as_ref().is_some_and(|touched| *touched.get(node.index()) <= since)
+    /// Whether a node that was asked in the last round would say again what it said.
+    pub fn is_fresh(&self, node: NodeId) -> bool {
+        self.touched.as_ref().is_some_and(|touched| touched.binary_search(&node).is_err())
     }
 
     /// The robot in the fixed part of the world.

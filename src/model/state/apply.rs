@@ -89,9 +89,7 @@ impl State {
         let kept: Vec<NodeId> =
             kept.filter(|(_, lease)| skip.contains(lease.holder)).map(|(_, lease)| lease.behavior).collect();
         let met = grant.met.iter().copied().filter(|leaf| skip.contains(*leaf));
-        for leaf in met.chain(kept) {
-            self.status_mut(leaf).kept_for = Some(then);
-        }
+        Arc::make_mut(&mut self.kept_for).extend(met.chain(kept).map(|leaf| (leaf, then)));
         for child in topology.children(then).filter(|child| skip.contains(*child)) {
             self.status_mut(child).phase = Phase::Done;
         }
@@ -109,9 +107,8 @@ impl State {
         for or in &reopened.undecided {
             self.status_mut(*or).way = None;
         }
-        let status = self.status_mut(reopened.node);
-        status.kept_for = None;
-        status.bar = match &reopened.cause {
+        Arc::make_mut(&mut self.kept_for).remove(&reopened.node);
+        self.status_mut(reopened.node).bar = match &reopened.cause {
             Cause::Lapse { heir, .. } => Some(Box::new(Bar { progress, heir: (**heir).clone() })),
             Cause::Redo => None,
         };
@@ -159,11 +156,10 @@ impl State {
         for node in self.topology.path(leaf).take_while(|node| *node >= top).collect::<Vec<_>>() {
             self.status_mut(node).phase = Phase::Done;
         }
-        self.forget_kept(top);
+        let topology = Arc::clone(&self.topology);
+        self.forget_kept(top, |holder| topology.is_within(holder, top));
         let kept = self.table.leases().filter(|(_, lease)| lease.kind == LeaseKind::Intention);
-        for (behavior, holder) in kept.map(|(_, lease)| (lease.behavior, lease.holder)).collect::<Vec<_>>() {
-            self.status_mut(behavior).kept_for = Some(holder);
-        }
+        Arc::make_mut(&mut self.kept_for).extend(kept.map(|(_, lease)| (lease.behavior, lease.holder)));
         let status = self.status_mut(leaf);
         if !std::mem::replace(&mut status.has_completed, true) {
             self.progress += 1;
@@ -177,19 +173,17 @@ impl State {
         }
         let parent = self.topology.parent(top);
         self.status_mut(parent).way = None;
-        for node in (top.0..self.topology.end(top).0).map(NodeId) {
-            if self.status(node).kept_for.is_some() {
-                self.status_mut(node).kept_for = None;
-            }
-        }
+        self.forget_kept(top, |_| true);
     }
 
-    /// Nothing below a node is kept for it or for a node within it any more.
-    fn forget_kept(&mut self, top: NodeId) {
-        for node in (top.0..self.topology.end(top).0).map(NodeId) {
-            if self.status(node).kept_for.is_some_and(|holder| self.topology.is_within(holder, top)) {
-                self.status_mut(node).kept_for = None;
-            }
+    /// What was kept by behaviors below a node for some of the nodes is kept no more.
+    fn forget_kept(&mut self, below: NodeId, for_whom: impl Fn(NodeId) -> bool) {
+        let mut kept = self.kept_for.range(below..self.topology.end(below));
+        let forgotten: Vec<NodeId> =
+            kept.by_ref().filter(|(_, holder)| for_whom(**holder)).map(|(&leaf, _)| leaf).collect();
+        if !forgotten.is_empty() {
+            let kept_for = Arc::make_mut(&mut self.kept_for);
+            kept_for.retain(|leaf, _| forgotten.binary_search(leaf).is_err());
         }
     }
 

@@ -2,20 +2,20 @@
 
 use std::sync::Arc;
 
-/// Things in one chunk: a change copies as many, a clone counts one reference for as many.
+/// Things in one chunk: the first change after a clone copies as many, and a reference to each chunk.
 const CHUNK: usize = 64;
 
 /// A list of fixed length.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Chunks<T> {
-    chunks: Vec<Arc<Vec<T>>>,
+    chunks: Arc<Vec<Arc<Vec<T>>>>,
 }
 
 impl<T: Clone + Default> Chunks<T> {
     /// So many things, all as they are by default.
     pub fn new(count: usize) -> Self {
         let chunk = |from| Arc::new(vec![T::default(); CHUNK.min(count - from)]);
-        Self { chunks: (0..count).step_by(CHUNK).map(chunk).collect() }
+        Self { chunks: Arc::new((0..count).step_by(CHUNK).map(chunk).collect()) }
     }
 
     /// One of them.
@@ -25,7 +25,8 @@ impl<T: Clone + Default> Chunks<T> {
 
     /// One of them, to be changed.
     pub fn get_mut(&mut self, index: usize) -> &mut T {
-        &mut Arc::make_mut(&mut self.chunks[index / CHUNK])[index % CHUNK]
+        let chunks = Arc::make_mut(&mut self.chunks);
+        &mut Arc::make_mut(&mut chunks[index / CHUNK])[index % CHUNK]
     }
 }
 

@@ -18,6 +18,7 @@ pub use status::{Bar, Phase, Status};
 pub struct State {
     topology: Arc<Topology>,
     nodes: Chunks<Status>,
+    kept_for: Arc<BTreeMap<NodeId, NodeId>>,
     table: Arc<ResourceTable>,
     world: Arc<WorldState>,
     running: Arc<BTreeMap<NodeId, Grant>>,
@@ -43,6 +44,7 @@ impl State {
         Self {
             nodes: Chunks::new(topology.count()),
             topology,
+            kept_for: Arc::default(),
             table: Arc::new(ResourceTable::new(resources)),
             world: Arc::new(world),
             running: Arc::default(),
@@ -72,8 +74,13 @@ impl State {
         self.phase(node) == Phase::Done
     }
 
+    /// By behavior the THEN above it for which it kept an intention, or was skipped as if it had.
+    pub fn kept_for(&self) -> &BTreeMap<NodeId, NodeId> {
+        &self.kept_for
+    }
+
     /// Who holds what.
-    pub fn table(&self) -> &ResourceTable {
+    pub fn table(&self) -> &Arc<ResourceTable> {
         &self.table
     }
 

@@ -15,8 +15,6 @@ pub struct Status {
     pub has_completed: bool,
     /// Whether its behavior runs and was told to end.
     pub is_stopping: bool,
-    /// The THEN above it for which it kept an intention, or was skipped as if it had.
-    pub kept_for: Option<NodeId>,
     /// Why it does not ask although it is not done.
     pub bar: Option<Box<Bar>>,
 }

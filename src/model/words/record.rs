@@ -286,12 +286,10 @@ pub enum Message {
         /// What this node says no to: a leaf of itself, a task node of those it did not pass on.
         blocked: Vec<Blocked>,
     },
-    /// Down: what came of it.
+    /// Down, to where something starts or is to end.
     Verdict {
         /// Granted below this edge.
         granted: Vec<NodeId>,
-        /// A leaf's reason.
-        refused: Option<Reason>,
         /// Told to end below this edge.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         stopped: Vec<NodeId>,

@@ -16,15 +16,11 @@ pub(super) fn said(from: NodeId, to: NodeId, message: &Message, names: &Names) -
         Message::Activation => "activation".into(),
         Message::Answer { .. } => answer(from, message, names),
         Message::Verdict { stopped, .. } if stopped == &[to] => "is to end".into(),
-        Message::Verdict { granted, refused: Some(reason), .. } if granted.is_empty() => {
-            format!("refused: {}", reason.sentence(names))
-        }
         Message::Verdict { granted, stopped, .. } if !stopped.is_empty() => {
             let granted =
                 (!granted.is_empty()).then(|| format!("granted: {}", phrase::nodes(granted.iter().copied(), names)));
             parts([granted, Some(stopping(stopped, names))])
         }
-        Message::Verdict { granted, .. } if granted.is_empty() => "nothing granted".into(),
         Message::Verdict { granted, .. } if granted == &[to] => "granted".into(),
         Message::Verdict { granted, .. } => {
             format!("granted: {}", phrase::nodes(granted.iter().copied(), names))
@@ -59,7 +55,6 @@ pub(super) fn style(message: &Message, palette: &Palette, of_end: impl Fn(End) -
         Message::Answer { asking, .. } if asking.is_empty() => palette.faint,
         Message::Answer { .. } => Style::new(),
         Message::Verdict { stopped, .. } if !stopped.is_empty() => palette.canceled,
-        Message::Verdict { granted, .. } if granted.is_empty() => palette.faint,
         Message::Verdict { .. } => palette.active,
         Message::Release { end, .. } => of_end(*end),
     }

@@ -43,8 +43,7 @@ pub(super) fn of_resource(record: &Record, wanted: ResourceId) -> bool {
     match record {
         Record::Sent { message, .. } => match message {
             Message::Answer { request, blocked, .. } => request.as_deref().is_some_and(requested) || refused(blocked),
-            Message::Verdict { refused, .. } => refused.as_ref().is_some_and(|reason| lacks(reason, wanted)),
-            Message::Activation | Message::Release { .. } => false,
+            Message::Activation | Message::Verdict { .. } | Message::Release { .. } => false,
         },
         Record::Decided { granted, refused: blocked, reopened, .. } => {
             granted.iter().any(|grant| grant.bindings.iter().any(|binding| binding.resource == wanted))

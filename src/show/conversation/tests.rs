@@ -27,7 +27,7 @@ fn goal(to: u32, leaf: &str, mode: Mode, command: Command) -> Record {
 
 fn stop(leaves: &[&str]) -> Message {
     let stopped = leaves.iter().map(|leaf| named(leaf)).collect();
-    Message::Verdict { granted: Vec::new(), refused: None, stopped }
+    Message::Verdict { granted: Vec::new(), stopped }
 }
 
 fn heard(from: u32, message: FromController) -> Record {
@@ -81,16 +81,7 @@ fn records() -> Vec<Record> {
         sent("pick 1", "object 1", answer("pick 1", Some(request()), None)),
         sent("move 3-1", "object 3", answer("move 3-1", None, Some(Reason::NotAt { place: PlaceId(0) }))),
         decision,
-        sent(
-            "object 1",
-            "pick 1",
-            Message::Verdict { granted: vec![named("pick 1")], refused: None, stopped: Vec::new() },
-        ),
-        sent(
-            "object 3",
-            "move 3-1",
-            Message::Verdict { granted: Vec::new(), refused: Some(outbid), stopped: Vec::new() },
-        ),
+        sent("object 1", "pick 1", Message::Verdict { granted: vec![named("pick 1")], stopped: Vec::new() }),
         goal(2, "pick 1", Mode::Achieve, Command::Grasp { object: ObjectId(0), at }),
         goal(1, "pick 1", Mode::Maintain, Command::Look { at }),
         controller(1, ControllerMessage::Joined { leaf: named("pick 2"), id: id() }),

@@ -8,13 +8,13 @@ use ambidex::model::{
     Change, Consequences, End, Grant, MissionEnd, NodeId, Outcome, Reason, Record, Time, Told, WorldState,
 };
 use ambidex::replay::Replay;
-use ambidex::tree::{Input, Settings};
+use ambidex::tree::{Input, Settings, Topic};
 use ambidex::world::{Compatible, Unconstrained, Use};
 
 use super::counts::{Counts, variant};
 use super::generator::Case;
 use super::reference::{Decision, Held, Model};
-use crate::driver::{Driver, Outside, Rng};
+use crate::driver::{Driver, Lockstep, Outside, Rng};
 use crate::support::short;
 
 /// More rounds than this in one tree are a livelock; the most seen in 100,000 trees are 109.
@@ -217,6 +217,28 @@ pub fn all_at_once(case: &Case, cancel_after: usize, mut watch: impl FnMut(&Driv
         assert!(ends, "{end:?}");
     }
     counts(&driver)
+}
+
+/// Every answer of every round against plain recursion; gives the first difference, with which the run ends. `unheard`
+/// are topics that the core is deaf to.
+pub fn in_lockstep(case: &Case, unheard: fn(Topic) -> bool) -> (Option<String>, Counts) {
+    let lockstep = Lockstep::new(&case.mission, &settings(case));
+    let deaf = Settings { unheard, ..settings(case) };
+    let mut driver = Driver::new(&case.mission, &deaf, Rng::of(&[case.seed, 7, 0])).in_lockstep(lockstep);
+    let mut agenda = Agenda::new(case);
+    begin(&mut driver);
+    while driver.finished.is_none() && driver.difference().is_none() {
+        if driver.step() {
+        } else if driver.is_turn_due() {
+            driver.turn();
+        } else {
+            agenda.take_up(case, &mut driver);
+            let (at, event) = agenda.next().expect("what runs ends");
+            driver.now = at;
+            give(&mut driver, &event);
+        }
+    }
+    (driver.difference().map(str::to_owned), counts(&driver))
 }
 
 /// The core and the reference model on the same events.

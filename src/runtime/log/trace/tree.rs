@@ -33,13 +33,12 @@ pub(super) fn sent(edge: &Edge, message: &Message, names: &Names) {
     match message {
         Message::Activation => tell!(trace, edge, names, "activation"),
         Message::Answer { .. } => answer(edge, message, names),
-        Message::Verdict { granted, refused, stopped } => tell!(
+        Message::Verdict { granted, stopped } => tell!(
             trace,
             edge,
             names,
             granted = %format::nodes(granted.iter().copied(), names),
             stopped = (!stopped.is_empty()).then(|| display(format::nodes(stopped.iter().copied(), names))),
-            reason = refused.as_ref().map(|reason| display(format::reason(reason, names))),
             "verdict"
         ),
         Message::Release { leaf, end } => release(edge, *leaf, *end, names),
