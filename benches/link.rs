@@ -19,8 +19,8 @@ use ambidex::link::{DaemonPort, Instance, IpcNode, fresh_epoch, monotonic_ns, sw
 use ambidex::link::{ServeOptions, serve};
 use ambidex::model::{
     self, Access, Claim, CommandTerm, Condition, ControllerId, ControllerKind, ControllerSpec, ControllerState,
-    HeadSpec, MissionEnd, MissionSpec, Mode, NodeId, NodeKind, PartEnd, Rejection, ResourceId, ResourceSpec, Retention,
-    Selector, Task, TypeId,
+    HeadSpec, MissionEnd, MissionSpec, Mode, NodeId, NodeKind, PartEnd, Potential, Rejection, ResourceId, ResourceSpec,
+    Retention, Selector, Task, TypeId,
 };
 use ambidex::motion::{Controller, Progress};
 use ambidex::runtime::log::{JournalFile, emit};
@@ -247,7 +247,7 @@ fn goals_by_turns() -> MissionSpec {
         };
         let command = CommandTerm { claim: 0, mode: Mode::Achieve, task: Task::Stand };
         let always = Condition::All(Vec::new());
-        (NodeId(1), mission::behavior(vec![claim], vec![command], Condition::Never, always, 1.0))
+        (NodeId(1), mission::behavior(vec![claim], vec![command], Condition::Never, always, Potential::Constant(1.0)))
     };
     let mut nodes = vec![(NodeId(0), NodeKind::Root), (NodeId(0), NodeKind::Then)];
     nodes.extend((0..GOALS).map(goal));

@@ -1,6 +1,7 @@
 //! One round against the number of nodes: an AND of n THENs of four behaviors.
 //!
-//! A fact of the world is toggled, which opens a round in which nothing is granted; so it can be repeated for ever.
+//! A fact is toggled, or the base moved to and fro, which opens a round in which nothing is granted; so it can be
+//! repeated for ever.
 //! Beside the actors of `runtime` stand the same machines without tokio, and tokio's tasks without the machines.
 
 #[path = "support/floor.rs"]
@@ -19,14 +20,13 @@ use std::time::{Duration, Instant};
 
 use ambidex::model::state::State;
 use ambidex::model::{
-    Access, Blocked, Change, Claim, Condition, FactId, MissionEnd, MissionSpec, NodeId, NodeKind, Reason, Request,
-    ResourceSpec, Retention, Selector, Time, Told, Topology, TypeId,
+    Access, Blocked, Change, Claim, Condition, FactId, MissionEnd, MissionSpec, NodeId, NodeKind, NodeRange, Pose,
+    Potential, Reason, Request, ResourceSpec, Retention, Selector, Time, Told, Topology, TypeId,
 };
 use ambidex::runtime::log::{JournalFile, emit};
 use ambidex::runtime::{self, Clock, Control, Ended, Options, Sink};
 use ambidex::tree::{
-    self, Activation, Allocator, Answer, Chosen, Down, Effect, Greedy, Input, Merged, Node, Outbox, Settings, Up,
-    Verdict,
+    self, Activation, Allocator, Answer, Chosen, Down, Effect, Greedy, Input, Node, Offers, Outbox, Scope, Settings, Up,
 };
 use ambidex::world::{FreeSpace, Unconstrained, View};
 use criterion::{BenchmarkId, Criterion, SamplingMode};
@@ -43,27 +43,41 @@ const NEVER_TRUE: FactId = FactId(1);
 /// What the behaviors that are asked say.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Load {
-    /// All are blocked by a precondition.
+    /// All are asked, and blocked by a precondition as they were.
     Blocked,
-    /// All ask for one of two grippers; Algorithm 1 keeps two requests, and root's allocator grants none.
+    /// All ask for one of two grippers, each with another potential than in the last round; Algorithm 1 keeps two
+    /// requests, and root's allocator grants none.
     Asking,
-    /// The same, but the change touches one of the n tasks alone.
+    /// The same, but the potential of one of the n tasks alone is another, and it is outbid as it was.
     Touching,
+    /// The same, but that one outbids all others.
+    Winning,
 }
 
 impl Load {
-    const ALL: [Self; 3] = [Self::Blocked, Self::Asking, Self::Touching];
+    const ALL: [Self; 4] = [Self::Blocked, Self::Asking, Self::Touching, Self::Winning];
+
+    fn touches_all(self) -> bool {
+        match self {
+            Self::Blocked | Self::Asking => true,
+            Self::Touching | Self::Winning => false,
+        }
+    }
 
     fn name(self) -> &'static str {
         match self {
             Self::Blocked => "blocked",
             Self::Asking => "asking",
             Self::Touching => "asking, one of them touched",
+            Self::Winning => "asking, the best of them touched",
         }
     }
 }
 
 fn main() {
+    if let Some(load) = std::env::args().skip_while(|arg| arg != "profile").nth(1) {
+        return profile(&load);
+    }
     let folder = tempfile::tempdir().expect("a folder for results");
     let mut criterion = Criterion::default()
         .output_directory(folder.path())
@@ -100,10 +114,28 @@ fn main() {
     tell(folder.path());
 }
 
-/// Messages between nodes in a round: activation, answer and verdict on every edge to a node that is asked.
+/// Rounds of the machines alone, for a profiler: `round profile asking`.
+fn profile(load: &str) {
+    let load = Load::ALL.into_iter().find(|known| known.name() == load);
+    let load = load.unwrap_or_else(|| panic!("a load is one of {:?}", Load::ALL.map(Load::name)));
+    let passed = Machines::start(500, load).rounds(300);
+    println!("300 rounds, {} messages in {passed:?}", 300 * messages(500, load));
+}
+
+/// Messages between nodes in a round: activation and answer on every edge to a node that is asked.
 fn messages(n: usize, load: Load) -> u64 {
-    let tasks = if load == Load::Touching { 1 } else { n };
-    3 * (1 + 2 * tasks as u64)
+    let tasks = if load.touches_all() { n } else { 1 };
+    2 * (1 + 2 * tasks as u64)
+}
+
+/// What opens a round.
+fn change(load: Load, is_on: bool) -> Change {
+    match load {
+        Load::Blocked => Change::Fact(TOGGLED, is_on),
+        Load::Asking | Load::Touching | Load::Winning => {
+            Change::Base(Pose::new(0.0, if is_on { 1.0 } else { 0.0 }, 0.0))
+        }
+    }
 }
 
 /// Those that are written: of a large tree none, as `run` has it.
@@ -119,18 +151,21 @@ fn tree_of(n: usize, load: Load) -> Arc<MissionSpec> {
     let claim = Claim { selector: Selector::Any(GRIPPER), access: Access::Exclusive, keep: Retention::Release };
     let precondition = match load {
         Load::Blocked => Condition::Fact(NEVER_TRUE, true),
-        Load::Asking | Load::Touching => Condition::All(Vec::new()),
+        Load::Asking | Load::Touching | Load::Winning => Condition::All(Vec::new()),
     };
     let mut nodes = vec![(NodeId(0), NodeKind::Root), (NodeId(0), NodeKind::And)];
     for branch in 0..n {
         let then = NodeId::from(nodes.len());
         nodes.push((NodeId(1), NodeKind::Then));
-        // The best requests are spread over the tree.
-        let potential = 1.0 + (branch * 7919 % 1009) as f64;
         // Never met, but it reads the fact that is toggled.
-        let reads = Condition::All(vec![Condition::Never, Condition::Fact(TOGGLED, true)]);
-        let is_touched = load != Load::Touching || branch == 0;
-        let satisfied = if is_touched { reads } else { Condition::Never };
+        let satisfied = Condition::All(vec![Condition::Never, Condition::Fact(TOGGLED, true)]);
+        // The best requests are spread over the tree.
+        let far = Pose::new(2.0 + (branch * 7919 % 1009) as f64, 0.0, 0.0);
+        let touched = if load == Load::Winning { 0 } else { n - 1 };
+        let potential = match load.touches_all() || branch == touched {
+            true => Potential::Nearness { to: far, floor_m: 0.25, scale_by: None },
+            false => Potential::Constant(1.0 / far.at.x),
+        };
         let leaf = || mission::behavior(vec![claim], Vec::new(), satisfied.clone(), precondition.clone(), potential);
         nodes.extend((0..4).map(|_| (then, leaf())));
     }
@@ -142,7 +177,6 @@ fn tree_of(n: usize, load: Load) -> Arc<MissionSpec> {
 #[derive(Debug)]
 struct Withholding {
     requests: usize,
-    asked: AtomicU64,
     rounds: mpsc::UnboundedSender<u32>,
 }
 
@@ -155,17 +189,15 @@ impl Allocator for Withholding {
         true
     }
 
-    fn merge(&self, view: &View, requests: Vec<Arc<Request>>) -> Merged {
-        self.asked.fetch_add(requests.len() as u64, Ordering::Relaxed);
-        Greedy.merge(view, requests)
+    fn merge(&self, view: &View, offers: &mut Offers) -> Vec<Blocked> {
+        Greedy.merge(view, offers)
     }
 
-    fn choose(&self, view: &View, requests: Vec<Arc<Request>>) -> Chosen {
-        let asked = self.asked.swap(0, Ordering::Relaxed);
-        assert_eq!(asked, self.requests as u64, "all that can ask have asked");
+    fn choose(&self, view: &View, requests: &[Arc<Request>]) -> Chosen {
+        assert_eq!(requests.len(), self.requests, "as many as there are grippers came up");
         self.rounds.send(view.round).expect("the bench counts rounds");
-        let refuse = |request: Arc<Request>| Blocked { leaf: request.leaf, reason: Reason::NoneFree { of: GRIPPER } };
-        Chosen { granted: Vec::new(), refused: requests.into_iter().map(refuse).collect() }
+        let refuse = |request: &Arc<Request>| Blocked { leaf: request.leaf, reason: Reason::NoneFree { of: GRIPPER } };
+        Chosen { granted: Vec::new(), refused: requests.iter().map(refuse).collect() }
     }
 }
 
@@ -173,11 +205,10 @@ fn settings(n: usize, load: Load) -> (Settings, mpsc::UnboundedReceiver<u32>) {
     let (rounds, counted) = mpsc::unbounded_channel();
     let requests = match load {
         Load::Blocked => 0,
-        Load::Asking | Load::Touching => n,
+        Load::Asking | Load::Touching | Load::Winning => n.min(2),
     };
-    let allocator = Withholding { requests, asked: AtomicU64::new(0), rounds };
     let settings = Settings {
-        allocator: Arc::new(allocator),
+        allocator: Arc::new(Withholding { requests, rounds }),
         waits_when_stalled: true,
         has_messages: has_messages(n),
         ..Settings::default()
@@ -192,6 +223,7 @@ struct Machines {
     inbox: VecDeque<(NodeId, Input)>,
     messages: u64,
     expected: u64,
+    load: Load,
     is_on: bool,
     counted: mpsc::UnboundedReceiver<u32>,
 }
@@ -206,6 +238,7 @@ impl Machines {
             inbox: VecDeque::new(),
             messages: 0,
             expected: messages(n, load),
+            load,
             is_on: false,
             counted,
         };
@@ -219,7 +252,7 @@ impl Machines {
         let begun = Instant::now();
         for _ in 0..rounds {
             self.is_on = !self.is_on;
-            self.come_to_rest(Told::World { change: Change::Fact(TOGGLED, self.is_on) }.into());
+            self.come_to_rest(Told::World { change: change(self.load, self.is_on) }.into());
         }
         let passed = begun.elapsed();
         assert_eq!(self.messages, rounds * self.expected, "all messages came");
@@ -262,6 +295,7 @@ struct Actors {
     written: Option<Arc<AtomicU64>>,
     records: u64,
     records_per_round: u64,
+    load: Load,
     is_on: bool,
     _folder: tempfile::TempDir,
 }
@@ -271,7 +305,7 @@ impl Actors {
         let mission = tree_of(n, load);
         let (settings, mut counted) = settings(n, load);
         // The first round asks everybody.
-        let first = if load == Load::Touching { Load::Asking } else { load };
+        let first = if load.touches_all() { load } else { Load::Asking };
         let tokio = current_thread();
         let folder = tempfile::tempdir().expect("a folder for the journal");
         let written = has_journal.then(|| Arc::new(AtomicU64::new(0)));
@@ -297,19 +331,19 @@ impl Actors {
             // The header; then what root is told, its turn, what is different, all messages, the decision.
             records: 1 + told_messages(n, first) + 4,
             records_per_round: told_messages(n, load) + 4,
+            load,
             is_on: false,
             _folder: folder,
         }
     }
 
-    /// A round counts from its change to its decision; its verdicts are delivered before the next one's answers.
+    /// A round counts from its change to its decision.
     fn rounds(&mut self, rounds: u64) -> Duration {
         let begun = Instant::now();
         self.tokio.block_on(async {
             for _ in 0..rounds {
                 self.is_on = !self.is_on;
-                let change = Change::Fact(TOGGLED, self.is_on);
-                self.control.send(Control::World(change)).expect("it runs");
+                self.control.send(Control::World(change(self.load, self.is_on))).expect("it runs");
                 let round = self.counted.recv().await.expect("it runs");
                 assert_eq!(round, self.round + 1, "rounds come one by one");
                 self.round = round;

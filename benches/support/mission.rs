@@ -37,12 +37,12 @@ pub fn behavior(
     commands: Vec<CommandTerm>,
     satisfied: Condition,
     precondition: Condition,
-    potential: f64,
+    potential: Potential,
 ) -> NodeKind {
     NodeKind::Behavior(Box::new(BehaviorSpec {
         kind: "bench".into(),
         claims,
-        potential: Potential::Constant(potential),
+        potential,
         satisfied,
         precondition,
         effects: Vec::new(),

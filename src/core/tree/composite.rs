@@ -5,9 +5,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::ordering::Ordering;
-use super::{
-    Activation, Allocator, Answer, Down, Effect, News, Offers, Outbox, Requests, Scope, Settings, Up, Verdict,
-};
+use super::{Activation, Allocator, Answer, Down, Effect, News, Offers, Outbox, Scope, Settings, Up, Verdict};
 use crate::world::View;
 use ambidex_model::state::Phase;
 use ambidex_model::{MissionSpec, NodeId, NodeRange, Reason};
@@ -24,6 +22,8 @@ pub struct Composite {
     offers: Offers,
     /// Of an AND: how many of those that it asks are not satisfied.
     unsatisfied: usize,
+    /// Of OR and THEN: the children whose answers count, by index, in their order.
+    order: Vec<usize>,
     said: Option<Arc<Answer>>,
     open: Option<Open>,
 }
@@ -50,8 +50,6 @@ struct Open {
     /// What was skipped above.
     skips: Arc<[NodeRange]>,
     scope: Scope,
-    /// Of OR and THEN: the children whose answers count, by index, in their order.
-    order: Vec<usize>,
     /// How many have not answered.
     waiting: usize,
     /// Whether anybody says something else than in the last round, or others are asked.
@@ -70,6 +68,7 @@ impl Composite {
             children,
             offers: Offers::default(),
             unsatisfied: 0,
+            order: Vec::new(),
             said: None,
             open: None,
         }
@@ -113,11 +112,11 @@ impl Composite {
             view: Arc::clone(&view),
             skips: Arc::clone(&skips),
             scope,
-            order: Vec::new(),
             waiting: 0,
             is_different: self.said.is_none(),
             news: News::default(),
         });
+        self.order.clear();
         if !is_failing {
             match self.ordering {
                 Ordering::And => self.ask_all(&view, &skips, out),
@@ -166,7 +165,7 @@ impl Composite {
     }
 
     fn ask_in_order(&mut self, index: usize, skips: &Arc<[NodeRange]>, out: &mut Outbox) {
-        self.open.as_mut().expect("children are asked in an open round").order.push(index);
+        self.order.push(index);
         if !self.ask(index, skips, out) {
             self.go_on(index, out);
         }
@@ -229,7 +228,7 @@ impl Composite {
         let is_satisfied = self.answer_of(index).is_satisfied;
         let next = if is_satisfied { self.ordering.behind(&open.view.state, self.id, child.id) } else { None };
         if let Some(next) = next {
-            let first = self.children[open.order[0]].id;
+            let first = self.children[self.order[0]].id;
             let skip = NodeRange { from: first, to: next };
             let skips: Arc<[NodeRange]> = open.skips.iter().copied().chain([skip]).collect();
             self.ask_in_order(self.index_of(next), &skips, out);
@@ -243,12 +242,12 @@ impl Composite {
         if self.ordering != Ordering::And {
             self.leave_others();
         }
-        let Open { view, order, is_different, mut news, .. } = self.open.take().expect("it is open");
+        let Open { view, is_different, mut news, .. } = self.open.take().expect("it is open");
         news.passed_on = news.reasons.len();
         let said = match (view.state.phase(self.id), self.said.take()) {
             (Phase::Pending | Phase::Done | Phase::Failed, Some(said)) if !is_different => said,
             (Phase::Pending | Phase::Done | Phase::Failed, said) => {
-                let answer = self.answer(&view, &order, said.as_deref(), &mut news);
+                let answer = self.answer(&view, said.as_deref(), &mut news);
                 said.filter(|said| **said == answer).unwrap_or_else(|| Arc::new(answer))
             }
             (Phase::Failing(failing), _) => Arc::new(self.failing_answer(&view, failing.child, &mut news)),
@@ -258,32 +257,34 @@ impl Composite {
         out.push(Effect::Up(Up::Answer { round: view.round, answer: said, news }));
     }
 
-    fn answer(&mut self, view: &View, order: &[usize], said: Option<&Answer>, news: &mut News) -> Answer {
+    fn answer(&mut self, view: &View, said: Option<&Answer>, news: &mut News) -> Answer {
         let is_running = view.state.is_busy(self.id);
-        let answers: Vec<(NodeId, &Answer)> =
-            order.iter().map(|&index| (self.children[index].id, self.answer_of(index))).collect();
-        let is_satisfied = match self.ordering {
-            Ordering::And => self.unsatisfied == 0,
-            Ordering::Or | Ordering::Then => self.ordering.is_satisfied(&view.state, self.id, &answers),
-        };
-        let requests = match self.ordering {
-            Ordering::Or | Ordering::Then => self.ordering.pass_on(&answers, news),
-            Ordering::And if self.offers.are_different() => {
-                let refused = self.allocator.merge(view, &mut self.offers);
-                news.reasons.extend(refused.into_iter().map(|blocked| (blocked.leaf, Some(blocked.reason))));
-                Requests::from_iter(self.offers.kept().iter().cloned())
+        let answers = self.order.iter().map(|&index| (self.children[index].id, self.answer_of(index)));
+        let (is_satisfied, requests) = match self.ordering {
+            Ordering::Or | Ordering::Then => {
+                let is_satisfied = self.ordering.is_satisfied(&view.state, self.id, answers.clone());
+                (is_satisfied, self.ordering.pass_on(answers, news))
             }
-            Ordering::And => said.map(|said| said.requests.clone()).unwrap_or_default(),
+            Ordering::And => {
+                let requests = if self.offers.are_different() {
+                    let refused = self.allocator.merge(view, &mut self.offers);
+                    news.reasons.extend(refused.into_iter().map(|blocked| (blocked.leaf, Some(blocked.reason))));
+                    self.offers.kept().iter().cloned().collect()
+                } else {
+                    said.map(|said| said.requests.clone()).unwrap_or_default()
+                };
+                (self.unsatisfied == 0, requests)
+            }
         };
         Answer { is_running, is_satisfied: is_satisfied && !is_running, requests, reason: None }
     }
 
     /// An OR or a THEN has asked others than in the last round.
     fn leave_others(&mut self) {
-        let order = self.open.as_ref().map(|open| open.order.clone()).unwrap_or_default();
-        let is_left = |index: &usize| self.children[*index].asked.is_some() && order.binary_search(index).is_err();
-        for index in (0..self.children.len()).filter(is_left).collect::<Vec<_>>() {
-            self.leave(index);
+        for index in 0..self.children.len() {
+            if self.children[index].asked.is_some() && self.order.binary_search(&index).is_err() {
+                self.leave(index);
+            }
         }
     }
 

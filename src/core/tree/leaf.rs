@@ -60,7 +60,7 @@ impl Leaf {
     fn again(&self, request: Request) -> Requests {
         match self.said.requests.first() {
             Some(last) if **last == request => self.said.requests.clone(),
-            Some(_) | None => Requests::from_iter([Arc::new(request)]),
+            Some(_) | None => Requests::One(Arc::new(request)),
         }
     }
 

@@ -69,7 +69,15 @@ pub struct Answer {
 
 /// Requests that go up together, shared by all that pass them on.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Requests(Option<Arc<[Arc<Request>]>>);
+pub enum Requests {
+    /// Nobody asks.
+    #[default]
+    None,
+    /// As of a leaf: nothing is allocated beside the request.
+    One(Arc<Request>),
+    /// Best first.
+    Several(Arc<[Arc<Request>]>),
+}
 
 /// What has become different below a node: first these ranges are not asked any more, then the leaves are told of.
 #[derive(Debug, Clone, Default)]
@@ -133,8 +141,12 @@ impl Requests {
 
 impl FromIterator<Arc<Request>> for Requests {
     fn from_iter<T: IntoIterator<Item = Arc<Request>>>(requests: T) -> Self {
-        let mut requests = requests.into_iter().peekable();
-        Self(requests.peek().is_some().then(|| requests.collect()))
+        let mut requests = requests.into_iter();
+        match (requests.next(), requests.next()) {
+            (Some(first), Some(second)) => Self::Several([first, second].into_iter().chain(requests).collect()),
+            (Some(one), None) => Self::One(one),
+            (None, _) => Self::None,
+        }
     }
 }
 
@@ -142,7 +154,11 @@ impl Deref for Requests {
     type Target = [Arc<Request>];
 
     fn deref(&self) -> &[Arc<Request>] {
-        self.0.as_deref().unwrap_or_default()
+        match self {
+            Self::None => &[],
+            Self::One(request) => std::slice::from_ref(request),
+            Self::Several(requests) => requests,
+        }
     }
 }
 

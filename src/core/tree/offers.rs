@@ -49,7 +49,14 @@ impl Offers {
 
     /// Judges all anew: `judge` is told each in order.
     pub fn merge_all(&mut self, mut judge: impl FnMut(&Arc<Request>) -> Judged) -> Vec<Blocked> {
-        self.take_up();
+        if self.gone.len() == self.ranked.len() {
+            self.gone.clear();
+            self.ranked.clear();
+            std::mem::swap(&mut self.ranked, &mut self.new);
+            self.ranked.sort_unstable_by_key(|(rank, _)| *rank);
+        } else {
+            self.take_up();
+        }
         self.kept.clear();
         let mut refused = Vec::new();
         for (_, request) in &self.ranked {
@@ -61,6 +68,9 @@ impl Offers {
     /// The same where what becomes of a request depends on those alone that were kept before it: as long as these are
     /// what they were, the rest is what it was, and not told again.
     pub fn merge_changed(&mut self, mut judge: impl FnMut(&Arc<Request>) -> Judged) -> Vec<Blocked> {
+        if self.gone.len() == self.ranked.len() {
+            return self.merge_all(judge);
+        }
         let (gone, new) = self.take_up();
         let mut refused = Vec::new();
         let was_kept = std::mem::take(&mut self.kept);
@@ -114,12 +124,8 @@ impl Offers {
     /// Brings everything in order; gives what is gone and what is new, each in order.
     fn take_up(&mut self) -> (Vec<(Rank, Arc<Request>)>, Vec<(Rank, Arc<Request>)>) {
         let (mut gone, mut new) = (std::mem::take(&mut self.gone), std::mem::take(&mut self.new));
-        gone.sort_unstable_by_key(|(rank, _)| *rank);
         new.sort_unstable_by_key(|(rank, _)| *rank);
-        if gone.len() == self.ranked.len() {
-            self.ranked.clone_from(&new);
-            return (gone, new);
-        }
+        gone.sort_unstable_by_key(|(rank, _)| *rank);
         if gone.len() + new.len() <= FEW {
             for (rank, _) in &gone {
                 let at = self.ranked.binary_search_by_key(rank, |(rank, _)| *rank);

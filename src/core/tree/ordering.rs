@@ -28,16 +28,14 @@ impl Ordering {
     }
 
     /// Whom a round asks at once.
-    pub(super) fn first(self, state: &State, node: NodeId) -> Vec<NodeId> {
-        let children = state.topology().children(node);
-        match self {
-            Self::And => children.filter(|child| !state.is_done(*child)).collect(),
-            Self::Then => children.filter(|child| !state.is_done(*child)).take(1).collect(),
-            Self::Or => match state.status(node).way {
-                Some(way) => vec![way],
-                None => children.filter(|child| state.phase(*child) != Phase::Failed).collect(),
-            },
-        }
+    pub(super) fn first(self, state: &State, node: NodeId) -> impl Iterator<Item = NodeId> {
+        let way = state.status(node).way;
+        let is_open = move |child: &NodeId| match self {
+            Self::And | Self::Then => !state.is_done(*child),
+            Self::Or => way.map_or(state.phase(*child) != Phase::Failed, |way| way == *child),
+        };
+        let most = if self == Self::Then { 1 } else { usize::MAX };
+        state.topology().children(node).filter(is_open).take(most)
     }
 
     /// Whom a THEN asks behind a child that is satisfied, in the same round (III-C.2).
@@ -50,17 +48,20 @@ impl Ordering {
     }
 
     /// Whether an OR or a THEN is satisfied when all that it asked, in order, have answered and nothing below runs.
-    pub(super) fn is_satisfied(self, state: &State, node: NodeId, answers: &[(NodeId, &Answer)]) -> bool {
-        let all = || answers.iter().all(|(_, answer)| answer.is_satisfied);
+    pub(super) fn is_satisfied<'a>(self, state: &State, node: NodeId, answers: impl Answers<'a>) -> bool {
+        let last = answers.clone().last();
         match self {
-            Self::And => all(),
-            Self::Or => answers.iter().any(|(_, answer)| answer.is_satisfied),
-            Self::Then => all() && answers.last().is_some_and(|(last, _)| self.behind(state, node, *last).is_none()),
+            Self::And => answers.clone().all(|(_, answer)| answer.is_satisfied),
+            Self::Or => answers.clone().any(|(_, answer)| answer.is_satisfied),
+            Self::Then => {
+                let all = answers.clone().all(|(_, answer)| answer.is_satisfied);
+                all && last.is_some_and(|(last, _)| self.behind(state, node, last).is_none())
+            }
         }
     }
 
     /// What an OR or a THEN passes on of what those have said that it asked, in order; an AND lets its allocator say.
-    pub(super) fn pass_on(self, answers: &[(NodeId, &Answer)], news: &mut News) -> Requests {
+    pub(super) fn pass_on<'a>(self, answers: impl Answers<'a>, news: &mut News) -> Requests {
         match self {
             Self::And => Requests::default(),
             Self::Then => answers.last().map(|(_, answer)| answer.requests.clone()).unwrap_or_default(),
@@ -88,6 +89,11 @@ impl Ordering {
         }
     }
 }
+
+/// Those that a node asked, in order, each with its answer.
+pub(super) trait Answers<'a>: Iterator<Item = (NodeId, &'a Answer)> + Clone {}
+
+impl<'a, T: Iterator<Item = (NodeId, &'a Answer)> + Clone> Answers<'a> for T {}
 
 /// What the end of a behavior means for the nodes above it.
 #[derive(Debug, Clone, Copy)]
@@ -148,13 +154,13 @@ fn is_left_with_nothing(state: &State, way: NodeId) -> bool {
 }
 
 /// An OR passes on its best child: the greatest potential, the first among equals.
-fn choose(answers: &[(NodeId, &Answer)], news: &mut News) -> Requests {
+fn choose<'a>(answers: impl Answers<'a>, news: &mut News) -> Requests {
     let potential = |answer: &Answer| answer.potential().unwrap_or(0.0);
-    let satisfied = answers.iter().find(|(_, answer)| answer.is_satisfied);
-    let asking = answers.iter().filter(|(_, answer)| !answer.requests.is_empty());
+    let satisfied = answers.clone().find(|(_, answer)| answer.is_satisfied);
+    let asking = answers.clone().filter(|(_, answer)| !answer.requests.is_empty());
     let best = asking.max_by(|(a, one), (b, other)| potential(one).total_cmp(&potential(other)).then(b.cmp(a)));
-    let Some(&(chosen, best)) = satisfied.or(best) else { return Requests::default() };
-    let others = answers.iter().filter(|(child, _)| *child != chosen).flat_map(|(_, answer)| answer.requests.iter());
+    let Some((chosen, best)) = satisfied.or(best) else { return Requests::default() };
+    let others = answers.filter(|(child, _)| *child != chosen).flat_map(|(_, answer)| answer.requests.iter());
     news.reasons.extend(others.map(|request| (request.leaf, Some(Reason::Alternative { chosen }))));
     best.requests.clone()
 }

@@ -64,7 +64,7 @@ impl Touches {
 
     /// What was touched since this was asked last, in tree order.
     pub(super) fn take(&mut self) -> Arc<[NodeId]> {
-        self.touched.sort_unstable();
+        self.touched.sort();
         for node in &self.touched {
             self.is_touched[node.index()] = false;
         }
@@ -77,12 +77,15 @@ impl Touches {
             return;
         }
         let mut touch = |leaf: NodeId| {
+            let from = self.touched.len();
             for node in self.mission.tree.topology.path(leaf) {
                 if std::mem::replace(&mut self.is_touched[node.index()], true) {
                     break;
                 }
                 self.touched.push(node);
             }
+            // In tree order, which sorting makes use of.
+            self.touched[from..].reverse();
         };
         match topic {
             Topic::Own(leaf) => touch(leaf),
