@@ -1,6 +1,17 @@
 //! The bare floor: tokio's tasks and messages without the machines.
 
-use super::*;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use ambidex::model::state::State;
+use ambidex::model::{Change, FactId, MissionSpec, NodeId, NodeKind, NodeRange, Time, Told};
+use ambidex::tree::{Activation, Answer, Down, Input, Scope, Up};
+use ambidex::world::{FreeSpace, Unconstrained, View};
+use tokio::sync::mpsc;
+use tokio::task::JoinHandle;
+
+use crate::rounds::{Load, current_thread, messages, tree_of};
 
 /// Tasks, inboxes and messages as in `runtime`, with a count of answers in place of a machine.
 pub struct Floor {
@@ -19,7 +30,7 @@ struct FloorTask {
     asked: Vec<mpsc::Sender<Input>>,
     waiting: usize,
     view: Arc<View>,
-    skips: Arc<[NodeRange]>,
+    skips: Arc<Vec<NodeRange>>,
     said: Arc<Answer>,
     ended: mpsc::UnboundedSender<()>,
     delivered: Arc<AtomicU64>,
@@ -49,7 +60,7 @@ impl Floor {
                 asked: children.map(|child| ways[child.index()].clone()).collect(),
                 waiting: 0,
                 view: Arc::clone(&view),
-                skips: Arc::from([]),
+                skips: Arc::default(),
                 said: Arc::default(),
                 ended: to_bench.clone(),
                 delivered: Arc::clone(&delivered),
@@ -65,7 +76,7 @@ impl Floor {
         let begun = Instant::now();
         self.tokio.block_on(async {
             for _ in 0..rounds {
-                let change = Told::World { change: Change::Fact(TOGGLED, true) };
+                let change = Told::World { change: Change::Fact(FactId(0), true) };
                 let change = Input::from(change);
                 self.root.try_send(change).expect("there is room");
                 self.ended.recv().await.expect("it runs");
@@ -91,7 +102,7 @@ impl FloorTask {
             match input {
                 Input::Down(down @ Down::Activation(_)) => self.activate(&down),
                 Input::Down(down) => self.tell(&down),
-                Input::Up(_, up) => self.answered(up),
+                Input::Up(up) => self.answered(up),
                 Input::Told(_) => self.activate(&Down::Activation(Activation {
                     view: Arc::clone(&self.view),
                     skips: Arc::clone(&self.skips),
@@ -124,7 +135,7 @@ impl FloorTask {
         if self.id == NodeId(0) {
             self.ended.send(()).expect("the bench counts rounds");
         } else {
-            let up = Input::Up(self.id, Up::Answer { round: 0, answer: Arc::clone(&self.said), news: None });
+            let up = Input::Up(Up::Answer { from: self.id, round: 0, answer: Arc::clone(&self.said), news: None });
             self.parent.try_send(up).expect("there is room");
         }
     }
@@ -134,5 +145,21 @@ impl FloorTask {
             let input = Input::Down(down.clone());
             child.try_send(input).expect("there is room");
         }
+    }
+}
+
+fn view_of(mission: &Arc<MissionSpec>) -> View {
+    View {
+        round: 1,
+        now: Time::ZERO,
+        touched: None,
+        state: State::new(
+            Arc::new(mission.tree.topology.clone()),
+            mission.robot.resources.len(),
+            mission.start.clone(),
+        ),
+        mission: Arc::clone(mission),
+        free_space: Arc::new(FreeSpace::new(&mission.world.obstacles, mission.robot.radius_m)),
+        rules: Arc::new(Unconstrained),
     }
 }

@@ -247,7 +247,7 @@ impl Replay {
                 }
                 match effect {
                     Effect::Down(to, down) => self.inbox.push_back((to, Input::Down(down))),
-                    Effect::Up(up) => self.inbox.push_back((self.topology.parent(node), Input::Up(node, up))),
+                    Effect::Up(up) => self.inbox.push_back((self.topology.parent(node), Input::Up(up))),
                     Effect::Record(record) => self.make(*record),
                     Effect::Start(_) | Effect::Stop(_) | Effect::Finished(_) => {}
                 }

@@ -1,6 +1,6 @@
 //! One task per node: inbox, machine, effects out. Handles are directed: to a child only `Down`, to the parent only `Up`.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use tokio::sync::mpsc;
 
@@ -31,8 +31,8 @@ impl ToChild {
 struct ToParent(mpsc::Sender<Input>);
 
 impl ToParent {
-    fn tell(&self, child: NodeId, up: Up) {
-        deliver(&self.0, Input::Up(child, up));
+    fn tell(&self, up: Up) {
+        deliver(&self.0, Input::Up(up));
     }
 }
 
@@ -82,6 +82,8 @@ pub(super) struct Surroundings {
     pub(super) journal: Option<Journal>,
     /// Whether messages between nodes are told.
     pub(super) has_messages: bool,
+    /// Filled and emptied by one node at a time, within one input: one for all, since a tree has thousands.
+    pub(super) outbox: Mutex<Outbox>,
 }
 
 /// An actor: a machine with its inbox and its neighbors.
@@ -133,21 +135,20 @@ impl NodeTask {
         self.id
     }
 
-    /// Lives until the run is over.
+    /// Lives until the run is over. Whatever is in here, every node has.
     pub(super) async fn run(mut self) {
-        let mut out = Outbox::default();
         match self.outside.take() {
-            Some(outside) => self.run_root(outside, &mut out).await,
+            Some(outside) => Box::pin(self.run_root(outside)).await,
             None => {
                 while let Some(input) = self.inbox.recv().await {
-                    self.handle(input, &mut out);
+                    self.handle(input);
                 }
             }
         }
     }
 
     /// Root hears of the world outside first, waits for the log, and takes its turns.
-    async fn run_root(mut self, mut outside: mpsc::UnboundedReceiver<Input>, out: &mut Outbox) {
+    async fn run_root(mut self, mut outside: mpsc::UnboundedReceiver<Input>) {
         loop {
             let input = tokio::select! {
                 biased;
@@ -158,20 +159,24 @@ impl NodeTask {
             if let Some(journal) = &self.around.journal {
                 journal.ready().await;
             }
-            self.handle(input, out);
+            self.handle(input);
             // Whatever came before it is part of the turn.
             while self.node.wants_turn() && self.inbox.is_empty() && outside.is_empty() {
-                self.handle(Input::Turn, out);
+                self.handle(Input::Turn);
             }
         }
     }
 
-    fn handle(&mut self, input: Input, out: &mut Outbox) {
+    fn handle(&mut self, input: Input) {
         // One moment for all that comes of one input, so that no record is older than the one before it. Where nothing is
         // recorded it is asked by nobody.
         let is_recorded = self.id == NodeId(0) || self.around.has_messages;
         let now = if is_recorded { self.around.clock.now() } else { Time::ZERO };
-        self.node.handle(now, input, out);
+        let around = Arc::clone(&self.around);
+        let mut out = around.outbox.lock().unwrap_or_else(PoisonError::into_inner);
+        // What a node left that panicked is nobody's.
+        drop(out.drain());
+        self.node.handle(now, input, &mut out);
         for effect in out.drain() {
             self.carry(now, effect);
         }
@@ -186,7 +191,7 @@ impl NodeTask {
         }
         match effect {
             Effect::Down(to, down) => self.child(to).tell(down),
-            Effect::Up(up) => self.parent.tell(self.id, up),
+            Effect::Up(up) => self.parent.tell(up),
             Effect::Start(goal) => self.dispatch(dispatch::Input::Start(goal)),
             Effect::Stop(leaf) => self.dispatch(dispatch::Input::Stop(leaf)),
             Effect::Record(record) => {

@@ -1,7 +1,7 @@
 //! Starts the tasks of a run, watches them, and ends it within a grace.
 
 use std::collections::{BTreeSet, HashMap};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use tokio::sync::{mpsc, oneshot};
@@ -133,6 +133,7 @@ impl Supervisor {
             supervisor: to_supervisor.clone(),
             journal: journal.clone(),
             has_messages: begun.nodes[0].has_messages(),
+            outbox: Mutex::default(),
         });
         let (nodes, ways, root) = wire(begun.nodes, &around);
         let (mut tasks, mut others, mut ids) = (JoinSet::new(), JoinSet::new(), HashMap::new());

@@ -149,7 +149,7 @@ impl Driver {
             Effect::Up(up) => {
                 self.watch.said_up(node, &up);
                 self.lockstep.iter_mut().for_each(|lockstep| lockstep.said_up(node, &up));
-                self.send(Edge::Up(node), Input::Up(node, up));
+                self.send(Edge::Up(node), Input::Up(up));
             }
             Effect::Start(goal) => {
                 assert_eq!(goal.leaf, node, "a leaf starts itself");

@@ -199,7 +199,7 @@ impl<'a> Simulation<'a> {
         match effect {
             Effect::Down(to, down) => self.deliveries.push_back(Delivery::Node(to, Input::Down(down))),
             Effect::Up(up) => {
-                self.deliveries.push_back(Delivery::Node(topology.parent(from), Input::Up(from, up)));
+                self.deliveries.push_back(Delivery::Node(topology.parent(from), Input::Up(up)));
             }
             Effect::Start(goal) => self.tell_dispatch(dispatch::Input::Start(goal)),
             Effect::Stop(leaf) => self.tell_dispatch(dispatch::Input::Stop(leaf)),

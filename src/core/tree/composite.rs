@@ -38,7 +38,7 @@ struct Child {
 #[derive(Debug)]
 struct Asked {
     /// What was skipped on the way to it.
-    skips: Arc<[NodeRange]>,
+    skips: Arc<Vec<NodeRange>>,
     /// None before its first answer.
     said: Option<Arc<Answer>>,
 }
@@ -48,7 +48,7 @@ struct Asked {
 struct Open {
     view: Arc<View>,
     /// What was skipped above.
-    skips: Arc<[NodeRange]>,
+    skips: Arc<Vec<NodeRange>>,
     scope: Scope,
     /// How many have not answered.
     waiting: usize,
@@ -138,7 +138,7 @@ impl Composite {
     }
 
     /// An AND asks those that are not done, and of these again those that might say something else.
-    fn ask_all(&mut self, view: &Arc<View>, skips: &Arc<[NodeRange]>, out: &mut Outbox) {
+    fn ask_all(&mut self, view: &Arc<View>, skips: &Arc<Vec<NodeRange>>, out: &mut Outbox) {
         let is_partial = self.said.is_some() && self.open.as_ref().is_some_and(|open| open.scope == Scope::Changed);
         let touched = view.touched.as_deref().filter(|_| is_partial);
         let Some(touched) = touched else {
@@ -155,7 +155,7 @@ impl Composite {
         }
     }
 
-    fn ask_or_leave(&mut self, index: usize, skips: &Arc<[NodeRange]>, out: &mut Outbox) {
+    fn ask_or_leave(&mut self, index: usize, skips: &Arc<Vec<NodeRange>>, out: &mut Outbox) {
         let open = self.open.as_ref().expect("children are asked in an open round");
         if open.view.state.is_done(self.children[index].id) {
             self.leave(index);
@@ -164,7 +164,7 @@ impl Composite {
         }
     }
 
-    fn ask_in_order(&mut self, index: usize, skips: &Arc<[NodeRange]>, out: &mut Outbox) {
+    fn ask_in_order(&mut self, index: usize, skips: &Arc<Vec<NodeRange>>, out: &mut Outbox) {
         self.order.push(index);
         if !self.ask(index, skips, out) {
             self.go_on(index, out);
@@ -172,7 +172,7 @@ impl Composite {
     }
 
     /// Activates a child; false if it would say again what it said.
-    fn ask(&mut self, index: usize, skips: &Arc<[NodeRange]>, out: &mut Outbox) -> bool {
+    fn ask(&mut self, index: usize, skips: &Arc<Vec<NodeRange>>, out: &mut Outbox) -> bool {
         let open = self.open.as_mut().expect("children are asked in an open round");
         let child = &self.children[index];
         // What was kept for the nodes skipped here may have changed, and is in the line of everything below.
@@ -230,7 +230,7 @@ impl Composite {
         if let Some(next) = next {
             let first = self.children[self.order[0]].id;
             let skip = NodeRange { from: first, to: next };
-            let skips: Arc<[NodeRange]> = open.skips.iter().copied().chain([skip]).collect();
+            let skips = Arc::new(open.skips.iter().copied().chain([skip]).collect());
             self.ask_in_order(self.index_of(next), &skips, out);
         }
     }
@@ -254,7 +254,7 @@ impl Composite {
         };
         self.said = Some(Arc::clone(&said));
         let news = (!news.is_empty()).then(|| Box::new(news));
-        out.push(Effect::Up(Up::Answer { round: view.round, answer: said, news }));
+        out.push(Effect::Up(Up::Answer { from: self.id, round: view.round, answer: said, news }));
     }
 
     fn answer(&mut self, view: &View, said: Option<&Answer>, news: &mut News) -> Answer {

@@ -9,7 +9,7 @@ pub enum Input {
     /// From its parent.
     Down(Down),
     /// From a child.
-    Up(NodeId, Up),
+    Up(Up),
     /// To a leaf, from its controllers: the goal ended.
     Ended(Box<Outcome>),
     /// To root, from outside the tree.

@@ -53,7 +53,8 @@ impl Leaf {
         if answer != *self.said {
             self.said = Arc::new(answer);
         }
-        out.push(Effect::Up(Up::Answer { round: view.round, answer: Arc::clone(&self.said), news: None }));
+        let (from, answer) = (self.id, Arc::clone(&self.said));
+        out.push(Effect::Up(Up::Answer { from, round: view.round, answer, news: None }));
     }
 
     /// The request that was made last, if this one is the same.

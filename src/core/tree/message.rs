@@ -21,6 +21,8 @@ pub enum Down {
 pub enum Up {
     /// The one answer to an activation.
     Answer {
+        /// The child that answers.
+        from: NodeId,
         /// The round that is answered.
         round: u32,
         /// Shared with the node that says it: what is said again is the same pointer, and nothing is allocated.
@@ -38,7 +40,7 @@ pub struct Activation {
     /// The snapshot of the round.
     pub view: Arc<View>,
     /// What was skipped on the way down.
-    pub skips: Arc<[NodeRange]>,
+    pub skips: Arc<Vec<NodeRange>>,
     /// Whom below it is for.
     pub scope: Scope,
 }

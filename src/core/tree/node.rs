@@ -43,10 +43,10 @@ impl Node {
     /// On an input that this kind of node never gets: a defect of whoever carries the messages.
     pub fn handle(&mut self, now: Time, input: Input, out: &mut Outbox) {
         match (self, input) {
-            (Self::Root(root), Input::Up(top, Up::Answer { answer, news, .. })) => {
-                root.on_answer(now, top, &answer, news, out);
+            (Self::Root(root), Input::Up(Up::Answer { from, answer, news, .. })) => {
+                root.on_answer(now, from, &answer, news, out);
             }
-            (Self::Root(root), Input::Up(_, Up::Release(release))) => {
+            (Self::Root(root), Input::Up(Up::Release(release))) => {
                 let Release { leaf, outcome, .. } = *release;
                 root.on_told(now, Told::Ended { leaf, outcome }, out);
             }
@@ -54,10 +54,10 @@ impl Node {
             (Self::Root(root), Input::Observed(change)) => root.on_observation(change),
             (Self::Root(root), Input::Turn) => root.turn(now, out),
             (Self::Composite(node), Input::Down(down)) => node.on_down(down, out),
-            (Self::Composite(node), Input::Up(child, Up::Answer { answer, news, .. })) => {
-                node.on_answer(child, answer, news, out);
+            (Self::Composite(node), Input::Up(Up::Answer { from, answer, news, .. })) => {
+                node.on_answer(from, answer, news, out);
             }
-            (Self::Composite(_), Input::Up(_, up @ Up::Release(_))) => out.push(Effect::Up(up)),
+            (Self::Composite(_), Input::Up(up @ Up::Release(_))) => out.push(Effect::Up(up)),
             (Self::Leaf(leaf), Input::Down(down)) => leaf.on_down(down, out),
             (Self::Leaf(leaf), Input::Ended(outcome)) => leaf.on_end(*outcome, out),
             (node, input) => panic!("{node:?} cannot take {input:?}"),

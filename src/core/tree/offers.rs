@@ -5,14 +5,16 @@ use std::sync::Arc;
 use super::allocator::Rank;
 use ambidex_model::{Blocked, Request};
 
+type Ranked = Vec<(Rank, Arc<Request>)>;
+
 /// Requests in their order (`semantics` 5), with what became different since they were merged last.
 #[derive(Debug, Default)]
 pub struct Offers {
     /// In order, but for what is `new`.
-    ranked: Vec<(Rank, Arc<Request>)>,
+    ranked: Ranked,
     kept: Vec<Arc<Request>>,
-    gone: Vec<(Rank, Arc<Request>)>,
-    new: Vec<(Rank, Arc<Request>)>,
+    gone: Ranked,
+    new: Ranked,
 }
 
 /// One request of a merge.
@@ -122,7 +124,7 @@ impl Offers {
     }
 
     /// Brings everything in order; gives what is gone and what is new, each in order.
-    fn take_up(&mut self) -> (Vec<(Rank, Arc<Request>)>, Vec<(Rank, Arc<Request>)>) {
+    fn take_up(&mut self) -> (Ranked, Ranked) {
         let (mut gone, mut new) = (std::mem::take(&mut self.gone), std::mem::take(&mut self.new));
         new.sort_unstable_by_key(|(rank, _)| *rank);
         gone.sort_unstable_by_key(|(rank, _)| *rank);

@@ -1,8 +1,11 @@
 //! A set of requests with a resource for every claim: what can go on at once, and the cheapest way to bind it.
 
+use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::Arc;
+
 use crate::behavior::too_few;
 use crate::world::{Use, View};
-use std::sync::Arc;
 
 use ambidex_model::{
     Access, Binding, Candidate, ClaimOptions, Grant, NodeId, ObjectId, Reason, Request, ResourceId, match_claims,
@@ -17,8 +20,8 @@ pub(super) struct Packing<'a> {
     chosen: Vec<Vec<Candidate>>,
     /// How each resource is used by what is chosen, by resource; others of the same access may join.
     used: Vec<Option<Access>>,
-    /// What found nothing beside the accepted ones; nor does whoever wants the same.
-    late: Option<Arc<Request>>,
+    /// What found nothing beside the accepted ones, by a hash of what it wants; nor does whoever wants the same.
+    late: BTreeMap<u64, Vec<Arc<Request>>>,
 }
 
 /// Choices that one search tries at most. The robots of the paper claim a few dozen; a robot with many alike arms could
@@ -31,7 +34,7 @@ const SAME_COST_M: f64 = 1e-9;
 impl<'a> Packing<'a> {
     pub(super) fn new(view: &'a View) -> Self {
         let used = vec![None; view.mission.robot.resources.len()];
-        Self { view, accepted: Vec::new(), chosen: Vec::new(), used, late: None }
+        Self { view, accepted: Vec::new(), chosen: Vec::new(), used, late: BTreeMap::new() }
     }
 
     /// Adds a request if *some* choice of resources serves it and all accepted ones.
@@ -43,25 +46,27 @@ impl<'a> Packing<'a> {
             return Err(reason);
         }
         // Most requests of a large tree come too late for everything: that is seen without a search.
-        let is_late = self.late.as_ref().is_some_and(|late| wants_the_same(late, &request));
-        let has_room = !is_late && self.has_room(&request);
-        let may_rearrange = || !is_late && self.has_alternatives() && self.exclusives_match(&request);
-        if !has_room && !may_rearrange() {
-            let reason = self.outbid(&request);
-            self.late = Some(request);
-            return Err(reason);
+        let wanted = hash_of_wanted(&request);
+        let is_late = self.late.get(&wanted).is_some_and(|late| late.iter().any(|late| wants_the_same(late, &request)));
+        if is_late {
+            return Err(self.outbid(&request));
         }
-        let mut search = Search::new(self.view, &self.accepted, &request);
-        if (has_room && search.extend(&self.chosen)) || (may_rearrange() && search.any()) {
-            self.chosen = search.chosen;
-            self.accepted.push(request);
-            self.note_uses();
-            return Ok(());
+        let has_room = self.has_room(&request);
+        let may_rearrange = || self.has_alternatives() && self.could_match(&request);
+        if has_room || may_rearrange() {
+            let mut search = Search::new(self.view, &self.accepted, &request);
+            if (has_room && search.extend(&self.chosen)) || (may_rearrange() && search.any()) {
+                self.chosen = search.chosen;
+                self.accepted.push(request);
+                self.note_uses();
+                return Ok(());
+            }
+            if let Some(reason) = search.clash.take() {
+                return Err(reason);
+            }
         }
-        let reason = match search.clash.take() {
-            Some(reason) => reason,
-            None => self.outbid(&request),
-        };
+        let reason = self.outbid(&request);
+        self.late.entry(wanted).or_default().push(request);
         Err(reason)
     }
 
@@ -99,11 +104,25 @@ impl<'a> Packing<'a> {
         request.claims.iter().all(|claim| claim.candidates.iter().any(|candidate| fits(claim, candidate)))
     }
 
-    /// A quick no: the exclusive claims alone find no resource each.
-    fn exclusives_match(&self, request: &Request) -> bool {
-        let claims = self.accepted.iter().map(|accepted| &**accepted).chain([request]).flat_map(|one| &one.claims);
-        let exclusive = claims.filter(|claim| claim.access == Access::Exclusive);
-        match_claims(&exclusive.map(ClaimOptions::resources).collect::<Vec<_>>()).is_ok()
+    /// A quick no: shared claims that only one resource serves do not join, or the exclusive ones find no resource each
+    /// beside these.
+    fn could_match(&self, request: &Request) -> bool {
+        let claims = || self.accepted.iter().map(|accepted| &**accepted).chain([request]).flat_map(|one| &one.claims);
+        let mut fixed: Vec<Option<Access>> = vec![None; self.used.len()];
+        for claim in claims().filter(|claim| claim.access != Access::Exclusive) {
+            if let [only] = claim.candidates.as_slice() {
+                let access = fixed[only.resource.index()].get_or_insert(claim.access);
+                if !access.joins(claim.access) {
+                    return false;
+                }
+            }
+        }
+        let others = |claim: &ClaimOptions| -> Vec<ResourceId> {
+            let resources = claim.candidates.iter().map(|candidate| candidate.resource);
+            resources.filter(|resource| fixed[resource.index()].is_none()).collect()
+        };
+        let exclusive = claims().filter(|claim| claim.access == Access::Exclusive);
+        match_claims(&exclusive.map(others).collect::<Vec<_>>()).is_ok()
     }
 
     fn note_uses(&mut self) {
@@ -276,6 +295,16 @@ impl<'a> Search<'a> {
             }
         }
     }
+}
+
+/// The same for all that could be served by the same resources in the same ways, on every machine.
+fn hash_of_wanted(request: &Request) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    for claim in &request.claims {
+        claim.access.hash(&mut hasher);
+        claim.candidates.iter().for_each(|candidate| candidate.resource.hash(&mut hasher));
+    }
+    hasher.finish()
 }
 
 /// Whether two requests could be served by the same resources in the same ways.

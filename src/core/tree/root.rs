@@ -298,7 +298,7 @@ impl Root {
         if scope == Scope::Anew {
             self.reasons.clear();
         }
-        let activation = Activation { view, skips: Arc::from([]), scope };
+        let activation = Activation { view, skips: Arc::default(), scope };
         out.push(Effect::Down(TOP, Down::Activation(activation)));
     }
 

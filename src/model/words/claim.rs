@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{ChannelId, ObjectId, ResourceId, TypeId};
 
 /// How a resource is used.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Access {
     /// By one owner alone.

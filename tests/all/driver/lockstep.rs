@@ -83,7 +83,7 @@ impl Lockstep {
     fn plainly(&self, view: &Arc<View>) -> (BTreeMap<NodeId, Answer>, BTreeMap<NodeId, Reason>) {
         let mut nodes = build(&self.mission, &self.settings);
         let view = Arc::new(View { touched: None, ..View::clone(view) });
-        let activation = Activation { view, skips: Arc::from([]), scope: Scope::Anew };
+        let activation = Activation { view, skips: Arc::default(), scope: Scope::Anew };
         let mut inbox = VecDeque::from([(TOP, Input::Down(Down::Activation(activation)))]);
         let (mut answers, mut reasons) = (BTreeMap::new(), BTreeMap::new());
         let mut out = Outbox::default();
@@ -98,7 +98,7 @@ impl Lockstep {
                         if node == TOP {
                             fold(&mut reasons, answer, news.as_deref());
                         } else {
-                            inbox.push_back((self.mission.tree.topology.parent(node), Input::Up(node, up)));
+                            inbox.push_back((self.mission.tree.topology.parent(node), Input::Up(up)));
                         }
                     }
                     other => panic!("an answer is all that comes of it: {other:?}"),
