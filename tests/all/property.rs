@@ -115,7 +115,8 @@ fn rounds_are_those_of_plain_recursion() {
 /// No topic is there for nothing: without it some node says what is no longer so.
 #[test]
 fn a_topic_left_out_is_noticed() {
-    let left_out: [(&str, fn(Topic) -> bool); 8] = [
+    type IsLeftOut = fn(Topic) -> bool;
+    let left_out: [(&str, IsLeftOut); 8] = [
         ("resource", |topic| matches!(topic, Topic::Resource(_))),
         ("object", |topic| matches!(topic, Topic::Object(_))),
         ("fact", |topic| matches!(topic, Topic::Fact(_))),

@@ -1,10 +1,9 @@
 //! How requests are chosen: in AND on the way up, in root at the end. Nodes do not know which allocator they use.
 
-use std::cmp::Reverse;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use super::offers::{Judged, Offers};
+use super::offers::{Judged, Offers, Rank};
 use super::packing::Packing;
 use crate::world::View;
 use ambidex_model::{Access, Binding, Blocked, Grant, NodeId, Reason, Request, Retention};
@@ -87,22 +86,6 @@ impl Allocator for Serial {
             grant.bindings.extend(unclaimed.into_iter().map(whole));
         }
         Chosen { granted, refused }
-    }
-}
-
-/// The order of requests: greatest potential first; among equals the heir of an intention, then tree order
-/// (`semantics` 5).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Rank {
-    /// The bits of a positive number are in its order.
-    potential: Reverse<u64>,
-    heir: Reverse<bool>,
-    leaf: NodeId,
-}
-
-impl Rank {
-    pub(super) fn of(request: &Request) -> Self {
-        Self { potential: Reverse(request.potential.to_bits()), heir: Reverse(request.heir), leaf: request.leaf }
     }
 }
 

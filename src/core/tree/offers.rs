@@ -1,9 +1,9 @@
 //! What the children of an AND ask for, in the order of requests, and what of it the AND passed up last.
 
+use std::cmp::Reverse;
 use std::sync::Arc;
 
-use super::allocator::Rank;
-use ambidex_model::{Blocked, Request};
+use ambidex_model::{Blocked, NodeId, Request};
 
 type Ranked = Vec<(Rank, Arc<Request>)>;
 
@@ -17,7 +17,23 @@ pub struct Offers {
     new: Ranked,
 }
 
-/// One request of a merge.
+/// The order of requests: greatest potential first; among equals the heir of an intention, then tree order
+/// (`semantics` 5).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Rank {
+    /// The bits of a positive number are in its order.
+    potential: Reverse<u64>,
+    heir: Reverse<bool>,
+    leaf: NodeId,
+}
+
+impl Rank {
+    pub(super) fn of(request: &Request) -> Self {
+        Self { potential: Reverse(request.potential.to_bits()), heir: Reverse(request.heir), leaf: request.leaf }
+    }
+}
+
+/// What becomes of one request in a merge.
 #[derive(Debug)]
 pub enum Judged {
     /// It goes up.

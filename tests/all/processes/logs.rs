@@ -47,7 +47,6 @@ fn every_message_is_an_event() {
     has_event(&events, "answer", &with(&["potential", "claims", "feasible"]));
     has_event(&events, "answer", &with(&["reason", "feasible"]));
     has_event(&events, "verdict", &with(&["granted"]));
-    has_event(&events, "verdict", &with(&["reason"]));
     has_event(&events, "release", &with(&["leaf", "end"]));
     has_event(&events, "attached", &["controller"]);
     has_event(&events, "configure", &["controller", "generation", "speed"]);
