@@ -60,6 +60,15 @@ impl Story {
                 let said = format!("The controller {} is lost: {why}.", names.controller(*controller));
                 self.happens(*at, LeafState::Failed, said);
             }
+            Record::Served { controller, service, .. } => {
+                let state = if service.is_available() { LeafState::Waiting } else { LeafState::Failed };
+                let said = format!("{}.", phrase::served(*controller, *service, names));
+                self.happens(*at, state, said);
+            }
+            Record::Awaited { until, .. } => {
+                let said = format!("For now {}.", phrase::awaited(*until));
+                self.happens(*at, LeafState::Waiting, said);
+            }
             Record::Ended { end, .. } => {
                 let skipped = sentence::skipped(&self.history.met(), names).filter(|_| *end == MissionEnd::Done);
                 let said = format!("The mission is over: {}.", mission_ended(*end, names));
@@ -70,6 +79,7 @@ impl Story {
             }
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
             Record::Header(_)
+            | Record::Woke { .. }
             | Record::Stopped { .. }
             | Record::Sent { .. }
             | Record::World { .. }

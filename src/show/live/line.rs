@@ -8,7 +8,7 @@ use ambidex_model::{
 };
 use ambidex_record::History;
 
-use crate::text::phrase::{self, fault_sentence};
+use crate::text::phrase;
 use crate::text::{count, mission_ended};
 
 /// The line for a record that the history took last; none for what only a log tells.
@@ -22,6 +22,9 @@ pub fn line(history: &History, record: &Record) -> Option<String> {
         Record::Decided { granted, reopened, .. } => decided(history, granted, reopened.as_ref())?,
         Record::Released { leaf, end, .. } => released(*leaf, *end, names),
         Record::World { change, .. } => changed(change, names)?,
+        Record::Served { controller, service, .. } => phrase::served(*controller, *service, names),
+        Record::Awaited { until, .. } => phrase::awaited(*until),
+        Record::Woke { leaves, .. } => phrase::asking_again(leaves, names),
         Record::Controller { controller, message, .. } => said(history, *controller, message)?,
         Record::Ended { end, .. } => ended(history, *end),
     };
@@ -104,7 +107,7 @@ fn released(leaf: NodeId, end: End, names: &Names) -> String {
         End::Succeeded => format!("done {leaf}"),
         End::Canceled => format!("canceled {leaf}"),
         End::Interrupted => format!("interrupted {leaf}"),
-        End::Failed(fault) => format!("failed {leaf}: {}", fault_sentence(fault, names)),
+        End::Failed(fault) => format!("failed {leaf}: {}", fault.sentence(names)),
     }
 }
 

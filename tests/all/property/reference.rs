@@ -11,7 +11,7 @@ mod world;
 use std::collections::{BTreeMap, BTreeSet};
 
 use ambidex::model::{
-    Grant, MissionEnd, MissionSpec, NodeId, NodeKind, NodeRange, Reason, Reopened, ResourceId, WorldState,
+    Fault, Grant, MissionEnd, MissionSpec, NodeId, NodeKind, NodeRange, Reason, Reopened, ResourceId, Time, WorldState,
 };
 
 pub use leases::{Held, Row};
@@ -29,6 +29,11 @@ pub struct Model<'a> {
     pub running: BTreeMap<NodeId, Grant>,
     pub done: BTreeSet<NodeId>,
     pub end: Option<MissionEnd>,
+    pub now: Time,
+    /// Behaviors that wait after a failure: until when, how long, why.
+    waits: BTreeMap<NodeId, (Time, u64, Fault)>,
+    /// What each behavior failed with.
+    bad: BTreeSet<(NodeId, ResourceId)>,
     failed: BTreeSet<NodeId>,
     /// Nodes that fail and wait for what runs below: the child that failed, the leaf it began with.
     ending: BTreeMap<NodeId, (NodeId, NodeId)>,
@@ -58,6 +63,8 @@ pub struct Refusal {
     pub reason: Reason,
     pub resources: Vec<ResourceId>,
     pub behaviors: Vec<NodeId>,
+    /// It will ask again by itself.
+    pub waits: bool,
 }
 
 /// What a round came to.
@@ -70,7 +77,7 @@ pub struct Decision {
 
 impl From<Reason> for Refusal {
     fn from(reason: Reason) -> Self {
-        Self { reason, resources: Vec::new(), behaviors: Vec::new() }
+        Self { reason, resources: Vec::new(), behaviors: Vec::new(), waits: false }
     }
 }
 
@@ -85,6 +92,9 @@ impl<'a> Model<'a> {
             running: BTreeMap::new(),
             done: BTreeSet::new(),
             end: None,
+            now: Time::ZERO,
+            waits: BTreeMap::new(),
+            bad: BTreeSet::new(),
             failed: BTreeSet::new(),
             ending: BTreeMap::new(),
             failures: BTreeMap::new(),

@@ -64,6 +64,8 @@ fn replay(case: &Case, records: &[Record]) {
 enum Event {
     Ended(NodeId, Outcome),
     World(Change),
+    /// Root has waited for this moment.
+    Woke,
 }
 
 /// Events in order of time, then of leaves, then changes of the world.
@@ -107,7 +109,11 @@ impl Agenda {
         }
     }
 
-    fn next(&mut self) -> Option<(Time, Event)> {
+    fn next(&mut self, driver: &Driver) -> Option<(Time, Event)> {
+        let first = self.events.first_key_value().map(|((at, _), _)| *at);
+        if let Some(due) = driver.root().deadline().filter(|due| first.is_none_or(|at| *due <= at)) {
+            return Some((due.max(driver.now), Event::Woke));
+        }
         let ((at, _), event) = self.events.pop_first()?;
         if let Event::Ended(leaf, _) = event {
             self.when.remove(&leaf);
@@ -120,6 +126,7 @@ fn give(driver: &mut Driver, event: &Event) {
     match event {
         Event::Ended(leaf, outcome) => driver.give(*leaf, Input::Ended(Box::new(outcome.clone()))),
         Event::World(change) => driver.give(ROOT, Told::World { change: *change }.into()),
+        Event::Woke => driver.give(ROOT, Told::Woke.into()),
     }
 }
 
@@ -145,7 +152,7 @@ fn in_order(case: &Case, interleaving: u64, mut after: impl FnMut(&Driver, Optio
     after(&driver, None, &driver.records);
     while driver.finished.is_none() {
         agenda.take_up(case, &mut driver);
-        let (at, event) = agenda.next().expect("what runs ends");
+        let (at, event) = agenda.next(&driver).expect("what runs ends");
         let seen = driver.records.len();
         driver.now = at;
         give(&mut driver, &event);
@@ -194,7 +201,7 @@ pub fn all_at_once(case: &Case, cancel_after: usize, mut watch: impl FnMut(&Driv
         } else if rng.is(85) && driver.step() {
         } else if driver.is_turn_due() && rng.is(50) {
             driver.turn();
-        } else if let Some((at, event)) = agenda.next() {
+        } else if let Some((at, event)) = agenda.next(&driver) {
             driver.now = driver.now.max(at);
             give(&mut driver, &event);
         } else {
@@ -233,7 +240,7 @@ pub fn in_lockstep(case: &Case, unheard: fn(Topic) -> bool) -> (Option<String>, 
             driver.turn();
         } else {
             agenda.take_up(case, &mut driver);
-            let (at, event) = agenda.next().expect("what runs ends");
+            let (at, event) = agenda.next(&driver).expect("what runs ends");
             driver.now = at;
             give(&mut driver, &event);
         }
@@ -245,7 +252,9 @@ pub fn in_lockstep(case: &Case, unheard: fn(Topic) -> bool) -> (Option<String>, 
 pub fn against_reference(case: &Case) -> Counts {
     let mut model = Model::new(&case.mission, case.is_serial, &case.clashing);
     let driver = in_order(case, 0, |driver, event, records| {
+        model.now = driver.now;
         let (consequences, mut goes_on) = match event {
+            Some(Event::Woke) => (None, model.woke()),
             None => (None, true),
             Some(Event::World(change)) => (None, model.world(*change)),
             Some(Event::Ended(leaf, outcome)) => {
@@ -289,7 +298,11 @@ fn compare(
         Record::Ended { end, .. } => Some(format!("{end:?}")),
         Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => None,
         Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::World { .. } => None,
-        Record::Resource { .. } | Record::Controller { .. } => None,
+        Record::Resource { .. }
+        | Record::Woke { .. }
+        | Record::Served { .. }
+        | Record::Awaited { .. }
+        | Record::Controller { .. } => None,
     });
     let said: Vec<String> = said.collect();
     let mut expected: Vec<String> = consequences

@@ -59,6 +59,9 @@ impl Model<'_> {
         if self.is_satisfied(leaf, skips) {
             return Answer { is_satisfied: true, ..refused(Reason::Satisfied.into()) };
         }
+        if let Some(&(_, wait_ms, fault)) = self.waits.get(&leaf) {
+            return refused(Refusal { waits: true, ..Reason::BackingOff { wait_ms, fault }.into() });
+        }
         if let Some((progress, heir, lacks)) = self.silent.get(&leaf)
             && *progress == self.progress
         {

@@ -37,7 +37,7 @@ impl Model<'_> {
     pub(super) fn end_of_round(&mut self, is_satisfied: bool, goes_on: bool) {
         if is_satisfied {
             self.finish(MissionEnd::Done);
-        } else if !goes_on && self.running.is_empty() {
+        } else if !goes_on && self.running.is_empty() && self.waits.is_empty() {
             self.finish(MissionEnd::Stalled);
         }
     }
@@ -47,6 +47,13 @@ impl Model<'_> {
         if end == MissionEnd::Done {
             self.rows.iter_mut().for_each(|row| *row = super::Row::default());
         }
+    }
+
+    /// The moment came for which some wait; true if a round follows.
+    pub fn woke(&mut self) -> bool {
+        let before = self.waits.len();
+        self.waits.retain(|_, (until, ..)| *until > self.now);
+        self.waits.len() < before
     }
 
     /// The world is different from outside; true if a round follows.
@@ -75,6 +82,9 @@ impl Model<'_> {
             }));
         }
         changes.extend(&outcome.changes);
+        if let End::Failed(fault) = end {
+            self.wait(leaf, fault, &grant);
+        }
         let consequences = self.consequences(leaf, end);
         let emptied = self.change_objects(&changes);
         if let Some(Completion { node, heir }) = consequences.completed {
@@ -92,6 +102,7 @@ impl Model<'_> {
         if let Some(failed) = consequences.failed {
             self.forget_keepers(failed);
             let below = self.below(failed);
+            self.waits.retain(|leaf, _| !below.contains(*leaf));
             self.keepers.retain(|(_, leaf)| !below.contains(*leaf));
         }
         emptied.into_iter().for_each(|gripper| self.end_physical(gripper));
@@ -99,6 +110,15 @@ impl Model<'_> {
             self.finish(MissionEnd::Done);
         }
         consequences
+    }
+
+    /// It waits twice as long as the last time, and prefers other resources from now on.
+    fn wait(&mut self, leaf: NodeId, fault: Fault, grant: &Grant) {
+        let claims = self.behavior(leaf).claims.len();
+        self.bad.extend(grant.bindings[..claims].iter().map(|binding| (leaf, binding.resource)));
+        let failures = self.failures.get(&leaf).copied().unwrap_or(0);
+        let wait = self.behavior(leaf).backoff * 2u32.pow(failures);
+        self.waits.insert(leaf, (self.now + wait, wait.as_millis() as u64, fault));
     }
 
     /// Done and failed flags from the leaf upward.

@@ -49,7 +49,10 @@ impl Model<'_> {
         }
         let mut serving: Vec<Serving> = Vec::new();
         for claim in &spec.claims {
-            serving.push(self.serving(claim, leaf, skips)?);
+            let mut found = self.serving(claim, leaf, skips)?;
+            // Worse than anything that is only far away.
+            found.iter_mut().filter(|(id, _)| self.bad.contains(&(leaf, *id))).for_each(|(_, cost)| *cost += 1e6);
+            serving.push(found);
         }
         self.all_at_once(&spec.claims, &serving)?;
         let is_heir = self
