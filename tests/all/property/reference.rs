@@ -11,7 +11,8 @@ mod world;
 use std::collections::{BTreeMap, BTreeSet};
 
 use ambidex::model::{
-    Fault, Grant, MissionEnd, MissionSpec, NodeId, NodeKind, NodeRange, Reason, Reopened, ResourceId, Time, WorldState,
+    ControllerId, Fault, Grant, Loss, MissionEnd, MissionSpec, NodeId, NodeKind, NodeRange, Reason, Reopened,
+    ResourceId, Time, WorldState,
 };
 
 pub use leases::{Held, Row};
@@ -32,6 +33,9 @@ pub struct Model<'a> {
     pub now: Time,
     /// Behaviors that wait after a failure: until when, how long, why.
     waits: BTreeMap<NodeId, (Time, u64, Fault)>,
+    /// Controllers that are away, and whether they are awaited.
+    away: BTreeMap<ControllerId, (Loss, bool)>,
+    awaited: Option<Time>,
     /// What each behavior failed with.
     bad: BTreeSet<(NodeId, ResourceId)>,
     failed: BTreeSet<NodeId>,
@@ -94,6 +98,8 @@ impl<'a> Model<'a> {
             end: None,
             now: Time::ZERO,
             waits: BTreeMap::new(),
+            away: BTreeMap::new(),
+            awaited: None,
             bad: BTreeSet::new(),
             failed: BTreeSet::new(),
             ending: BTreeMap::new(),

@@ -1,8 +1,10 @@
 //! What events change: grants, ends, the world (`semantics` 4 and 6).
 
+use std::time::Duration;
+
 use ambidex::model::{
-    Change, Completion, Consequences, EffectTerm, End, Fault, Grant, LeaseKind, Location, MissionEnd, NodeId, NodeKind,
-    Outcome, Reason, ResourceId, Retention,
+    Change, Completion, Consequences, ControllerId, EffectTerm, End, Fault, Grant, LeaseKind, Location, Loss,
+    MissionEnd, NodeId, NodeKind, Outcome, Reason, ResourceId, Retention,
 };
 
 use super::{Decision, Model};
@@ -38,8 +40,29 @@ impl Model<'_> {
         if is_satisfied {
             self.finish(MissionEnd::Done);
         } else if !goes_on && self.running.is_empty() && self.waits.is_empty() {
-            self.finish(MissionEnd::Stalled);
+            self.stall();
         }
+    }
+
+    /// Who is away is awaited for ten seconds; then whoever is still away is the cause.
+    fn stall(&mut self) {
+        let moves = |id: &ControllerId| self.mission.robot.moved_by(*id).next();
+        if self.away.iter().any(|(id, (_, is_awaited))| *is_awaited && moves(id).is_some()) {
+            self.awaited.get_or_insert(self.now + Duration::from_secs(10));
+            return;
+        }
+        let first = self.away.keys().filter_map(|id| Some((moves(id)?, *id))).min();
+        self.finish(first.map_or(MissionEnd::Stalled, |(_, id)| MissionEnd::ControllerLost(id)));
+    }
+
+    /// A controller is away, or back; a round follows.
+    pub fn service(&mut self, controller: ControllerId, outage: Option<Loss>) -> bool {
+        self.awaited = None;
+        match outage {
+            Some(why) => drop(self.away.insert(controller, (why, true))),
+            None => drop(self.away.remove(&controller)),
+        }
+        true
     }
 
     fn finish(&mut self, end: MissionEnd) {
@@ -53,7 +76,12 @@ impl Model<'_> {
     pub fn woke(&mut self) -> bool {
         let before = self.waits.len();
         self.waits.retain(|_, (until, ..)| *until > self.now);
-        self.waits.len() < before
+        let is_over = self.awaited.is_some_and(|until| until <= self.now);
+        if is_over {
+            self.awaited = None;
+            self.away.values_mut().for_each(|(_, is_awaited)| *is_awaited = false);
+        }
+        self.waits.len() < before || is_over
     }
 
     /// The world is different from outside; true if a round follows.
