@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt::Write;
 
+use ambidex_model::state::Stage;
 use ambidex_model::{Change, ControllerMessage, Header, MissionEnd, NodeId, Reason, Record, Time};
 use ambidex_record::{History, LeafState, MissionOutcome};
 
@@ -56,7 +57,10 @@ impl Story {
                 let said = format!("From outside: {}.", phrase::changed(change, names));
                 self.happens(*at, LeafState::Waiting, said);
             }
-            Record::Controller { controller, message: ControllerMessage::Lost { why }, .. } => {
+            // Of a mission that goes on root says what follows from it.
+            Record::Controller { controller, message: ControllerMessage::Lost { why }, .. }
+                if self.history.state_of_run().stage() != Stage::Running =>
+            {
                 let said = format!("The controller {} is lost: {why}.", names.controller(*controller));
                 self.happens(*at, LeafState::Failed, said);
             }

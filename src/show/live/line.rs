@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use ambidex_model::state::Stage;
 use ambidex_model::{
     Change, ControllerId, ControllerMessage, End, FromController, Grant, Header, MissionEnd, Names, NodeId, Record,
     Reopened, ResourceId, Told,
@@ -70,6 +71,8 @@ fn said(history: &History, controller: ControllerId, message: &ControllerMessage
     let name = names.controller(controller);
     match message {
         ControllerMessage::Attached => Some(format!("attached {name}")),
+        // Of a mission that goes on root says what follows from it.
+        ControllerMessage::Lost { .. } if history.state_of_run().stage() == Stage::Running => None,
         ControllerMessage::Lost { why } => Some(format!("lost {name}: {why}")),
         ControllerMessage::Refused { why, .. } => Some(format!("refused a message of {name}: {why}")),
         ControllerMessage::Heard { message: FromController::Rejected { id, why } } => {
