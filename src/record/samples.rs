@@ -167,12 +167,13 @@ pub fn resources() -> [Record; 2] {
 }
 
 fn decisions() -> Vec<Record> {
-    let reopened = |cause| Reopened { node: NodeId(2), up_to: NodeId(1), cause, undecided: Vec::new() };
+    let reopened =
+        |cause| Reopened { node: NodeId(2), up_to: NodeId(1), cause, undecided: Vec::new(), ended: Vec::new() };
     let heir = Box::new(Blocked { leaf: NodeId(3), reason: Reason::NotAt { place: PlaceId(0) } });
     vec![
         decided(vec![grant()], None),
         decided(Vec::new(), Some(reopened(Cause::Lapse { resource: ResourceId(0), heir }))),
-        decided(Vec::new(), Some(reopened(Cause::Redo))),
+        decided(Vec::new(), Some(reopened(Cause::Redo { leaf: NodeId(3) }))),
     ]
 }
 

@@ -55,7 +55,9 @@ impl Heard {
         match history.end() {
             Some(MissionEnd::Done) => assert!(task.is_done(), "{task:?} {}", last()),
             Some(MissionEnd::Failed(_)) => assert_eq!(task, LeafState::Failed, "{}", last()),
-            Some(MissionEnd::Stalled | MissionEnd::Canceled) | None => assert!(!task.is_done(), "{task:?} {}", last()),
+            Some(MissionEnd::Stalled | MissionEnd::Canceled | MissionEnd::ControllerLost(_)) | None => {
+                assert!(!task.is_done(), "{task:?} {}", last())
+            }
             other => panic!("no mission of this test ends so: {other:?}"),
         }
     }

@@ -1,7 +1,7 @@
 //! Conditions over world and line.
 
 use crate::world::{KnownPaths, NoPath, View};
-use ambidex_model::{Condition, Lineage, Location, PlaceId, Pose, Reason};
+use ambidex_model::{BehaviorSpec, Condition, EffectTerm, Lineage, Location, NodeId, PlaceId, Pose, Reason};
 
 /// Whether a condition is met.
 ///
@@ -42,6 +42,63 @@ pub fn check(condition: &Condition, view: &View, line: &Lineage<'_>, known: &mut
             met(world_state.facts[fact.index()] == *holds, || Reason::Fact { fact: *fact, holds: *holds })
         }
     }
+}
+
+/// The first part of a condition that is not so, each part alone.
+pub(crate) fn first_unmet<'a>(condition: &'a Condition, view: &View, line: &Lineage<'_>) -> Option<&'a Condition> {
+    match condition {
+        Condition::All(parts) => parts.iter().find_map(|part| first_unmet(part, view, line)),
+        Condition::Never
+        | Condition::At { .. }
+        | Condition::Path { .. }
+        | Condition::Held(_)
+        | Condition::Free(_)
+        | Condition::Lies(..)
+        | Condition::Fact(..) => check(condition, view, line, &mut KnownPaths::default()).is_err().then_some(condition),
+    }
+}
+
+/// Whether success makes a single condition true, by what the kind promises.
+pub(crate) fn makes_so(spec: &BehaviorSpec, condition: &Condition) -> bool {
+    spec.effects.iter().any(|effect| match (*effect, condition) {
+        (EffectTerm::Stands(pose), Condition::At { stand, tolerance_m, .. }) => is_at(pose, *stand, *tolerance_m),
+        (EffectTerm::Taken(object, _), Condition::Held(wanted)) => object == *wanted,
+        (EffectTerm::Lies(object, _), Condition::Free(wanted)) => object == *wanted,
+        (EffectTerm::Lies(object, place), Condition::Lies(wanted, at)) => (object, place) == (*wanted, *at),
+        (EffectTerm::Fact(fact, holds), Condition::Fact(wanted, so)) => (fact, holds) == (*wanted, *so),
+        (EffectTerm::Stands(_) | EffectTerm::Taken(..) | EffectTerm::Lies(..) | EffectTerm::Fact(..), _) => false,
+    })
+}
+
+/// Whether some part of a condition is not so that success of a behavior makes so.
+fn lacks_of(spec: &BehaviorSpec, condition: &Condition, view: &View, line: &Lineage<'_>) -> bool {
+    match condition {
+        Condition::All(parts) => parts.iter().any(|part| lacks_of(spec, part, view, line)),
+        Condition::Never
+        | Condition::At { .. }
+        | Condition::Path { .. }
+        | Condition::Held(_)
+        | Condition::Free(_)
+        | Condition::Lies(..)
+        | Condition::Fact(..) => {
+            makes_so(spec, condition) && check(condition, view, line, &mut KnownPaths::default()).is_err()
+        }
+    }
+}
+
+/// What a blocked leaf lacks of its precondition, if that is the reason that it gave.
+pub(crate) fn lacking<'a>(spec: &'a BehaviorSpec, view: &View, leaf: NodeId, reason: &Reason) -> Option<&'a Condition> {
+    let line = Lineage { topology: &view.mission.tree.topology, node: leaf, skips: &[] };
+    let unmet = first_unmet(&spec.precondition, view, &line)?;
+    let said = check(unmet, view, &line, &mut KnownPaths::default()).err()?;
+    (said == *reason).then_some(unmet)
+}
+
+/// Whether a leaf that sent a behavior back still lacks what that makes so.
+pub(crate) fn is_needed(maker: &BehaviorSpec, view: &View, leaf: NodeId) -> bool {
+    let line = Lineage { topology: &view.mission.tree.topology, node: leaf, skips: &[] };
+    let spec = view.mission.tree.behavior(leaf).filter(|_| !view.state.is_done(leaf));
+    spec.is_some_and(|spec| lacks_of(maker, &spec.precondition, view, &line))
 }
 
 fn unreached(no_path: NoPath, place: PlaceId) -> Reason {

@@ -6,10 +6,11 @@ mod goal;
 
 pub(crate) use candidates::too_few;
 pub use condition::check;
+pub(crate) use condition::{is_needed, lacking, makes_so};
 pub use goal::{believed, changes, goal};
 
 use crate::world::{KnownPaths, View};
-use ambidex_model::{BehaviorSpec, Lineage, Potential, Reason, Request, Task, TypeId};
+use ambidex_model::{BehaviorSpec, Lineage, NodeId, Potential, Reason, Request, Task, TypeId};
 
 /// What a behavior says to an activation.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,6 +26,21 @@ pub enum Answer {
 /// Whether the behavior's goal is met.
 pub fn is_satisfied(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>, known: &mut KnownPaths) -> bool {
     check(&spec.satisfied, view, line, known).is_ok()
+}
+
+/// What a behavior says that was sent back by a leaf: it is not satisfied while it is needed, whatever its goal, and is
+/// once it is not.
+pub fn answer_again(
+    spec: &BehaviorSpec,
+    view: &View,
+    line: &Lineage<'_>,
+    known: &mut KnownPaths,
+    by: NodeId,
+) -> Answer {
+    if !is_needed(spec, view, by) {
+        return Answer::Satisfied;
+    }
+    request(spec, view, line, known).map_or_else(Answer::Blocked, Answer::Request)
 }
 
 /// What a behavior that is not done says (III-B, III-C); paths that it asks for are `known` after that.

@@ -1,11 +1,10 @@
-//! When an intention lapses, and when a THEN goes back (`semantics` 2).
+//! When an intention lapses (`semantics` 2).
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-use crate::behavior;
-use crate::world::{KnownPaths, View};
+use crate::world::View;
 use ambidex_model::state::State;
-use ambidex_model::{Blocked, Cause, Claim, LeaseKind, Lineage, NodeId, Reason, Reopened, Retention, TreeSpec};
+use ambidex_model::{Blocked, Cause, LeaseKind, NodeId, Reason, Reopened, TreeSpec};
 
 /// What root knows at the end of a round.
 pub(super) struct LapseCheck<'a> {
@@ -29,7 +28,7 @@ impl LapseCheck<'_> {
         lapsing.sort_by_key(|(holder, behavior, resource, _)| (*holder, *behavior, *resource));
         let (holder, leaf, resource, lacks) = lapsing.pop()?;
         let cause = Cause::Lapse { resource, heir: Box::new(lacks) };
-        Some(Reopened { node: leaf, up_to: holder, cause, undecided: Vec::new() })
+        Some(Reopened { node: leaf, up_to: holder, cause, undecided: Vec::new(), ended: Vec::new() })
     }
 
     /// The first heir below a holder with what it lacks; none while an heir runs or waits for something that runs.
@@ -79,34 +78,5 @@ impl LapseCheck<'_> {
             | Reason::NotItsTurn { .. }
             | Reason::Ending { .. } => false,
         }
-    }
-
-    /// The first THEN in tree order with an earlier child that kept an intention and no longer meets its goal, and the
-    /// last such behavior.
-    pub(super) fn redo(&self) -> Option<Reopened> {
-        let keepers = self.keepers();
-        let no_longer_met = |leaf: NodeId| {
-            let spec = self.tree.behavior(leaf).expect("behaviors keep leases");
-            let line = Lineage { topology: &self.tree.topology, node: leaf, skips: &[] };
-            !behavior::is_satisfied(spec, self.view, &line, &mut KnownPaths::default())
-        };
-        let is_earlier = |holder: NodeId, leaf| {
-            let mut activated = self.refused.range(holder..self.tree.topology.end(holder));
-            activated.next().is_some_and(|(&first, _)| leaf < first)
-        };
-        let is_lost = |&(holder, leaf): &(NodeId, NodeId)| is_earlier(holder, leaf) && no_longer_met(leaf);
-        let (first, _) = keepers.iter().copied().find(is_lost)?;
-        // Of several the last: what the earlier ones were done for has been done since.
-        let mut of_first = keepers.range((first, NodeId(0))..=(first, NodeId(u32::MAX)));
-        let (holder, leaf) = of_first.rfind(|&keeper| is_lost(keeper)).copied()?;
-        Some(Reopened { node: leaf, up_to: holder, cause: Cause::Redo, undecided: Vec::new() })
-    }
-
-    /// THEN and behavior below it that kept an intention for it, or was skipped as if it had.
-    fn keepers(&self) -> BTreeSet<(NodeId, NodeId)> {
-        let keeps = |claim: &Claim| matches!(claim.keep, Retention::Intention(_));
-        let is_keeper = |leaf: &NodeId| self.tree.behavior(*leaf).is_some_and(|spec| spec.claims.iter().any(keeps));
-        let kept = self.state.kept_for().iter().filter(|(leaf, _)| is_keeper(leaf));
-        kept.map(|(&leaf, &then)| (then, leaf)).collect()
     }
 }

@@ -12,6 +12,7 @@ mod node;
 mod offers;
 mod ordering;
 mod packing;
+mod redo;
 mod root;
 mod topics;
 mod waiting;

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use super::lapse::LapseCheck;
 use super::ordering::{Settled, settle, undecided};
+use super::redo::RedoCheck;
 use super::topics::{Topic, Touches};
 use super::{Activation, Allocator, Answer, Down, Effect, Greedy, News, Outbox, Scope, Verdict};
 use crate::behavior;
@@ -366,9 +367,11 @@ impl Root {
     /// At most one in a round; `after` is the state with the grants of this round.
     fn reopen(&self, view: &View, mut after: State) -> Option<Reopened> {
         let tree = &self.mission.tree;
-        let check = LapseCheck { tree, view, state: &after, refused: &self.reasons };
-        let is_stuck = after.running().is_empty() && after.waits().is_empty();
-        let mut reopened = check.lapse().or_else(|| if is_stuck { check.redo() } else { None })?;
+        let (state, refused) = (&after, &self.reasons);
+        // By what is so with the grants of this round.
+        let now = View { state: after.clone(), ..View::clone(view) };
+        let redo = RedoCheck { tree, view: &now, refused }.redo();
+        let mut reopened = redo.or_else(|| LapseCheck { tree, view, state, refused }.lapse())?;
         if reopened.lapsed().is_some() {
             after.apply(&Record::Decided {
                 at: view.now,

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use ambidex_model::state::State;
 use ambidex_model::{
-    Cause, Change, Condition, FactId, LeaseKind, Location, MissionSpec, NodeId, ObjectId, Potential, Record,
-    ResourceId, Selector, Task,
+    Cause, Change, Condition, EffectTerm, FactId, LeaseKind, Location, MissionSpec, NodeId, ObjectId, Potential,
+    Record, ResourceId, Selector, Task,
 };
 
 /// Something that a leaf can read.
@@ -218,6 +218,17 @@ fn read_by(mission: &MissionSpec, leaf: NodeId, read: &mut impl FnMut(Topic)) {
     };
     for resource in scale_by.into_iter().flat_map(|of| mission.robot.of_type(of)) {
         read(Topic::Resource(resource));
+    }
+    // Sent back, it is done again until what it makes so is so.
+    for effect in &spec.effects {
+        match *effect {
+            EffectTerm::Stands(_) => {
+                read(Topic::Base);
+                read(Topic::Driver);
+            }
+            EffectTerm::Lies(object, _) | EffectTerm::Taken(object, _) => read(Topic::Object(object)),
+            EffectTerm::Fact(fact, _) => read(Topic::Fact(fact)),
+        }
     }
     read_condition(&spec.satisfied, read);
     read_condition(&spec.precondition, read);

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{Bar, Phase, Stage, State, Status, Wait};
+use super::{Bar, Phase, Redone, Stage, State, Status, Wait};
 use crate::{
-    Cause, Change, Consequences, End, Grant, Heir, LeaseKind, MissionEnd, NodeId, NodeRange, Record, Reopened,
-    ResourceId, Service, WorldState,
+    Cause, Change, Consequences, End, Grant, Heir, Kept, MissionEnd, NodeId, NodeRange, Record, Reopened, ResourceId,
+    Service, WorldState,
 };
 
 impl State {
@@ -103,7 +103,7 @@ impl State {
         let topology = Arc::clone(&self.topology);
         let leaf = grant.leaf();
         for skip in &grant.request.skips {
-            self.skip(*skip, grant);
+            self.skip(*skip);
         }
         Arc::make_mut(&mut self.table).take(&topology, grant);
         Arc::make_mut(&mut self.running).insert(leaf, grant.clone());
@@ -119,18 +119,25 @@ impl State {
         true
     }
 
-    /// Skipped behaviors count as ones that kept an intention, and what was kept for a skipped node is kept for the
-    /// THEN that skipped it: what they stand for may be undone as well.
-    fn skip(&mut self, skip: NodeRange, grant: &Grant) {
+    /// What was skipped is done.
+    fn skip(&mut self, skip: NodeRange) {
         let topology = Arc::clone(&self.topology);
         let then = topology.parent(skip.from);
-        let kept = self.table.leases().filter(|(_, lease)| lease.kind == LeaseKind::Intention);
-        let kept: Vec<NodeId> =
-            kept.filter(|(_, lease)| skip.contains(lease.holder)).map(|(_, lease)| lease.behavior).collect();
-        let met = grant.met.iter().copied().filter(|leaf| skip.contains(*leaf));
-        Arc::make_mut(&mut self.kept_for).extend(met.chain(kept).map(|leaf| (leaf, then)));
         for child in topology.children(then).filter(|child| skip.contains(*child)) {
             self.status_mut(child).phase = Phase::Done;
+        }
+        self.forget_needs(skip.from..skip.to);
+    }
+
+    /// Behaviors that were sent back are done again, or will not be.
+    fn forget_needs(&mut self, nodes: std::ops::Range<NodeId>) {
+        let needed = |redone: &Redone| redone.leaf.is_some();
+        let sent: Vec<NodeId> =
+            self.redone.range(nodes).filter(|(_, redone)| needed(redone)).map(|(&leaf, _)| leaf).collect();
+        for leaf in sent {
+            if let Some(redone) = Arc::make_mut(&mut self.redone).get_mut(&leaf) {
+                redone.leaf = None;
+            }
         }
     }
 
@@ -146,15 +153,29 @@ impl State {
         for or in &reopened.undecided {
             self.status_mut(*or).way = None;
         }
-        Arc::make_mut(&mut self.kept_for).remove(&reopened.node);
+        if let Cause::Redo { leaf } = reopened.cause {
+            self.send_back(reopened, leaf);
+        }
         self.status_mut(reopened.node).bar = match &reopened.cause {
             Cause::Lapse { heir, .. } => Some(Box::new(Bar { progress, heir: (**heir).clone() })),
-            Cause::Redo => None,
+            Cause::Redo { .. } => None,
         };
         if let Cause::Lapse { resource, .. } = reopened.cause {
             Arc::make_mut(&mut self.table).lapse(resource, reopened.up_to);
         }
         true
+    }
+
+    /// What was kept below the THEN is kept no more, nor is its keeper done.
+    fn send_back(&mut self, reopened: &Reopened, leaf: NodeId) {
+        let redone = Redone { progress: self.progress, leaf: Some(leaf) };
+        Arc::make_mut(&mut self.redone).insert(reopened.node, redone);
+        for &Kept { resource, holder, behavior } in &reopened.ended {
+            Arc::make_mut(&mut self.table).lapse(resource, holder);
+            for node in self.topology.path(behavior).take_while(|node| *node != holder).collect::<Vec<_>>() {
+                self.status_mut(node).phase = Phase::Pending;
+            }
+        }
     }
 
     fn release(&mut self, leaf: NodeId, end: End, consequences: Consequences, changes: &[Change]) -> bool {
@@ -195,16 +216,12 @@ impl State {
         true
     }
 
-    /// The behavior and all above it up to a node are done; what was kept within that node is kept no more, and what
-    /// still is, for whoever holds it now.
+    /// The behavior and all above it up to a node are done, and needed for nothing more.
     fn complete(&mut self, leaf: NodeId, top: NodeId) {
         for node in self.topology.path(leaf).take_while(|node| *node >= top).collect::<Vec<_>>() {
             self.status_mut(node).phase = Phase::Done;
         }
-        let topology = Arc::clone(&self.topology);
-        self.forget_kept(top, |holder| topology.is_within(holder, top));
-        let kept = self.table.leases().filter(|(_, lease)| lease.kind == LeaseKind::Intention);
-        Arc::make_mut(&mut self.kept_for).extend(kept.map(|(_, lease)| (lease.behavior, lease.holder)));
+        self.forget_needs(top..self.topology.end(top));
         let status = self.status_mut(leaf);
         if !std::mem::replace(&mut status.has_completed, true) {
             self.progress += 1;
@@ -222,18 +239,6 @@ impl State {
         let waiting: Vec<NodeId> =
             self.waits.iter().map(|(_, leaf)| *leaf).filter(|leaf| below.contains(leaf)).collect();
         each(&waiting, |leaf| self.wake(*leaf));
-        self.forget_kept(top, |_| true);
-    }
-
-    /// What was kept by behaviors below a node for some of the nodes is kept no more.
-    fn forget_kept(&mut self, below: NodeId, for_whom: impl Fn(NodeId) -> bool) {
-        let mut kept = self.kept_for.range(below..self.topology.end(below));
-        let forgotten: Vec<NodeId> =
-            kept.by_ref().filter(|(_, holder)| for_whom(**holder)).map(|(&leaf, _)| leaf).collect();
-        if !forgotten.is_empty() {
-            let kept_for = Arc::make_mut(&mut self.kept_for);
-            kept_for.retain(|leaf, _| forgotten.binary_search(leaf).is_err());
-        }
     }
 
     fn change(&mut self, changes: &[Change]) -> bool {

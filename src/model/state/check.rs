@@ -1,7 +1,9 @@
 //! Whether what a record says can be so: records may come from a file that anybody wrote.
 
 use super::State;
-use crate::{Cause, Change, Consequences, Grant, LeaseKind, Lineage, Location, NodeId, Reopened, ResourceId, Told};
+use crate::{
+    Cause, Change, Consequences, Grant, Kept, LeaseKind, Lineage, Location, NodeId, Reopened, ResourceId, Told,
+};
 
 impl State {
     /// Whether what root is told can be so: it is about what there is, and about behaviors that run or ran.
@@ -55,9 +57,19 @@ impl State {
                 leases.any(|lease| lease.holder == reopened.up_to && lease.kind == LeaseKind::Intention)
             }
             Cause::Lapse { .. } => false,
-            Cause::Redo => true,
+            Cause::Redo { leaf } => self.has(leaf),
         };
-        lapses && self.is_above(reopened.up_to, reopened.node) && reopened.undecided.iter().all(|or| self.has(*or))
+        let is_kept = |kept: &Kept| {
+            let leases =
+                (kept.resource.index() < self.table.count()).then(|| self.table.resource(kept.resource).leases());
+            let mut leases = leases.into_iter().flatten();
+            let is_below = self.is_above(reopened.up_to, kept.holder) && self.is_above(kept.holder, kept.behavior);
+            is_below && leases.any(|lease| lease.holder == kept.holder && lease.kind == LeaseKind::Intention)
+        };
+        lapses
+            && reopened.ended.iter().all(is_kept)
+            && self.is_above(reopened.up_to, reopened.node)
+            && reopened.undecided.iter().all(|or| self.has(*or))
     }
 
     pub(super) fn can_release(&self, leaf: NodeId, consequences: Consequences, changes: &[Change]) -> bool {

@@ -11,14 +11,14 @@ use std::sync::Arc;
 
 use crate::{Grant, MissionEnd, NodeId, ResourceTable, Time, Topology, WorldState};
 pub use chunks::Chunks;
-pub use status::{Bar, Phase, Status, Wait};
+pub use status::{Bar, Phase, Redone, Status, Wait};
 
 /// The state of a run. A clone is cheap: it shares everything that neither of the two changes afterwards.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
     topology: Arc<Topology>,
     nodes: Chunks<Status>,
-    kept_for: Arc<BTreeMap<NodeId, NodeId>>,
+    redone: Arc<BTreeMap<NodeId, Redone>>,
     table: Arc<ResourceTable>,
     world: Arc<WorldState>,
     running: Arc<BTreeMap<NodeId, Grant>>,
@@ -46,7 +46,7 @@ impl State {
         Self {
             nodes: Chunks::new(topology.count()),
             topology,
-            kept_for: Arc::default(),
+            redone: Arc::default(),
             table: Arc::new(ResourceTable::new(resources)),
             world: Arc::new(world),
             running: Arc::default(),
@@ -78,9 +78,9 @@ impl State {
         self.phase(node) == Phase::Done
     }
 
-    /// By behavior the THEN above it for which it kept an intention, or was skipped as if it had.
-    pub fn kept_for(&self) -> &BTreeMap<NodeId, NodeId> {
-        &self.kept_for
+    /// Behaviors that were sent back, and for whom.
+    pub fn redone(&self) -> &BTreeMap<NodeId, Redone> {
+        &self.redone
     }
 
     /// Who holds what.

@@ -37,6 +37,15 @@ pub enum Phase {
     Failed,
 }
 
+/// A behavior was sent back, since a later one needs what it makes so.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Redone {
+    /// The progress at which it was: it is sent back once in each.
+    pub progress: u64,
+    /// The behavior that needs it; none once it has been done again.
+    pub leaf: Option<NodeId>,
+}
+
 /// A behavior waits before it asks again.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wait {

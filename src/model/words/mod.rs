@@ -34,7 +34,8 @@ pub use names::{Names, is_obeyed, make_legible};
 pub use pose::Pose;
 pub use reason::Reason;
 pub use record::{
-    Blocked, Cause, Completion, Consequences, ControllerMessage, Failing, Message, MissionEnd, Record, Reopened, Told,
+    Blocked, Cause, Completion, Consequences, ControllerMessage, Failing, Kept, Message, MissionEnd, Record, Reopened,
+    Told,
 };
 pub use rejection::{Refusal, Rejection};
 pub use request::{Binding, Candidate, ClaimOptions, Grant, Request};

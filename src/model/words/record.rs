@@ -273,6 +273,20 @@ pub struct Reopened {
     /// ORs above the behavior of which nothing is done, runs or is held any more: they choose again.
     #[serde(default)]
     pub undecided: Vec<NodeId>,
+    /// Leases for an intention that end with it, since they were kept below that THEN; whoever kept them is not done either.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ended: Vec<Kept>,
+}
+
+/// A lease for an intention.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Kept {
+    /// The resource.
+    pub resource: ResourceId,
+    /// The node that holds it.
+    pub holder: NodeId,
+    /// The behavior that kept it.
+    pub behavior: NodeId,
 }
 
 /// Why something is done again.
@@ -286,8 +300,11 @@ pub enum Cause {
         /// For whom it was kept, and what that one lacks.
         heir: Box<Blocked>,
     },
-    /// What it was done for is not so any more.
-    Redo,
+    /// A later behavior needs what it made so, and that is not so any more.
+    Redo {
+        /// The behavior that needs it.
+        leaf: NodeId,
+    },
 }
 
 impl Reopened {
@@ -295,7 +312,7 @@ impl Reopened {
     pub fn lapsed(&self) -> Option<ResourceId> {
         match self.cause {
             Cause::Lapse { resource, .. } => Some(resource),
-            Cause::Redo => None,
+            Cause::Redo { .. } => None,
         }
     }
 
@@ -303,7 +320,7 @@ impl Reopened {
     pub fn lacks(&self) -> Option<&Blocked> {
         match &self.cause {
             Cause::Lapse { heir, .. } => Some(heir),
-            Cause::Redo => None,
+            Cause::Redo { .. } => None,
         }
     }
 }

@@ -98,7 +98,9 @@ impl History {
 
     fn reopen(&mut self, at: Time, reopened: &Reopened) {
         self.is_step_over |= reopened.lapsed().is_some();
-        self.states.reopen(reopened.node, at);
+        for leaf in reopened.ended.iter().map(|kept| kept.behavior).chain([reopened.node]) {
+            self.states.reopen(leaf, at);
+        }
         if let Some(leaf) = self.states.leaf_mut(reopened.node) {
             leaf.reopened = Some(reopened.clone());
         }

@@ -57,7 +57,13 @@ fn decided(at: u64, grants: &[(NodeId, &[NodeId])], reopened: Option<NodeId>, re
         round: 1,
         granted: grants.iter().map(grant).collect(),
         refused: refused.iter().map(blocked).collect(),
-        reopened: reopened.map(|node| Reopened { node, up_to: THEN, cause: Cause::Redo, undecided: Vec::new() }),
+        reopened: reopened.map(|node| Reopened {
+            node,
+            up_to: THEN,
+            cause: Cause::Redo { leaf: node },
+            undecided: Vec::new(),
+            ended: Vec::new(),
+        }),
     }
 }
 

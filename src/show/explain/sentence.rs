@@ -94,7 +94,7 @@ pub(super) fn reopened(reopened: &Reopened, names: &Names) -> String {
             names.node(heir.leaf),
             heir.reason.sentence(names)
         ),
-        Cause::Redo => format!(": {} goes back to it", names.node(reopened.up_to)),
+        Cause::Redo { leaf } => format!(": {} needs it again", names.node(*leaf)),
     };
     format!("counts as done no more{why}.")
 }

@@ -50,6 +50,7 @@ fn turns() -> Vec<Record> {
             up_to: named("object 1"),
             cause: Cause::Lapse { resource: base, heir: Box::new(lacks) },
             undecided: Vec::new(),
+            ended: Vec::new(),
         });
     }
     vec![

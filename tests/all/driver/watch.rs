@@ -99,10 +99,12 @@ impl Watch {
                 granted.iter().for_each(|grant| self.skip(grant));
                 granted.iter().for_each(|grant| self.start(grant));
                 if let Some(reopened) = reopened {
-                    let mut node = reopened.node;
-                    while node != reopened.up_to {
-                        self.done.remove(&node);
-                        node = self.mission.tree.topology.parent(node);
+                    let kept = reopened.ended.iter().map(|kept| (kept.behavior, kept.holder));
+                    for (mut node, up_to) in kept.chain([(reopened.node, reopened.up_to)]) {
+                        while node != up_to {
+                            self.done.remove(&node);
+                            node = self.mission.tree.topology.parent(node);
+                        }
                     }
                 }
             }

@@ -47,7 +47,8 @@ pub struct Model<'a> {
     silent: BTreeMap<NodeId, (u64, NodeId, Reason)>,
     progress: u64,
     ever_completed: BTreeSet<NodeId>,
-    keepers: BTreeSet<(NodeId, NodeId)>,
+    /// Behaviors that were sent back: in which progress, and for whom while that one needs it.
+    redone: BTreeMap<NodeId, (u64, Option<NodeId>)>,
     /// How often an OR was free to choose again.
     pub rechoices: u32,
 }
@@ -108,7 +109,7 @@ impl<'a> Model<'a> {
             silent: BTreeMap::new(),
             progress: 0,
             ever_completed: BTreeSet::new(),
-            keepers: BTreeSet::new(),
+            redone: BTreeMap::new(),
             rechoices: 0,
         }
     }

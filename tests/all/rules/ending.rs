@@ -1,6 +1,6 @@
 //! Consequences back, failing, and what is left then (`semantics` 2 and 6).
 
-use ambidex::model::{BehaviorSpec, Change, Condition, FactId, Location, ObjectId, ResourceId};
+use ambidex::model::{BehaviorSpec, Change, EffectTerm, FactId, Location, ObjectId, ResourceId};
 
 use super::Event::{Fails, FailsWith, Ok, OkWith, World};
 use super::words::*;
@@ -18,23 +18,29 @@ fn before_a_stall_a_then_goes_back() {
 }
 
 #[test]
-fn a_way_not_taken_is_not_gone_back_to() {
-    // `other` of the OR was never done, skipped or kept: nothing to go back to.
-    let known = |name: &str, holds: u32| {
-        let spec = tool_spec(EXCLUSIVE, GO);
-        leaf(name, BehaviorSpec { satisfied: Condition::Fact(FactId(holds), true), ..spec })
+fn undone_work_is_done_again_by_whoever_did_it() {
+    let maker = |name: &str| {
+        let effects = vec![EffectTerm::Fact(FactId(2), true)];
+        leaf(name, BehaviorSpec { effects, ..blank(name) })
     };
     let heir = BehaviorSpec { retries: 1, ..needing(blank("heir"), 2) };
-    let tree = || {
-        let either = or([known("other", 1), known("met", 0)]);
-        then([free("begin"), either, leaf("heir", heir.clone())])
-    };
-    let fact = |fact, holds| World(Change::Fact(FactId(fact), holds));
-    let before = [fact(0, true), fact(2, true), Ok("begin"), fact(2, false)];
-    let still = [&before[..], &[Fails("heir")]].concat();
-    check(tree(), &still, "begin, heir, stalled");
-    let undone = [&before[..], &[fact(0, false), Fails("heir")]].concat();
-    check(tree(), &undone, "begin, heir, back met, other");
+    let fact = |holds| World(Change::Fact(FactId(2), holds));
+    // The way that the OR has chosen, not the other one.
+    let either = || then([or([maker("one"), maker("two")]), leaf("heir", heir.clone())]);
+    let events = [Ok("one"), fact(false), Fails("heir"), Ok("one"), Ok("heir")];
+    check(either(), &events, "one, heir, back one, one, heir, done");
+    // The nearest one, and only while it is needed.
+    let chain = || then([maker("first"), maker("second"), leaf("heir", heir.clone())]);
+    let events = [Ok("first"), Ok("second"), fact(false), Fails("heir"), Ok("second"), Ok("heir")];
+    check(chain(), &events, "first, second, heir, back second, second, heir, done");
+    // Once in each progress: it failed to make it so, and nothing else has changed.
+    let unmade = OkWith("one", Change::Fact(FactId(2), false));
+    let events = [Ok("one"), fact(false), Fails("heir"), unmade];
+    check(either(), &events, "one, heir, back one, one, stalled");
+    // Not across siblings of an AND.
+    let beside = and([maker("one"), leaf("heir", heir)]);
+    let events = [Ok("one"), fact(false), Fails("heir")];
+    check(beside, &events, "one, heir, stalled");
 }
 
 #[test]
@@ -45,10 +51,10 @@ fn a_failed_place_keeps_what_it_holds() {
     // Full, the gripper goes back to the THEN, and the place tries again.
     let run = check(carry(), &[&before[..], &[Fails("place 0")]].concat(), &format!("{steps}, place 0"));
     assert!(run.table().starts_with("gripper#1: place 0"), "{}", run.table());
-    // Empty, it is free; nothing leads on from there, the THEN goes back once, and that is a stall.
+    // Empty, it is free; what was dropped is picked up again, from where the robot can.
     let lost = FailsWith("place 0", Change::Emptied(ResourceId(1)));
     let events = [&before[..], &[lost]].concat();
-    let run = check(carry(), &events, &format!("{steps}, back move a, move a"));
+    let run = check(carry(), &events, &format!("{steps}, back pick 0, back move a, move a"));
     assert_eq!(run.table(), "base#3: move a");
 }
 

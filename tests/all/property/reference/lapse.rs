@@ -1,8 +1,10 @@
-//! When an intention lapses and when a THEN goes back (`semantics` 2).
+//! When an intention lapses and when something is done again (`semantics` 2).
 
-use ambidex::model::{Blocked, Cause, Grant, LeaseKind, NodeId, NodeKind, Reason, Reopened, ResourceId};
+use ambidex::model::{
+    Blocked, Cause, Condition, EffectTerm, LeaseKind, NodeId, NodeKind, Reason, Reopened, ResourceId,
+};
 
-use super::{Decision, Model, Refusal, Row};
+use super::{Decision, Held, Model, Refusal};
 
 impl Model<'_> {
     pub(super) fn lapse(&mut self, decision: &Decision) -> Option<Reopened> {
@@ -27,7 +29,7 @@ impl Model<'_> {
         self.silent.insert(leaf, (self.progress, heir, cause));
         self.let_choose_again(leaf);
         let cause = Cause::Lapse { resource, heir: Box::new(lacks) };
-        Some(Reopened { node: leaf, up_to: holder, cause, undecided: Vec::new() })
+        Some(Reopened { node: leaf, up_to: holder, cause, undecided: Vec::new(), ended: Vec::new() })
     }
 
     /// Whether no heir runs and none waits for anything that runs.
@@ -43,40 +45,80 @@ impl Model<'_> {
             || refusal.behaviors.iter().any(|leaf| self.running.contains_key(leaf))
     }
 
-    /// The first THEN with a behavior before its current child that kept an intention and is not so any more; of
-    /// several behaviors the one nearest to the current child.
-    pub(super) fn go_back(&mut self, decision: &Decision) -> Option<Reopened> {
-        if !self.running.is_empty() || !self.waits.is_empty() {
-            return None;
+    /// The first leaf whose precondition is not met, and the nearest earlier behavior that would make it so.
+    pub(super) fn send_back(&mut self, decision: &Decision) -> Option<Reopened> {
+        for (&leaf, refusal) in &decision.refused {
+            let Some((condition, reason)) = self.lacking(leaf).filter(|(_, reason)| *reason == refusal.reason) else {
+                continue;
+            };
+            if matches!(reason, Reason::Driving { .. } | Reason::NoPath { .. }) {
+                continue;
+            }
+            let Some((maker, then)) = self.maker(leaf, &condition) else { continue };
+            let below = self.below(then);
+            let waits = self.waits.keys().any(|leaf| below.contains(*leaf));
+            let was = self.redone.get(&maker).is_some_and(|(progress, _)| *progress == self.progress);
+            if self.runs_below(then) || waits || was {
+                continue;
+            }
+            self.undo(then, maker);
+            self.silent.remove(&maker);
+            self.redone.insert(maker, (self.progress, Some(leaf)));
+            for index in 0..self.rows.len() {
+                let kept = self.rows[index].leases.clone();
+                let is_below = |held: &&Held| {
+                    held.kind == LeaseKind::Intention && held.holder != then && below.contains(held.holder)
+                };
+                for held in kept.iter().filter(is_below) {
+                    self.end_intention(ResourceId::from(index), held.holder);
+                    self.undo(held.holder, held.behavior);
+                }
+            }
+            let cause = Cause::Redo { leaf };
+            return Some(Reopened { node: maker, up_to: then, cause, undecided: Vec::new(), ended: Vec::new() });
         }
-        let is_before = |holder: NodeId, leaf: NodeId| {
-            let below = self.below(holder);
-            let activated = decision.refused.range(below.from..below.to).next();
-            activated.is_some_and(|(&first, _)| leaf < first)
-        };
-        let mut lost: Vec<_> = self.keepers.iter().copied().collect();
-        lost.retain(|&(holder, leaf)| is_before(holder, leaf) && !self.is_satisfied(leaf, &[]));
-        let (first, _) = *lost.first()?;
-        let of_first = lost.into_iter().filter(|(holder, _)| *holder == first);
-        let (holder, leaf) = of_first.max()?;
-        self.undo(holder, leaf);
-        self.silent.remove(&leaf);
-        Some(Reopened { node: leaf, up_to: holder, cause: Cause::Redo, undecided: Vec::new() })
+        None
     }
 
-    /// What was kept for a skipped node is kept for the THEN that skipped it.
-    pub(super) fn keep_skipped(&mut self, grant: &Grant, rows: &[Row]) {
-        for skip in &grant.request.skips {
-            let leases = rows.iter().flat_map(|row| &row.leases);
-            let inside = leases.filter(|held| held.kind == LeaseKind::Intention && skip.contains(held.holder));
-            let then = self.parent(skip.from);
-            self.keepers.extend(inside.map(|held| (then, held.behavior)));
+    /// Upwards through the THENs above a leaf, backwards through what stands before it in each.
+    fn maker(&self, leaf: NodeId, condition: &Condition) -> Option<(NodeId, NodeId)> {
+        for pair in self.upward(leaf).windows(2) {
+            let [child, node] = *pair else { unreachable!() };
+            if self.kind(node) != &NodeKind::Then {
+                continue;
+            }
+            let before = (node.0 + 1..child.0).rev().map(NodeId);
+            let leaves = before.filter(|node| matches!(self.kind(*node), NodeKind::Behavior(_)));
+            let mut done = leaves.filter(|leaf| self.done.contains(leaf));
+            let chosen = |leaf: &NodeId| {
+                let path = self.upward(*leaf);
+                let below = path.windows(2).take_while(|pair| pair[0] != node);
+                let mut ors = below.filter(|pair| self.kind(pair[1]) == &NodeKind::Or);
+                ors.all(|pair| self.committed.get(&pair[1]) == Some(&pair[0]))
+            };
+            if let Some(maker) = done.find(|leaf| self.promises(*leaf, condition) && chosen(leaf)) {
+                return Some((maker, node));
+            }
         }
+        None
+    }
+
+    /// Whether a behavior's effects make a single condition true.
+    pub(super) fn promises(&self, leaf: NodeId, condition: &Condition) -> bool {
+        self.behavior(leaf).effects.iter().any(|effect| match (effect, condition) {
+            (EffectTerm::Fact(a, x), Condition::Fact(b, y)) => (a, x) == (b, y),
+            (EffectTerm::Lies(a, x), Condition::Lies(b, y)) => (a, x) == (b, y),
+            (EffectTerm::Lies(a, _), Condition::Free(b)) | (EffectTerm::Taken(a, _), Condition::Held(b)) => a == b,
+            (EffectTerm::Stands(pose), Condition::At { stand, tolerance_m, .. }) => {
+                let (x, y) = (pose.at.x - stand.at.x, pose.at.y - stand.at.y);
+                x.hypot(y) <= *tolerance_m
+            }
+            (EffectTerm::Fact(..) | EffectTerm::Lies(..) | EffectTerm::Taken(..) | EffectTerm::Stands(_), _) => false,
+        })
     }
 
     /// The behavior and all between it and the holder are not done.
     fn undo(&mut self, holder: NodeId, leaf: NodeId) {
-        self.keepers.remove(&(holder, leaf));
         for node in self.upward(leaf).into_iter().take_while(|&node| node != holder) {
             self.done.remove(&node);
         }

@@ -21,15 +21,13 @@ impl Model<'_> {
         for grant in self.bind(&accepted) {
             decision.granted.insert(grant.leaf(), grant);
         }
-        let rows = self.rows.clone();
         for grant in decision.granted.values().cloned().collect::<Vec<_>>() {
             self.take(&grant);
-            self.settle_grant(&grant, &decision);
-            self.keep_skipped(&grant, &rows);
+            self.settle_grant(&grant);
             self.running.insert(grant.leaf(), grant);
         }
         if !answer.is_satisfied {
-            decision.reopened = self.lapse(&decision).or_else(|| self.go_back(&decision));
+            decision.reopened = self.send_back(&decision).or_else(|| self.lapse(&decision));
         }
         let goes_on = !decision.granted.is_empty() || decision.reopened.is_some();
         self.awaited = self.awaited.filter(|_| decision.granted.is_empty());
@@ -57,7 +55,12 @@ impl Model<'_> {
         if self.running.contains_key(&leaf) {
             return Answer::default();
         }
-        if self.is_satisfied(leaf, skips) {
+        let by = self.redone.get(&leaf).and_then(|(_, by)| *by);
+        let is_satisfied = match by {
+            Some(by) => self.done.contains(&by) || !self.lacks_what(by, leaf),
+            None => self.is_satisfied(leaf, skips),
+        };
+        if is_satisfied {
             return Answer { is_satisfied: true, ..refused(Reason::Satisfied.into()) };
         }
         if let Some(&(_, wait_ms, fault)) = self.waits.get(&leaf) {

@@ -3,28 +3,22 @@
 use std::time::Duration;
 
 use ambidex::model::{
-    Change, Completion, Consequences, ControllerId, EffectTerm, End, Fault, Grant, LeaseKind, Location, Loss,
-    MissionEnd, NodeId, NodeKind, Outcome, Reason, ResourceId, Retention,
+    Change, Completion, Consequences, ControllerId, EffectTerm, End, Fault, Grant, Location, Loss, MissionEnd, NodeId,
+    NodeKind, NodeRange, Outcome, ResourceId,
 };
 
-use super::{Decision, Model};
+use super::Model;
 
 const TOP: NodeId = NodeId(1);
 
 impl Model<'_> {
     /// What was skipped to come to a granted behavior is done, and an OR above it has chosen.
-    pub(super) fn settle_grant(&mut self, grant: &Grant, decision: &Decision) {
+    pub(super) fn settle_grant(&mut self, grant: &Grant) {
         for skip in &grant.request.skips {
             let then = self.parent(skip.from);
             let children = self.children(then).into_iter();
             self.done.extend(children.filter(|child| skip.contains(*child)));
-            for (&leaf, refusal) in decision.refused.range(skip.from..skip.to) {
-                let mut claims = self.behavior(leaf).claims.iter();
-                let keeps = claims.any(|claim| matches!(claim.keep, Retention::Intention(_)));
-                if keeps && refusal.reason == Reason::Satisfied {
-                    self.keepers.insert((then, leaf));
-                }
-            }
+            self.forget_needs(*skip);
         }
         for pair in self.upward(grant.leaf()).windows(2) {
             if let [child, node] = *pair
@@ -117,21 +111,15 @@ impl Model<'_> {
         let emptied = self.change_objects(&changes);
         if let Some(Completion { node, heir }) = consequences.completed {
             self.hand_over(&grant, node, heir);
-            self.forget_keepers(node);
-            let leases = self.rows.iter().flat_map(|row| &row.leases);
-            let kept = leases.filter(|held| held.kind == LeaseKind::Intention);
-            let kept: Vec<_> = kept.map(|held| (held.holder, held.behavior)).collect();
-            self.keepers.extend(kept);
+            self.forget_needs(self.below(node));
             self.progress += u64::from(self.ever_completed.insert(leaf));
         }
         if consequences.completed.is_none() || consequences.failed.is_some() {
             self.take_back(leaf, consequences.failed);
         }
         if let Some(failed) = consequences.failed {
-            self.forget_keepers(failed);
             let below = self.below(failed);
             self.waits.retain(|leaf, _| !below.contains(*leaf));
-            self.keepers.retain(|(_, leaf)| !below.contains(*leaf));
         }
         emptied.into_iter().for_each(|gripper| self.end_physical(gripper));
         if self.end == Some(MissionEnd::Done) {
@@ -219,9 +207,10 @@ impl Model<'_> {
         }
     }
 
-    fn forget_keepers(&mut self, top: NodeId) {
-        let below = self.below(top);
-        self.keepers.retain(|(holder, _)| !below.contains(*holder));
+    /// What was sent back there is done again.
+    fn forget_needs(&mut self, nodes: NodeRange) {
+        let there = self.redone.iter_mut().filter(|(leaf, _)| nodes.contains(**leaf));
+        there.for_each(|(_, (_, by))| *by = None);
     }
 
     fn change(&mut self, changes: &[Change]) {

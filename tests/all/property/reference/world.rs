@@ -120,6 +120,19 @@ impl Model<'_> {
         (!is_met).then(|| reason.into())
     }
 
+    /// The first single condition of a leaf's precondition that is not met, with the reason.
+    pub(super) fn lacking(&self, leaf: NodeId) -> Option<(Condition, Reason)> {
+        let parts = singles(&self.behavior(leaf).precondition);
+        parts.into_iter().find_map(|part| Some((part.clone(), self.unmet(part, leaf, &[])?.reason)))
+    }
+
+    /// Whether a leaf still lacks something that a behavior makes so.
+    pub(super) fn lacks_what(&self, leaf: NodeId, maker: NodeId) -> bool {
+        let parts = singles(&self.behavior(leaf).precondition);
+        let mut unmet = parts.into_iter().filter(|part| self.unmet(part, leaf, &[]).is_some());
+        unmet.any(|part| self.promises(maker, part))
+    }
+
     fn driver(&self) -> Option<NodeId> {
         let mut running = self.running.keys().copied();
         running.find(|&leaf| {
@@ -295,6 +308,10 @@ impl Model<'_> {
         let (sin, cos) = place.stand.heading.sin_cos();
         [place.stand.at.x + cos * local.x - sin * local.y, place.stand.at.y + sin * local.x + cos * local.y, local.z]
     }
+}
+
+fn singles(condition: &Condition) -> Vec<&Condition> {
+    if let Condition::All(parts) = condition { parts.iter().flat_map(singles).collect() } else { vec![condition] }
 }
 
 fn on(reason: Reason, behavior: NodeId) -> Refusal {
