@@ -117,6 +117,7 @@ fn view() -> View {
         round: 1,
         now: Time::ZERO,
         touched: None,
+        barred: Arc::default(),
         state: State::new(Arc::new(mission.tree.topology.clone()), GRIPPERS as usize + 2, mission.start.clone()),
         free_space: Arc::new(FreeSpace::new(&mission.world.obstacles, mission.robot.radius_m)),
         mission,

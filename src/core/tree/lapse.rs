@@ -61,6 +61,7 @@ impl LapseCheck<'_> {
             | Reason::WholeRobot { by }
             | Reason::Outdone { by }
             | Reason::Driving { by } => self.state.running().contains_key(by),
+            Reason::WouldDeadlock { .. } => !self.state.running().is_empty(),
             Reason::Satisfied
             | Reason::Unwanted
             | Reason::Missing { .. }

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use super::certificate::{Certificate, Safe};
 use super::lapse::LapseCheck;
 use super::ordering::{Settled, settle, undecided};
 use super::topics::{Topic, Touches};
@@ -25,6 +26,8 @@ pub struct Settings {
     pub allocator: Arc<dyn Allocator>,
     /// What may go on at once beyond resources and objects.
     pub rules: Arc<dyn Compatible>,
+    /// Whether a request is refused after whose grant something could never be finished.
+    pub prevents_deadlock: bool,
     /// Whether a stall waits for the world instead of ending the mission.
     pub waits_when_stalled: bool,
     /// Whether records tell every message between nodes, and with every decision why all else does not run. All that
@@ -54,6 +57,7 @@ impl Default for Settings {
         Self {
             allocator: Arc::new(Greedy),
             rules: Arc::new(Unconstrained),
+            prevents_deadlock: true,
             waits_when_stalled: false,
             has_messages: true,
             unheard: |_| false,
@@ -72,6 +76,7 @@ pub struct Root {
     touches: Option<Touches>,
     /// Why those that were asked do not run, as they and the nodes above them said it last.
     reasons: BTreeMap<NodeId, Reason>,
+    certificate: Certificate,
     /// The table as the records tell it.
     last_recorded: Arc<ResourceTable>,
     /// What came since the last turn.
@@ -100,6 +105,7 @@ impl Root {
             touches: settings.is_local().then(|| Touches::new(mission, settings.unheard)),
             state: State::new(Arc::new(mission.tree.topology.clone()), resources, mission.start.clone()),
             reasons: BTreeMap::new(),
+            certificate: Certificate::new(mission, settings.prevents_deadlock),
             last_recorded: Arc::new(ResourceTable::new(resources)),
             told: Vec::new(),
             observed: None,
@@ -190,11 +196,8 @@ impl Root {
             Some(reason) => drop(self.reasons.insert(top, reason.clone())),
             None => drop(self.reasons.remove(&top)),
         }
-        let (mut verdict, reopened) = self.decide(now, &view, answer, out);
+        let mut verdict = self.decide(now, &view, answer, out);
         verdict.stopped = self.stop(now, is_below_failing, out);
-        let is_nothing = verdict.granted.is_empty() && reopened.is_none();
-        self.is_wanted |= !is_nothing;
-        self.is_quiet = is_nothing && self.state.running().is_empty() && !self.settings.waits_when_stalled;
         if !verdict.granted.is_empty() || !verdict.stopped.is_empty() {
             out.push(Effect::Down(TOP, Down::Verdict(Arc::new(verdict))));
         }
@@ -227,6 +230,9 @@ impl Root {
         assert!(self.state.apply(&record), "root contradicts itself: {record:?}");
         if let (Some(touches), Some(before)) = (&mut self.touches, before) {
             touches.note(&before, &self.state, &record);
+        }
+        for leaf in self.certificate.note(&record) {
+            self.touches.iter_mut().for_each(|touches| touches.note_bar(leaf));
         }
         self.state.table().assert_sound();
         out.push(Effect::Record(Box::new(record)));
@@ -289,6 +295,7 @@ impl Root {
             now,
             state: self.state.clone(),
             touched: self.touches.as_mut().map(Touches::take),
+            barred: Arc::clone(self.certificate.barred()),
             mission: Arc::clone(&self.mission),
             free_space: Arc::clone(&self.free_space),
             rules: Arc::clone(&self.settings.rules),
@@ -303,15 +310,14 @@ impl Root {
     }
 
     /// Chooses, moves the leases, and finds what lapses or is done again.
-    fn decide(
-        &mut self,
-        now: Time,
-        view: &Arc<View>,
-        answer: &Answer,
-        out: &mut Outbox,
-    ) -> (Verdict, Option<Reopened>) {
-        let chosen = self.settings.allocator.choose(view, &answer.requests);
-        self.reasons.extend(chosen.refused.into_iter().map(|blocked| (blocked.leaf, blocked.reason)));
+    fn decide(&mut self, now: Time, view: &Arc<View>, answer: &Answer, out: &mut Outbox) -> Verdict {
+        let allocator = self.settings.allocator.as_ref();
+        let Safe { chosen, refused } = self.certificate.choose(allocator, view, &answer.requests);
+        // Whom a refused request hides is asked before anything lapses.
+        let is_hiding = chosen.granted.is_empty() && !refused.is_empty();
+        self.bar(is_hiding, &refused);
+        let blocked = chosen.refused.into_iter().chain(refused);
+        self.reasons.extend(blocked.map(|blocked| (blocked.leaf, blocked.reason)));
         let mut verdict = Verdict { round: view.round, view: Some(Arc::clone(view)), ..Verdict::default() };
         for mut grant in chosen.granted {
             self.reasons.remove(&grant.leaf());
@@ -327,10 +333,11 @@ impl Root {
         };
         let mut after = self.state.clone();
         after.apply(&decided);
-        let found = if answer.is_satisfied { None } else { self.reopen(view, after) };
+        let found = if answer.is_satisfied || is_hiding { None } else { self.reopen(view, after) };
         let found = found.map(|found| with_winner(self.state.running(), &verdict, found));
         // Where nothing goes on any more, the reasons are the news.
-        let is_quiet = verdict.granted.is_empty() && found.is_none() && self.state.running().is_empty();
+        let is_nothing = verdict.granted.is_empty() && found.is_none() && !is_hiding;
+        let is_quiet = is_nothing && self.state.running().is_empty();
         let is_news = is_quiet && !self.was_quiet;
         self.was_quiet = is_quiet;
         if let Record::Decided { refused, reopened, .. } = &mut decided {
@@ -343,7 +350,17 @@ impl Root {
             reopened.clone_from(&found);
         }
         self.edit(decided, out);
-        (verdict, found)
+        self.is_wanted |= !is_nothing;
+        self.is_quiet = is_quiet && !self.settings.waits_when_stalled;
+        verdict
+    }
+
+    fn bar(&mut self, is_hiding: bool, refused: &[Blocked]) {
+        if is_hiding {
+            self.certificate.bar(refused);
+            let touches = self.touches.iter_mut();
+            touches.for_each(|touches| refused.iter().for_each(|blocked| touches.note_bar(blocked.leaf)));
+        }
     }
 
     /// At most one in a round; `after` is the state with the grants of this round.
