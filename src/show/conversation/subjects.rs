@@ -130,7 +130,9 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
         Reason::Held { resource, .. } | Reason::Outbid { resource, .. } => *resource == wanted,
         Reason::Taken { by, .. } => *by == wanted,
         Reason::AlreadyDone { lacks: inner, .. } => lacks(inner, wanted),
-        Reason::WouldDeadlock { deadlock } => [deadlock.other, deadlock.own].iter().any(|one| one.holds == Some(wanted)),
+        Reason::WouldDeadlock { deadlock } => {
+            [deadlock.other, deadlock.own].iter().any(|one| one.holds == Some(wanted))
+        }
         Reason::Satisfied
         | Reason::Unwanted
         | Reason::NoneFree { .. }

@@ -34,7 +34,7 @@ pub(super) struct Kept {
     access: Access,
 }
 
-/// Which resource serves each need of a behavior; none for an object that is in no gripper.
+/// Which resource serves each need of a behavior; none for an object that its line does not have.
 pub(super) type Served = Vec<Option<ResourceId>>;
 
 impl<'a> Forecast<'a> {
@@ -59,7 +59,8 @@ impl<'a> Forecast<'a> {
         for (resource, lease) in state.table().leases() {
             let access = state.table().resource(resource).access().unwrap_or(Access::Exclusive);
             if lease.kind == LeaseKind::Physical && needs.is_kept[resource.index()] {
-                let holder = if ahead.is_complete[lease.holder.index()] { ahead.heir(lease.holder) } else { lease.holder };
+                let holder =
+                    if ahead.is_complete[lease.holder.index()] { ahead.heir(lease.holder) } else { lease.holder };
                 ahead.leases.push(Kept { resource, holder, behavior: lease.behavior, access });
             }
         }
@@ -156,7 +157,9 @@ impl<'a> Forecast<'a> {
                 Kind::InOrder => nodes.extend(children.iter().find(is_left)),
                 Kind::One => {
                     let way = self.way(node);
-                    nodes.extend(children.iter().rev().filter(is_left).filter(|child| way.is_none_or(|way| way == **child)));
+                    nodes.extend(
+                        children.iter().rev().filter(is_left).filter(|child| way.is_none_or(|way| way == **child)),
+                    );
                 }
             }
         }
@@ -209,24 +212,32 @@ impl<'a> Forecast<'a> {
         };
         match &need.wanted {
             Wanted::Holding(object) => {
+                // An object that its line does not have is no matter of grippers: others say why it cannot run.
                 let holder = self.content.iter().position(|content| content == &Some(*object)).map(ResourceId::from);
-                // What is in no gripper is no matter of grippers: others say why it cannot run.
-                if holder.is_none_or(|resource| self.fits(leaf, resource, need, chosen)) {
-                    go_on(holder, chosen);
-                }
+                go_on(holder.filter(|resource| self.fits(leaf, *resource, need, chosen)), chosen);
             }
             Wanted::OneOf { all, .. } => {
-                let mut tried: Vec<ResourceId> = Vec::new();
-                for &resource in all {
-                    let is_new = || tried.iter().all(|other| !self.is_alike(leaf, *other, resource));
-                    if self.fits(leaf, resource, need, chosen) && is_new() {
-                        tried.push(resource);
-                        if !go_on(Some(resource), chosen) {
-                            return;
-                        }
+                let fitting = all.iter().copied().filter(|resource| self.fits(leaf, *resource, need, chosen));
+                let mut fitting: Vec<ResourceId> = fitting.collect();
+                fitting.sort_by_key(|resource| self.preference(leaf, *resource));
+                for (index, &resource) in fitting.iter().enumerate() {
+                    let is_new = fitting[..index].iter().all(|other| !self.is_alike(leaf, *other, resource));
+                    if is_new && !go_on(Some(resource), chosen) {
+                        return;
                     }
                 }
             }
+        }
+    }
+
+    /// What its line has already takes nothing of what others could have; what is full may be wanted for that.
+    fn preference(&self, leaf: NodeId, resource: ResourceId) -> u8 {
+        let mut leases = self.leases.iter().filter(|lease| lease.resource == resource);
+        let is_inherited = leases.any(|lease| self.is_in_line(leaf, lease.holder));
+        match (is_inherited, self.content[resource.index()]) {
+            (true, None) => 0,
+            (false, _) => 1,
+            (true, Some(_)) => 2,
         }
     }
 
@@ -292,7 +303,10 @@ impl<'a> Forecast<'a> {
         }
         for (object, need) in &spec.takes {
             if let Some(Some(resource)) = served.get(*need) {
-                self.content.iter_mut().filter(|content| **content == Some(*object)).for_each(|content| *content = None);
+                self.content
+                    .iter_mut()
+                    .filter(|content| **content == Some(*object))
+                    .for_each(|content| *content = None);
                 self.content[resource.index()] = Some(*object);
             }
         }

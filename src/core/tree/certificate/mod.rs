@@ -79,7 +79,9 @@ impl Certificate {
     pub(super) fn note(&mut self, record: &Record) -> Vec<NodeId> {
         let (is_news, is_disturbed) = match record {
             Record::Released { end, .. } => (true, *end != End::Succeeded),
-            Record::Decided { granted, reopened, .. } => (!granted.is_empty() || reopened.is_some(), reopened.is_some()),
+            Record::Decided { granted, reopened, .. } => {
+                (!granted.is_empty() || reopened.is_some(), reopened.is_some())
+            }
             Record::World { .. } | Record::Began { .. } => (true, true),
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Observed { .. } => (false, false),
             Record::Sent { .. } | Record::Stopped { .. } | Record::Resource { .. } => (false, false),
@@ -128,13 +130,7 @@ impl Certificate {
         Safe { chosen, refused }
     }
 
-    fn judge(
-        &mut self,
-        needs: &Needs,
-        state: &State,
-        granted: &[Grant],
-        budget: &mut u32,
-    ) -> Result<(), Box<Refusal>> {
+    fn judge(&mut self, needs: &Needs, state: &State, granted: &[Grant], budget: &mut u32) -> Result<(), Box<Refusal>> {
         if !granted.iter().any(|grant| matters(needs, grant)) {
             return Ok(());
         }

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use ambidex_model::{
-    Access, BehaviorSpec, Claim, EffectTerm, Location, MissionSpec, NodeId, NodeKind, NodeRange, ObjectId, ResourceId, Retention,
-    Selector, Task, Topology, match_claims,
+    Access, BehaviorSpec, Claim, EffectTerm, Location, MissionSpec, NodeId, NodeKind, NodeRange, ObjectId, ResourceId,
+    Retention, Selector, Task, Topology, match_claims,
 };
 
 /// The part of a mission on which it depends whether it can come to a deadlock.
@@ -159,12 +159,7 @@ fn named<'a>(behaviors: impl Iterator<Item = &'a BehaviorSpec>) -> BTreeSet<Reso
     resources.collect()
 }
 
-fn leaf_needs(
-    mission: &MissionSpec,
-    spec: &BehaviorSpec,
-    is_kept: &[bool],
-    named: &BTreeSet<ResourceId>,
-) -> LeafNeeds {
+fn leaf_needs(mission: &MissionSpec, spec: &BehaviorSpec, is_kept: &[bool], named: &BTreeSet<ResourceId>) -> LeafNeeds {
     let mut leaf = LeafNeeds::default();
     for (index, claim) in spec.claims.iter().enumerate() {
         let mut all = mission.robot.could_serve(claim.selector, &[]);

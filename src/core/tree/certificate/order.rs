@@ -141,15 +141,18 @@ impl Exact<'_> {
         open.sort_by_key(|leaf| (self.ranks[leaf.index()], *leaf));
         let mut ways = Vec::new();
         for leaf in open {
-            for served in now.ways_to_serve(leaf, usize::MAX) {
+            let after = |served| {
                 let mut then = now.clone();
                 then.run_with(leaf, &served);
-                // What leaves at least as much free as before can as well be run at once, in front of all else.
-                if then.is_no_worse(now) && !now.commits(leaf) {
-                    return self.go_on(leaf, &then);
-                }
-                ways.push((leaf, then));
+                then
+            };
+            let of_leaf: Vec<Forecast<'_>> = now.ways_to_serve(leaf, usize::MAX).into_iter().map(after).collect();
+            // What leaves at least as much free as before can as well be run at once, in front of all else.
+            let is_best = |then: &&Forecast<'_>| of_leaf.iter().chain([now]).all(|other| then.is_no_worse(other));
+            if let Some(best) = of_leaf.iter().find(is_best).filter(|_| !now.commits(leaf)) {
+                return self.go_on(leaf, best);
             }
+            ways.extend(of_leaf.into_iter().map(|then| (leaf, then)));
         }
         ways.iter().any(|(leaf, then)| self.go_on(*leaf, then))
     }
