@@ -17,7 +17,7 @@ mod root;
 mod topics;
 
 pub use allocator::{Allocator, Chosen, Greedy, Serial};
-pub use certificate::can_finish;
+pub use certificate::{Unfinishable, can_finish};
 pub use effect::{Effect, Input, Outbox};
 pub use message::{Activation, Answer, Down, News, Release, Requests, Scope, Up, Verdict};
 pub use node::{Node, build};

@@ -13,7 +13,8 @@ use super::allocator::{Allocator, Chosen};
 use crate::world::View;
 use ambidex_model::state::State;
 use ambidex_model::{
-    Blocked, Candidate, ClaimOptions, Deadlock, End, Grant, MissionSpec, NodeId, Reason, Record, Request, Time,
+    Blocked, Candidate, ClaimOptions, Deadlock, End, Grant, MissionSpec, NodeId, Reason, Record, Request, ResourceId,
+    Time,
 };
 use forecast::Forecast;
 use needs::Needs;
@@ -200,11 +201,22 @@ impl Certificate {
     }
 }
 
-/// Whether a mission can be run to its end at all, as far as that depends on what is kept physically.
+/// Where a mission comes to a stop in every order.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unfinishable {
+    /// A behavior that cannot be run any more.
+    pub waiting: NodeId,
+    /// How many resources it needs that can be kept.
+    pub needs: u32,
+    /// What is kept from it then, and by which behaviors.
+    pub kept: Vec<(ResourceId, NodeId)>,
+}
+
+/// Whether a mission can be run to its end at all, as far as that depends on what is kept physically (`semantics` 4).
 ///
 /// # Errors
-/// Where everything comes to a stop, if there is no order in which all behaviors can be run.
-pub fn can_finish(mission: &MissionSpec) -> Result<(), Deadlock> {
+/// Where everything comes to a stop, if all orders were tried and none leads to the end.
+pub fn can_finish(mission: &MissionSpec) -> Result<(), Unfinishable> {
     let Some(needs) = Needs::of(mission) else { return Ok(()) };
     let topology = Arc::new(mission.tree.topology.clone());
     let state = State::new(topology, mission.robot.resources.len(), mission.start.clone());
@@ -212,8 +224,11 @@ pub fn can_finish(mission: &MissionSpec) -> Result<(), Deadlock> {
     match find(&ahead, &mut { EXPANSIONS_BEFORE }) {
         Search::Found(_) | Search::CutOff => Ok(()),
         Search::Nowhere => {
-            let first = ahead.open().first().copied().unwrap_or(NodeId(1));
-            Err(blame::deadlock(&ahead, first))
+            let (stop, waiting) = blame::stop(&ahead);
+            let Some(&waiting) = waiting.first() else { return Ok(()) };
+            let strange = stop.leases().iter().filter(|lease| !stop.is_in_line(waiting, lease.holder));
+            let kept = strange.map(|lease| (lease.resource, lease.behavior)).collect();
+            Err(Unfinishable { waiting, needs: blame::wanted(&stop, waiting), kept })
         }
     }
 }
