@@ -77,7 +77,7 @@ fn what_is_kept_serves_again_where_it_is_inherited_or_shared() {
 #[test]
 fn behaviors_that_exclude_each_other_in_every_order() {
     let stuck =
-        "warning and: it can be finished in no order: `carry` needs 2 at once, and in the end base is kept by `brace`";
+        "warning and: it can be finished in no order: `brace` needs 3 at once, and in the end hand is kept by `carry`";
     check(2, "and: [{carry: }, {brace: }]", &[stuck]);
     check(3, "and: [{carry: }, {brace: }]", &[]);
     check(2, "or: [{carry: }, {brace: }]", &[]);

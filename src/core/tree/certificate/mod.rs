@@ -5,6 +5,8 @@ mod blame;
 mod forecast;
 mod needs;
 mod order;
+#[cfg(test)]
+mod tests;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
