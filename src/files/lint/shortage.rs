@@ -17,7 +17,11 @@ struct Demand {
 
 /// Whether something was told.
 pub(super) fn check(seen: &Seen<'_>, faults: &mut Faults) -> bool {
-    supplies(seen).into_iter().fold(false, |is_short, supply| check_supply(seen, supply, faults) || is_short)
+    let mut is_short = false;
+    for supply in supplies(seen) {
+        is_short |= check_supply(seen, supply, faults);
+    }
+    is_short
 }
 
 /// Needs that the robot cannot meet, each told at the smallest node that has it; whether there are any.

@@ -126,7 +126,7 @@ fn orders_of_small_trees() {
     check(&And(vec![Wants(1, 1), Then(vec![Wants(1, 0), Wants(2, 1)])]), "b c a");
     // Neither child as a whole comes first.
     check(&And(vec![Then(vec![Wants(2, 0), Wants(1, 1)]), Then(vec![Wants(2, 0), Wants(1, 1)])]), "a c b d");
-    check(&And(vec![Then(vec![Take, Put]), Wants(2, 0)]), "b a c");
+    check(&And(vec![Then(vec![Take, Put]), Wants(2, 0)]), "a b c");
     check(&Then(vec![Take, Wants(2, 0), Put]), "a b c");
     check(&And(vec![Or(vec![Wants(2, 2), Wants(1, 1)]), Wants(1, 1)]), "b c");
     check(&And(vec![Keeps(ResourceId(1)), Wants(1, 1), Wants(2, 0)]), "c a b");
