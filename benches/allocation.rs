@@ -1,20 +1,23 @@
-//! Algorithm 1 in root against the number of requests: those of a robot with eight grippers, a base and a head.
+//! Algorithm 1 in root against the number of requests: those of a robot with eight grippers, a base and a head. Behind it
+//! whole missions with and without the certificate against deadlock.
 
 #[path = "support/mission.rs"]
 mod mission;
 #[path = "support/table.rs"]
 mod table;
 
+use std::collections::{BTreeSet, VecDeque};
 use std::hint::black_box;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ambidex::model::state::State;
 use ambidex::model::{
-    Access, Candidate, ChannelId, ClaimOptions, NodeId, NodeKind, Potential, Request, ResourceId, ResourceSpec,
-    Retention, Time, TypeId,
+    Access, Candidate, ChannelId, Claim, ClaimOptions, Condition, EffectTerm, End, Location, MissionEnd, MissionSpec,
+    NodeId, NodeKind, ObjectId, Outcome, PlaceId, Potential, Record, Request, ResourceId, ResourceSpec, Retention,
+    Selector, Time, Told, TypeId,
 };
-use ambidex::tree::{Allocator, Greedy};
+use ambidex::tree::{Allocator, Effect, Greedy, Input, Node, Outbox, Settings, build};
 use ambidex::world::{FreeSpace, Unconstrained, View};
 
 const SIZES: [usize; 4] = [100, 1_000, 10_000, 100_000];
@@ -58,6 +61,93 @@ fn main() {
     println!(
         "\nA third asks for one gripper of eight, a third for two and the head, a third for the base or a place beside it."
     );
+    certificates();
+}
+
+/// All of a mission, which is a round with a grant and one without for each behavior.
+fn certificates() {
+    let titles = "tasks|rounds|plain, us a round|with a certificate|ratio";
+    let mut rows = vec![titles.split('|').map(str::to_owned).collect::<Vec<_>>()];
+    for n in [10, 100, 400] {
+        let mission = tasks(n);
+        let [(plain, rounds), (certified, same)] = [false, true].map(|prevents_deadlock| {
+            let settings = Settings { prevents_deadlock, has_messages: false, ..Settings::default() };
+            fastest(|| whole(&mission, &settings))
+        });
+        assert_eq!(rounds, same, "the same is decided");
+        let us = |time: Duration| time.as_secs_f64() * 1e6 / rounds as f64;
+        rows.push(vec![
+            n.to_string(),
+            rounds.to_string(),
+            format!("{:.1}", us(plain)),
+            format!("{:.1}", us(certified)),
+            format!("{:.2}", us(certified) / us(plain)),
+        ]);
+    }
+    table::print("An AND of tasks, each to take an object with one of two grippers and to put it down:", &rows);
+}
+
+/// An AND of n THENs of a behavior that takes and one that puts down.
+fn tasks(n: usize) -> Arc<MissionSpec> {
+    let leaf = |selector, keep, effects, potential| {
+        let claims = vec![Claim { selector, access: Access::Exclusive, keep }];
+        let always = Condition::All(Vec::new());
+        let mut leaf = mission::behavior(claims, Vec::new(), Condition::Never, always, Potential::Constant(potential));
+        if let NodeKind::Behavior(spec) = &mut leaf {
+            spec.effects = effects;
+        }
+        leaf
+    };
+    let mut nodes = vec![(NodeId(0), NodeKind::Root), (NodeId(0), NodeKind::And)];
+    for index in 0..n {
+        let (then, object) = (NodeId::from(nodes.len()), ObjectId::from(index));
+        nodes.push((NodeId(1), NodeKind::Then));
+        let empty = Selector::AnyEmpty { of: TypeId(0), reaches: None };
+        let kept = Retention::Physical(Access::Exclusive);
+        // The best are spread over the tree.
+        let potential = 1.0 + (index * 7919 % 1009) as f64;
+        nodes.push((then, leaf(empty, kept, vec![EffectTerm::Taken(object, 0)], potential)));
+        let put = vec![EffectTerm::Lies(object, PlaceId(0))];
+        nodes.push((then, leaf(Selector::Holding(object), Retention::Release, put, potential)));
+    }
+    let gripper = ResourceSpec { ty: TypeId(0), controller: None };
+    let mut mission = mission::build(vec![gripper; 2], Vec::new(), nodes, 0);
+    mission.start.objects = vec![Location::At(PlaceId(0)); n];
+    Arc::new(mission)
+}
+
+/// Runs a mission in which everything succeeds, the first of what runs first; gives its rounds.
+fn whole(mission: &Arc<MissionSpec>, settings: &Settings) -> usize {
+    let mut nodes = build(mission, settings);
+    let topology = &mission.tree.topology;
+    let mut inbox = VecDeque::from([(NodeId(0), Input::from(Told::Begin { changes: Vec::new() }))]);
+    let (mut running, mut rounds) = (BTreeSet::new(), 0);
+    let mut out = Outbox::default();
+    loop {
+        while let Some((node, input)) = inbox.pop_front() {
+            nodes[node.index()].handle(Time::ZERO, input, &mut out);
+            for effect in out.drain() {
+                match effect {
+                    Effect::Down(to, down) => inbox.push_back((to, Input::Down(down))),
+                    Effect::Up(up) => inbox.push_back((topology.parent(node), Input::Up(up))),
+                    Effect::Start(goal) => drop(running.insert(goal.leaf)),
+                    Effect::Record(record) => rounds += usize::from(matches!(*record, Record::Decided { .. })),
+                    Effect::Finished(end) => {
+                        assert_eq!(end, MissionEnd::Done);
+                        return rounds;
+                    }
+                    Effect::Stop(_) => {}
+                }
+            }
+        }
+        let Node::Root(root) = &nodes[0] else { unreachable!("node 0 is root") };
+        if root.wants_turn() {
+            inbox.push_back((NodeId(0), Input::Turn));
+        } else {
+            let leaf = running.pop_first().expect("something runs");
+            inbox.push_back((leaf, Input::Ended(Box::new(Outcome { end: End::Succeeded, changes: Vec::new() }))));
+        }
+    }
 }
 
 fn fastest<T>(mut run: impl FnMut() -> T) -> (Duration, T) {
@@ -118,6 +208,7 @@ fn view() -> View {
         round: 1,
         now: Time::ZERO,
         touched: None,
+        barred: Arc::default(),
         state: State::new(Arc::new(mission.tree.topology.clone()), GRIPPERS as usize + 2, mission.start.clone()),
         free_space: Arc::new(FreeSpace::new(&mission.world.obstacles, mission.robot.radius_m)),
         mission,

@@ -153,6 +153,7 @@ fn view_of(mission: &Arc<MissionSpec>) -> View {
         round: 1,
         now: Time::ZERO,
         touched: None,
+        barred: Arc::default(),
         state: State::new(
             Arc::new(mission.tree.topology.clone()),
             mission.robot.resources.len(),

@@ -267,6 +267,12 @@ fn blocked() -> Vec<Blocked> {
         Reason::Clash { with: node },
         Reason::Alternative { chosen: node },
         Reason::WholeRobot { by: node },
+        Reason::WouldDeadlock {
+            deadlock: Box::new(Deadlock {
+                other: Standstill { node, holds: Some(resource), needs: 2 },
+                own: Standstill { node: NodeId(2), holds: None, needs: 0 },
+            }),
+        },
         Reason::NotItsTurn { after: node },
         Reason::Ending { failed: node },
     ];

@@ -5,6 +5,7 @@ mod agreement;
 mod attach;
 mod broken;
 mod checking;
+mod deadlock;
 mod digests;
 mod dispatching;
 mod driver;

@@ -148,6 +148,28 @@ fn canceled_missions_end() {
     for_all("canceled", 3, run::canceled);
 }
 
+/// With a certificate every tree ends too, and fewer of them in a stall.
+#[test]
+fn a_certificate_leaves_fewer_stalls() {
+    let plain = for_all("without a certificate", 1, |case| run::records(case, 0).1);
+    let certified = for_all("with a certificate", 1, |case| run::records(&case.certified(), 0).1);
+    if number::<u64>("AMBIDEX_SEED").is_none() && trees() >= 1000 {
+        assert!(certified.told("WouldDeadlock") > 0 && certified.stalled() < plain.stalled());
+    }
+}
+
+/// Invariants, replay and the answers of every round are as good with a certificate.
+#[test]
+fn a_certificate_keeps_every_invariant() {
+    for_all("chaos with a certificate", 2, |case| run::chaos(&case.certified()));
+    for_all("canceled with a certificate", 3, |case| run::canceled(&case.certified()));
+    for_all("in lockstep with a certificate", 2, |case| {
+        let (difference, counts) = run::in_lockstep(&case.certified(), |_| false);
+        assert_eq!(difference, None);
+        counts
+    });
+}
+
 /// The order between edges changes no record.
 #[test]
 fn records_do_not_depend_on_interleaving() {

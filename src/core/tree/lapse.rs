@@ -61,6 +61,7 @@ impl LapseCheck<'_> {
             | Reason::Outdone { by }
             | Reason::Driving { by } => self.state.running().contains_key(by),
             Reason::BackingOff { .. } => true,
+            Reason::WouldDeadlock { .. } => !self.state.running().is_empty(),
             Reason::Satisfied
             | Reason::Unwanted
             | Reason::Unavailable { .. }

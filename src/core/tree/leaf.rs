@@ -84,7 +84,11 @@ impl Leaf {
                 heir: bar.heir.leaf,
                 lacks: Box::new(bar.heir.reason.root_cause().clone()),
             }),
-            (answer @ (behavior::Answer::Request(_) | behavior::Answer::Blocked(_)), None) => answer,
+            (behavior::Answer::Request(request), None) => match view.barred.get(&self.id) {
+                Some(reason) => behavior::Answer::Blocked(reason.clone()),
+                None => behavior::Answer::Request(request),
+            },
+            (answer @ behavior::Answer::Blocked(_), None) => answer,
         }
     }
 

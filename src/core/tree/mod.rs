@@ -3,6 +3,7 @@
 //! A machine is handed an input and hands back effects. It has no clock, waits for nothing and never fails.
 
 mod allocator;
+mod certificate;
 mod composite;
 mod effect;
 mod lapse;
@@ -16,8 +17,10 @@ mod redo;
 mod root;
 mod topics;
 mod waiting;
+mod winners;
 
 pub use allocator::{Allocator, Chosen, Greedy, Serial};
+pub use certificate::{Unfinishable, can_finish};
 pub use effect::{Effect, Input, Outbox};
 pub use message::{Activation, Answer, Down, News, Release, Requests, Scope, Up, Verdict};
 pub use node::{Node, build};

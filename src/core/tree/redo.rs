@@ -104,6 +104,7 @@ fn is_of_precondition(reason: &Reason) -> bool {
         | Reason::Clash { .. }
         | Reason::Alternative { .. }
         | Reason::WholeRobot { .. }
+        | Reason::WouldDeadlock { .. }
         | Reason::NotItsTurn { .. }
         | Reason::Ending { .. } => false,
     }

@@ -4,16 +4,18 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::certificate::{Certificate, Safe};
 use super::lapse::LapseCheck;
 use super::ordering::{Settled, settle, undecided};
 use super::redo::RedoCheck;
 use super::topics::{Topic, Touches};
+use super::winners::{winner, with_winner};
 use super::{Activation, Allocator, Answer, Down, Effect, Greedy, News, Outbox, Scope, Verdict};
 use crate::behavior;
 use crate::world::{Compatible, FreeSpace, Unconstrained, View};
 use ambidex_model::state::{Phase, Stage, State};
 use ambidex_model::{
-    Blocked, Cause, Change, EffectTerm, End, Grant, Header, Location, MissionEnd, MissionSpec, NodeId, Outcome, Reason,
+    Blocked, Change, EffectTerm, End, Grant, Header, Location, MissionEnd, MissionSpec, NodeId, Outcome, Reason,
     Record, Reopened, ResourceTable, Time, Told,
 };
 
@@ -30,6 +32,8 @@ pub struct Settings {
     pub allocator: Arc<dyn Allocator>,
     /// What may go on at once beyond resources and objects.
     pub rules: Arc<dyn Compatible>,
+    /// Whether a request is refused after whose grant something could never be finished.
+    pub prevents_deadlock: bool,
     /// Whether a stall waits for the world instead of ending the mission.
     pub waits_when_stalled: bool,
     /// Whether records tell every message between nodes, and with every decision why all else does not run. All that
@@ -62,6 +66,7 @@ impl Default for Settings {
         Self {
             allocator: Arc::new(Greedy),
             rules: Arc::new(Unconstrained),
+            prevents_deadlock: true,
             waits_when_stalled: false,
             has_messages: true,
             reattach: REATTACH,
@@ -81,6 +86,7 @@ pub struct Root {
     touches: Option<Touches>,
     /// Why those that were asked do not run, as they and the nodes above them said it last.
     reasons: BTreeMap<NodeId, Reason>,
+    certificate: Certificate,
     /// The table as the records tell it.
     last_recorded: Arc<ResourceTable>,
     /// What came since the last turn.
@@ -109,6 +115,7 @@ impl Root {
             touches: settings.is_local().then(|| Touches::new(mission, settings.unheard)),
             state: State::new(Arc::new(mission.tree.topology.clone()), resources, mission.start.clone()),
             reasons: BTreeMap::new(),
+            certificate: Certificate::new(mission, settings.prevents_deadlock),
             last_recorded: Arc::new(ResourceTable::new(resources)),
             told: Vec::new(),
             observed: None,
@@ -199,12 +206,8 @@ impl Root {
             Some(reason) => drop(self.reasons.insert(top, reason.clone())),
             None => drop(self.reasons.remove(&top)),
         }
-        let (mut verdict, reopened) = self.decide(now, &view, answer, out);
+        let mut verdict = self.decide(now, &view, answer, out);
         verdict.stopped = self.stop(now, is_below_failing, out);
-        let is_nothing = verdict.granted.is_empty() && reopened.is_none();
-        self.is_wanted |= !is_nothing;
-        let is_idle = self.state.running().is_empty() && self.state.waits().is_empty();
-        self.is_quiet = is_nothing && is_idle && !self.settings.waits_when_stalled;
         if !verdict.granted.is_empty() || !verdict.stopped.is_empty() {
             out.push(Effect::Down(TOP, Down::Verdict(Arc::new(verdict))));
         }
@@ -237,6 +240,9 @@ impl Root {
         assert!(self.state.apply(&record), "root contradicts itself: {record:?}");
         if let (Some(touches), Some(before)) = (&mut self.touches, before) {
             touches.note(&before, &self.state, &record);
+        }
+        for leaf in self.certificate.note(&record) {
+            self.touches.iter_mut().for_each(|touches| touches.note_bar(leaf));
         }
         self.state.table().assert_sound();
         out.push(Effect::Record(Box::new(record)));
@@ -306,6 +312,7 @@ impl Root {
             now,
             state: self.state.clone(),
             touched: self.touches.as_mut().map(Touches::take),
+            barred: Arc::clone(self.certificate.barred()),
             mission: Arc::clone(&self.mission),
             free_space: Arc::clone(&self.free_space),
             rules: Arc::clone(&self.settings.rules),
@@ -320,15 +327,14 @@ impl Root {
     }
 
     /// Chooses, moves the leases, and finds what lapses or is done again.
-    fn decide(
-        &mut self,
-        now: Time,
-        view: &Arc<View>,
-        answer: &Answer,
-        out: &mut Outbox,
-    ) -> (Verdict, Option<Reopened>) {
-        let chosen = self.settings.allocator.choose(view, &answer.requests);
-        self.reasons.extend(chosen.refused.into_iter().map(|blocked| (blocked.leaf, blocked.reason)));
+    fn decide(&mut self, now: Time, view: &Arc<View>, answer: &Answer, out: &mut Outbox) -> Verdict {
+        let allocator = self.settings.allocator.as_ref();
+        let Safe { chosen, refused } = self.certificate.choose(allocator, view, &answer.requests);
+        // Whom a refused request hides is asked before anything lapses.
+        let is_hiding = chosen.granted.is_empty() && !refused.is_empty();
+        self.bar(is_hiding, &refused);
+        let blocked = chosen.refused.into_iter().chain(refused);
+        self.reasons.extend(blocked.map(|blocked| (blocked.leaf, blocked.reason)));
         let mut verdict = Verdict { round: view.round, view: Some(Arc::clone(view)), ..Verdict::default() };
         for mut grant in chosen.granted {
             self.reasons.remove(&grant.leaf());
@@ -344,11 +350,12 @@ impl Root {
         };
         let mut after = self.state.clone();
         after.apply(&decided);
-        let found = if answer.is_satisfied { None } else { self.reopen(view, after) };
+        let found = if answer.is_satisfied || is_hiding { None } else { self.reopen(view, after) };
         let found = found.map(|found| with_winner(self.state.running(), &verdict, found));
         // Where nothing goes on any more, the reasons are the news.
+        let is_nothing = verdict.granted.is_empty() && found.is_none() && !is_hiding;
         let is_idle = self.state.running().is_empty() && self.state.waits().is_empty();
-        let is_quiet = verdict.granted.is_empty() && found.is_none() && is_idle;
+        let is_quiet = is_nothing && is_idle;
         let is_news = is_quiet && !self.was_quiet;
         self.was_quiet = is_quiet;
         if let Record::Decided { refused, reopened, .. } = &mut decided {
@@ -361,7 +368,17 @@ impl Root {
             reopened.clone_from(&found);
         }
         self.edit(decided, out);
-        (verdict, found)
+        self.is_wanted |= !is_nothing;
+        self.is_quiet = is_quiet && !self.settings.waits_when_stalled;
+        verdict
+    }
+
+    fn bar(&mut self, is_hiding: bool, refused: &[Blocked]) {
+        if is_hiding {
+            self.certificate.bar(refused);
+            let touches = self.touches.iter_mut();
+            touches.for_each(|touches| refused.iter().for_each(|blocked| touches.note_bar(blocked.leaf)));
+        }
     }
 
     /// At most one in a round; `after` is the state with the grants of this round.
@@ -467,34 +484,4 @@ fn met(grant: &Grant, refused: &BTreeMap<NodeId, Reason>) -> Vec<NodeId> {
     let skips = grant.request.skips.iter();
     let skipped = skips.flat_map(|skip| refused.range(skip.from..skip.to));
     skipped.filter(|(_, reason)| **reason == Reason::Satisfied).map(|(&leaf, _)| leaf).collect()
-}
-
-/// A request that beat another below root may have lost here: a reason names only who got what it is about.
-fn with_winner(running: &BTreeMap<NodeId, Grant>, verdict: &Verdict, mut reopened: Reopened) -> Reopened {
-    if let Cause::Lapse { heir, .. } = &mut reopened.cause
-        && let Some(reason) = winner(running, verdict, &heir.reason)
-    {
-        heir.reason = reason;
-    }
-    reopened
-}
-
-/// The true reason where one names a behavior that did not get what it is about.
-fn winner(running: &BTreeMap<NodeId, Grant>, verdict: &Verdict, reason: &Reason) -> Option<Reason> {
-    let (by, contested, own) = if let Reason::Outbid { by, resource, own, .. } = *reason {
-        (by, Some(resource), own)
-    } else if let Reason::WholeRobot { by } = *reason {
-        (by, None, 0.0)
-    } else {
-        return None;
-    };
-    if running.contains_key(&by) || verdict.granted.contains_key(&by) {
-        return None;
-    }
-    let has = |grant: &&Grant| grant.bindings.iter().any(|binding| Some(binding.resource) == contested);
-    let winner = verdict.granted.values().find(has).zip(contested);
-    Some(match winner {
-        Some((grant, resource)) => Reason::Outbid { by: grant.leaf(), resource, own, theirs: grant.request.potential },
-        None => Reason::Outdone { by },
-    })
 }

@@ -100,6 +100,11 @@ impl Touches {
         }
     }
 
+    /// A leaf may ask again, or does not any more.
+    pub(super) fn note_bar(&mut self, leaf: NodeId) {
+        self.touch(Topic::Own(leaf));
+    }
+
     /// Takes note of what a record has changed.
     pub(super) fn note(&mut self, before: &State, after: &State, record: &Record) {
         if !Arc::ptr_eq(before.table(), after.table()) {

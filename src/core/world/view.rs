@@ -1,5 +1,6 @@
 //! The immutable snapshot that an activation carries down.
 
+use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -19,6 +20,8 @@ pub struct View {
     /// In tree order what has become different since the last round: these nodes might say something else than they said.
     /// None where every round asks all.
     pub touched: Option<Arc<[NodeId]>>,
+    /// Leaves that do not ask, since they would lead to a deadlock as things are.
+    pub barred: Arc<BTreeMap<NodeId, Reason>>,
     /// Robot, tree and the fixed part of the world.
     pub mission: Arc<MissionSpec>,
     /// The obstacles of the mission as the base sees them.

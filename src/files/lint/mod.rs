@@ -2,6 +2,7 @@
 //!
 //! One check per file; what is wrong with a single value was told when that was read.
 
+mod deadlock;
 mod facts;
 mod hands;
 mod heirs;
@@ -19,7 +20,10 @@ pub(crate) fn check(mission: &MissionSpec, spans: &[SourceSpan], faults: &mut Fa
     facts::check(&seen, faults);
     stands::check(&seen, faults);
     hands::check(&seen, faults);
-    shortage::check(&seen, faults);
+    if shortage::check(&seen, faults) {
+        return;
+    }
+    deadlock::check(&seen, faults);
 }
 
 /// A mission as the checks see it.

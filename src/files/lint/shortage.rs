@@ -15,14 +15,17 @@ struct Demand {
     spare: i64,
 }
 
-pub(super) fn check(seen: &Seen<'_>, faults: &mut Faults) {
+/// Whether something was told.
+pub(super) fn check(seen: &Seen<'_>, faults: &mut Faults) -> bool {
+    let mut is_short = false;
     for supply in supplies(seen) {
-        check_supply(seen, supply, faults);
+        is_short |= check_supply(seen, supply, faults);
     }
+    is_short
 }
 
-/// Needs that the robot cannot meet, each told at the smallest node that has it.
-fn check_supply(seen: &Seen<'_>, supply: Supply, faults: &mut Faults) {
+/// Needs that the robot cannot meet, each told at the smallest node that has it; whether there are any.
+fn check_supply(seen: &Seen<'_>, supply: Supply, faults: &mut Faults) -> bool {
     let tree = &seen.mission.tree;
     let is_taker = is_taker(seen, supply);
     let mut demands = vec![Demand::default(); tree.nodes.len()];
@@ -43,6 +46,7 @@ fn check_supply(seen: &Seen<'_>, supply: Supply, faults: &mut Faults) {
             tell(seen, supply, node, demands[node.index()].peak, faults);
         }
     }
+    is_told.contains(&true)
 }
 
 /// What is kept physically by any behavior.

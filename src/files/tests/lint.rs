@@ -17,6 +17,8 @@ behaviors:
   guard: {claims: {base: {type: base, keep: physical}}, potential: 1}
   watch: {claims: {base: {type: base, shared: watch, keep: physical}}, potential: 1}
   wave: {claims: {hand: {type: gripper}}, potential: 1}
+  carry: {claims: {base: {type: base}, hand: {type: gripper, keep: physical}}, potential: 1}
+  brace: {claims: {base: {type: base, keep: physical}, one: {type: gripper}, two: {type: gripper}}, potential: 1}
 ";
     let files = written(format!("{head}{declared}task:\n  {task}\n"), &robot(hands));
     let faults = match load_mission(&files, PATH.as_ref(), None, &[]) {
@@ -70,6 +72,17 @@ fn what_is_kept_serves_again_where_it_is_inherited_or_shared() {
     check(2, "then: [{guard: }, {guard: }, {guard: }]", &[]);
     check(2, "and: [{watch: }, {watch: }]", &[]);
     check(1, "then: [{move: shelf}, {pick: cup}, {wave: }]", &[]);
+}
+
+#[test]
+fn behaviors_that_exclude_each_other_in_every_order() {
+    let stuck =
+        "warning and: it can be finished in no order: `brace` needs 3 at once, and in the end hand is kept by `carry`";
+    check(2, "and: [{carry: }, {brace: }]", &[stuck]);
+    check(3, "and: [{carry: }, {brace: }]", &[]);
+    check(2, "or: [{carry: }, {brace: }]", &[]);
+    check(2, "and: [{wave: }, {brace: }]", &[]);
+    check(2, "then: [{carry: }, {brace: }]", &[]);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{ChannelId, FactId, Fault, Loss, Names, NodeId, ObjectId, PlaceId, ResourceId, TypeId};
+use super::{ChannelId, Deadlock, FactId, Fault, Loss, Names, NodeId, ObjectId, PlaceId, ResourceId, TypeId};
 
 /// Why a request was refused or not made. It speaks of the behavior that it is said of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -157,6 +157,11 @@ pub enum Reason {
         /// The other behavior.
         by: NodeId,
     },
+    /// It could be granted, and then something could never be finished (`semantics` 4, "No deadlock").
+    WouldDeadlock {
+        /// Who would wait for whom.
+        deadlock: Box<Deadlock>,
+    },
     /// Its turn comes after another node.
     NotItsTurn {
         /// The node before it.
@@ -231,6 +236,7 @@ impl Reason {
             Self::Clash { with } => format!("it would be in the way of {}", names.node(*with)),
             Self::Alternative { chosen } => format!("{} was chosen instead", names.node(*chosen)),
             Self::WholeRobot { by } => format!("one behavior at a time, and {} has the robot", names.node(*by)),
+            Self::WouldDeadlock { deadlock } => format!("would deadlock: {}", deadlock.sentence(names)),
             Self::NotItsTurn { after } => format!("its turn comes after {}", names.node(*after)),
             Self::Ending { failed } => {
                 format!("{} failed; its siblings are being canceled", names.node(*failed))

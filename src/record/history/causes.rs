@@ -59,6 +59,7 @@ fn waits_for(reason: &Reason) -> Option<NodeId> {
         | Reason::Outbid { .. }
         | Reason::SameObject { .. }
         | Reason::Clash { .. }
+        | Reason::WouldDeadlock { .. }
         | Reason::WholeRobot { .. } => None,
     }
 }

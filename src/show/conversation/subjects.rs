@@ -141,6 +141,9 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
         }
         Reason::Taken { by, .. } => *by == wanted,
         Reason::AlreadyDone { lacks: inner, .. } => lacks(inner, wanted),
+        Reason::WouldDeadlock { deadlock } => {
+            [deadlock.other, deadlock.own].iter().any(|one| one.holds == Some(wanted))
+        }
         Reason::Satisfied
         | Reason::BackingOff { .. }
         | Reason::Unwanted

@@ -58,6 +58,7 @@ pub(super) fn because(reason: &Reason, history: &History) -> Because {
         | Reason::Clash { .. }
         | Reason::Alternative { .. }
         | Reason::WholeRobot { .. }
+        | Reason::WouldDeadlock { .. }
         | Reason::NotItsTurn { .. }
         | Reason::Ending { .. } => plain(None),
     }

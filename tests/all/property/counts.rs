@@ -101,6 +101,16 @@ impl Counts {
         }
     }
 
+    /// How many trees stalled.
+    pub fn stalled(&self) -> u64 {
+        self.ends.get("stalled").copied().unwrap_or_default()
+    }
+
+    /// How often a reason of this name was told.
+    pub fn told(&self, reason: &str) -> u64 {
+        self.reasons.get(reason).copied().unwrap_or_default()
+    }
+
     pub fn plus(mut self, other: Self) -> Self {
         self.trees += other.trees;
         for (end, count) in other.ends {

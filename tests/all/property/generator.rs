@@ -19,11 +19,14 @@ const FACTS: usize = 4;
 pub const DEPTH: usize = 6;
 
 /// A mission with all that will happen to it.
+#[derive(Clone)]
 pub struct Case {
     pub seed: u64,
     pub mission: Arc<MissionSpec>,
     pub clashing: Vec<(NodeId, NodeId)>,
     pub is_serial: bool,
+    /// The reference model knows of no certificate.
+    pub prevents_deadlock: bool,
     pub plan: Plan,
 }
 
@@ -54,9 +57,15 @@ impl Case {
             seed,
             clashing,
             is_serial: rng.is(12),
+            prevents_deadlock: false,
             plan: Plan::new(seed, is_wild, &mission, |place| Some(place) != blocked),
             mission: Arc::new(mission),
         }
+    }
+
+    /// The same with a certificate against deadlock.
+    pub fn certified(&self) -> Self {
+        Self { prevents_deadlock: true, ..self.clone() }
     }
 
     pub fn allocator(&self) -> Arc<dyn Allocator> {

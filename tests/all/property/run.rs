@@ -45,7 +45,8 @@ fn settings(case: &Case) -> Settings {
         [] => Arc::new(Unconstrained),
         clashing => Arc::new(Apart(clashing.to_vec())),
     };
-    Settings { allocator: case.allocator(), rules, ..Settings::default() }
+    let prevents_deadlock = case.prevents_deadlock;
+    Settings { allocator: case.allocator(), rules, prevents_deadlock, ..Settings::default() }
 }
 
 fn driver(case: &Case, interleaving: u64) -> Driver {
