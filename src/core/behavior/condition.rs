@@ -1,7 +1,7 @@
 //! Conditions over world and line.
 
 use crate::world::{KnownPaths, NoPath, View};
-use ambidex_model::{BehaviorSpec, Condition, EffectTerm, Lineage, Location, NodeId, PlaceId, Pose, Reason};
+use ambidex_model::{BehaviorSpec, Condition, EffectTerm, Lineage, Location, NodeId, PlaceId, Pose, Reason, Task};
 
 /// Whether a condition is met.
 ///
@@ -58,9 +58,13 @@ pub(crate) fn first_unmet<'a>(condition: &'a Condition, view: &View, line: &Line
     }
 }
 
-/// Whether success makes a single condition true, by what the kind promises.
+/// Whether success makes a single condition true, by what the kind promises; a base stands where it was to drive.
 pub(crate) fn makes_so(spec: &BehaviorSpec, condition: &Condition) -> bool {
-    spec.effects.iter().any(|effect| match (*effect, condition) {
+    let drives = spec.commands.iter().filter_map(|term| match term.task {
+        Task::DriveTo(stand) => Some(EffectTerm::Stands(stand)),
+        Task::Stand | Task::Grasp(_) | Task::Put(..) | Task::LookAt(_) => None,
+    });
+    spec.effects.iter().copied().chain(drives).any(|effect| match (effect, condition) {
         (EffectTerm::Stands(pose), Condition::At { stand, tolerance_m, .. }) => is_at(pose, *stand, *tolerance_m),
         (EffectTerm::Taken(object, _), Condition::Held(wanted)) => object == *wanted,
         (EffectTerm::Lies(object, _), Condition::Free(wanted)) => object == *wanted,

@@ -241,7 +241,11 @@ fn read_by(mission: &MissionSpec, leaf: NodeId, read: &mut impl FnMut(Topic)) {
     for term in &spec.commands {
         match term.task {
             Task::Grasp(object) | Task::Put(object, _) => read(Topic::Object(object)),
-            Task::DriveTo(_) | Task::Stand | Task::LookAt(_) => {}
+            Task::DriveTo(_) => {
+                read(Topic::Base);
+                read(Topic::Driver);
+            }
+            Task::Stand | Task::LookAt(_) => {}
         }
     }
 }

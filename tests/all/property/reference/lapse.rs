@@ -1,7 +1,7 @@
 //! When an intention lapses and when something is done again (`semantics` 2).
 
 use ambidex::model::{
-    Blocked, Cause, Condition, EffectTerm, LeaseKind, NodeId, NodeKind, Reason, Reopened, ResourceId,
+    Blocked, Cause, Condition, EffectTerm, LeaseKind, NodeId, NodeKind, Reason, Reopened, ResourceId, Task,
 };
 
 use super::{Decision, Held, Model, Refusal};
@@ -105,16 +105,26 @@ impl Model<'_> {
 
     /// Whether a behavior's effects make a single condition true.
     pub(super) fn promises(&self, leaf: NodeId, condition: &Condition) -> bool {
-        self.behavior(leaf).effects.iter().any(|effect| match (effect, condition) {
-            (EffectTerm::Fact(a, x), Condition::Fact(b, y)) => (a, x) == (b, y),
-            (EffectTerm::Lies(a, x), Condition::Lies(b, y)) => (a, x) == (b, y),
-            (EffectTerm::Lies(a, _), Condition::Free(b)) | (EffectTerm::Taken(a, _), Condition::Held(b)) => a == b,
-            (EffectTerm::Stands(pose), Condition::At { stand, tolerance_m, .. }) => {
-                let (x, y) = (pose.at.x - stand.at.x, pose.at.y - stand.at.y);
-                x.hypot(y) <= *tolerance_m
+        let spec = self.behavior(leaf);
+        let drives = spec.commands.iter().any(|term| match (term.task, condition) {
+            (Task::DriveTo(goal), Condition::At { stand, tolerance_m, .. }) => {
+                (goal.at.x - stand.at.x).hypot(goal.at.y - stand.at.y) <= *tolerance_m
             }
-            (EffectTerm::Fact(..) | EffectTerm::Lies(..) | EffectTerm::Taken(..) | EffectTerm::Stands(_), _) => false,
-        })
+            (Task::DriveTo(_) | Task::Stand | Task::Grasp(_) | Task::Put(..) | Task::LookAt(_), _) => false,
+        });
+        drives
+            || spec.effects.iter().any(|effect| match (effect, condition) {
+                (EffectTerm::Fact(a, x), Condition::Fact(b, y)) => (a, x) == (b, y),
+                (EffectTerm::Lies(a, x), Condition::Lies(b, y)) => (a, x) == (b, y),
+                (EffectTerm::Lies(a, _), Condition::Free(b)) | (EffectTerm::Taken(a, _), Condition::Held(b)) => a == b,
+                (EffectTerm::Stands(pose), Condition::At { stand, tolerance_m, .. }) => {
+                    let (x, y) = (pose.at.x - stand.at.x, pose.at.y - stand.at.y);
+                    x.hypot(y) <= *tolerance_m
+                }
+                (EffectTerm::Fact(..) | EffectTerm::Lies(..) | EffectTerm::Taken(..) | EffectTerm::Stands(_), _) => {
+                    false
+                }
+            })
     }
 
     /// The behavior and all between it and the holder are not done.
