@@ -4,19 +4,21 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 use std::time::Duration;
 
+use ambidex::dispatch::Script;
 use ambidex::files::{self, Disk, Loaded};
 use ambidex::link::Instance;
 use ambidex::model::{Loss, MissionEnd, MissionSpec, Record, Time};
 use ambidex::runtime::{self, Clock, Ended, Options, Sink};
 use ambidex::tree::Settings;
 use miette::{IntoDiagnostic, Result};
-use tokio::sync::mpsc;
+use tokio::sync::{mpsc, oneshot};
 
 use crate::args::{DaemonArgs, LiveArgs, Messages, MissionArgs, OnStall, RunArgs};
 use crate::children::Children;
 use crate::diagnostics::{report_all, say_all};
 use crate::exit::Exit;
 use crate::observer::Observer;
+use crate::purpose::{self, Doing, Purpose};
 use crate::resume::{Resume, RobotFile, resume};
 use crate::terminal::{Patience, QUIET, Terminal};
 use crate::{descriptors, robot, signals};
@@ -32,12 +34,12 @@ const TALK_GRACE: Duration = Duration::from_secs(1);
 /// Runs a mission with child processes.
 pub fn run(args: &RunArgs) -> Result<Exit> {
     let instance = args.instance.clone().unwrap_or_else(Instance::fresh);
-    go(&args.common, &args.live, &instance, Some(args.attach_timeout), true)
+    go(&args.common, &args.live, &instance, Some(args.attach_timeout), Some(args.fail.as_deref()))
 }
 
 /// Runs a mission with controllers that others started.
 pub fn daemon(args: &DaemonArgs) -> Result<Exit> {
-    go(&args.common, &args.live, &args.instance, args.attach_timeout, false)
+    go(&args.common, &args.live, &args.instance, args.attach_timeout, None)
 }
 
 /// Loads the files of a mission and says what is surely not meant in them.
@@ -84,14 +86,16 @@ fn job(args: &MissionArgs, live: &LiveArgs, has_children: bool) -> Result<Job> {
     Ok(Job { mission, settings, robot_path, resumed: None, _robot_file: None })
 }
 
+/// `fail` is none where the controllers are children of nobody here; else what goes wrong on purpose, if anything.
 fn go(
     args: &MissionArgs,
     live: &LiveArgs,
     instance: &Instance,
     attach_timeout: Option<Duration>,
-    has_children: bool,
+    fail: Option<Option<&Path>>,
 ) -> Result<Exit> {
-    let mut job = job(args, live, has_children)?;
+    let mut job = job(args, live, fail.is_some())?;
+    let failures = purpose::load(fail.flatten(), &job.mission)?;
     descriptors::ensure(job.mission.robot.controllers.len())?;
     let terminal = Terminal::start(args.log_format, QUIET, Patience::Drops);
     let ended = job.resumed.take_if(|resume| resume.resumed.end.is_some());
@@ -106,35 +110,54 @@ fn go(
     let from = job.resumed.as_ref().map_or(Time::ZERO, |resumed| resumed.resumed.at);
     let clock = Clock::resume(from, live.speed);
     let links = robot::links(&job.mission, instance, &clock).into_diagnostic()?;
-    let (observer, resumed) = match job.resumed.take() {
+    let (mut observer, resumed) = match job.resumed.take() {
         Some(Resume { resumed, file, history, .. }) => {
             (Observer::resume(file, history, args, &terminal), Some(resumed))
         }
         None => (Observer::new(&job.mission, args, instance.name(), &terminal, true).into_diagnostic()?, None),
     };
+    observer.purpose = Purpose::of_run(&failures);
     observer.say_what_it_waits_for();
     let observer = Arc::new(Mutex::new(observer));
     let start = || {
         let robot = &job.mission.robot;
         let children = Children::start(robot, &job.robot_path, instance, args.log_format, &terminal)?;
-        children.watch(&terminal, &to_run);
-        Ok::<_, miette::Report>(children)
+        children.watch_all(&to_run);
+        Ok::<_, miette::Report>(Arc::new(Mutex::new(children)))
     };
-    let children = has_children.then(start).transpose()?;
+    let children = fail.map(|_| start()).transpose()?;
+    let (to_doing, begun) = oneshot::channel();
+    let script = Script::new(failures.flaws.clone());
+    let doing = children.clone().map(|children| Doing {
+        failures,
+        begun,
+        clock,
+        children,
+        run: to_run,
+        terminal: terminal.clone(),
+        is_quiet: args.quiet,
+    });
     let options = Options {
         settings: job.settings.clone(),
         clock,
         attach_timeout,
         grace: GRACE,
-        journal: Some(Box::new(Watcher(Arc::clone(&observer)))),
+        journal: Some(Box::new(Watcher { observer: Arc::clone(&observer), begun: Some(to_doing) })),
         resumed,
+        script,
     };
+    let names = job.mission.names.clone();
     let ended = runtime.block_on(async {
         tokio::spawn(signals);
+        tokio::spawn(async move {
+            if let Some(doing) = doing {
+                doing.done(names).await;
+            }
+        });
         runtime::run(Arc::clone(&job.mission), links, options, control).await
     });
     if let Some(children) = children {
-        children.end(CHILD_GRACE);
+        children.lock().unwrap_or_else(PoisonError::into_inner).end(CHILD_GRACE);
         sweep(&terminal);
     }
     Ok(tell_end(&ended, &observer, &job.mission, &terminal))
@@ -183,15 +206,25 @@ fn tell_end(ended: &Ended, observer: &Mutex<Observer>, mission: &MissionSpec, te
 }
 
 /// Hands the records of a run to whoever looks at it.
-struct Watcher(Arc<Mutex<Observer>>);
+struct Watcher {
+    observer: Arc<Mutex<Observer>>,
+    /// Who waits for the mission to begin.
+    begun: Option<oneshot::Sender<Time>>,
+}
 
 impl Sink for Watcher {
     fn take(&mut self, record: &Record) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).take(record);
+        self.observer.lock().unwrap_or_else(PoisonError::into_inner).take(record);
+        if let Record::Began { at, .. } = record
+            && let Some(begun) = self.begun.take()
+        {
+            // Nobody may wait any more.
+            let _ = begun.send(*at);
+        }
     }
 
     fn rest(&mut self) -> Option<Duration> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).rest()
+        self.observer.lock().unwrap_or_else(PoisonError::into_inner).rest()
     }
 }
 

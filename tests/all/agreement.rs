@@ -12,6 +12,7 @@ use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use ambidex::dispatch::Script;
 use ambidex::files::{Disk, load_mission};
 use ambidex::model::{Change, ControllerSpec, MissionEnd, MissionSpec, Record};
 use ambidex::motion;
@@ -126,6 +127,7 @@ fn live(mission: &Arc<MissionSpec>, seed: u64, controls: Vec<Control>) -> (Ended
             grace: Duration::from_secs(3),
             journal: Some(journal),
             resumed: None,
+            script: Script::default(),
         };
         runtime::run(Arc::clone(mission), links, options, controlled).await
     });

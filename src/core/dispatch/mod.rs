@@ -2,7 +2,9 @@
 
 mod attachment;
 mod command_queue;
+mod drops;
 mod goals;
+mod script;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -11,7 +13,9 @@ use std::time::Duration;
 use attachment::Attachment;
 pub use attachment::start_states;
 use command_queue::CommandQueue;
+use drops::Drops;
 use goals::Running;
+pub use script::Script;
 
 use ambidex_model::{
     Change, CommandId, ControllerId, ControllerMessage, ControllerState, End, FromController, Goal, Loss, MissionSpec,
@@ -54,6 +58,8 @@ pub enum Effect {
     Ended(NodeId, Outcome),
     /// Where the base is while it drives.
     Observed(Change),
+    /// An object has left its gripper on purpose: where it is now.
+    Dropped(Change),
     /// A controller is gone, and the mission cannot go on.
     Lost(ControllerId),
     /// A controller is gone before the mission began: it is awaited again.
@@ -98,6 +104,9 @@ pub struct Dispatch {
     is_ready: bool,
     is_ending: bool,
     is_safe: bool,
+    /// What goes wrong on purpose.
+    script: Script,
+    drops: Drops,
     effects: Vec<Effect>,
 }
 
@@ -115,8 +124,15 @@ impl Dispatch {
             is_ready: false,
             is_ending: false,
             is_safe: false,
+            script: Script::default(),
+            drops: Drops::default(),
             effects: Vec::new(),
         }
+    }
+
+    /// Lets goals go wrong on purpose from now on.
+    pub fn follow(&mut self, script: Script) {
+        self.script = script;
     }
 
     /// Takes an input at a moment of robot time.
@@ -127,11 +143,15 @@ impl Dispatch {
             Input::Refused(id, refusal) => self.refused(now, id, refusal),
             Input::Closed(id, command) => self.closed(now, id, command),
             Input::Lost(id, why) => self.lost(now, id, why),
-            Input::Start(goal) => self.start(now, goal),
-            Input::Stop(leaf) => self.stop(now, leaf, End::Canceled),
+            Input::Start(goal) => self.attempt(now, goal),
+            Input::Stop(leaf) => {
+                self.stop_waiting(|waiting| waiting == leaf);
+                self.stop(now, leaf, End::Canceled);
+            }
             Input::Woke => self.woke(now),
             Input::Shutdown => {
                 self.is_ending = true;
+                self.stop_waiting(|_| true);
                 for leaf in self.goals.keys().copied().collect::<Vec<_>>() {
                     self.stop(now, leaf, End::Canceled);
                 }
@@ -186,11 +206,13 @@ impl Dispatch {
             return;
         }
         self.record(now, id, ControllerMessage::Heard { message: message.clone() });
+        self.drops.hear(id, message.state());
         match message {
             FromController::Configured { state, .. } => {
                 self.attachments[id.index()].configured(state);
                 self.effects.push(Effect::Configured(id));
                 self.check_ready();
+                self.let_go(now, id, Some(state));
             }
             FromController::Accepted { .. } => self.queues[id.index()].accepted(),
             FromController::Rejected { why, .. } => self.rejected(now, id, why),
@@ -235,6 +257,7 @@ impl Dispatch {
         self.record(now, id, ControllerMessage::Lost { why });
         self.effects.push(if self.is_ready { Effect::Lost(id) } else { Effect::Missing(id) });
         self.queue_lost(now, id);
+        self.let_go(now, id, None);
     }
 
     fn tell(&mut self, now: Time, id: ControllerId, leaf: Option<NodeId>, message: ToController) {

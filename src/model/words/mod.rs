@@ -1,6 +1,7 @@
 //! The vocabulary: what travels between the rooms. No IO, no clock, no decisions beyond the table's own rules.
 
 mod claim;
+mod failure;
 mod goal;
 mod header;
 mod ids;
@@ -22,6 +23,7 @@ mod time;
 mod world_state;
 
 pub use claim::{Access, Claim, Retention, Selector};
+pub use failure::{Failures, Flaw, FlawKind, Mishap};
 pub use goal::{Command, End, Fault, Goal, Mode, Outcome, Part};
 pub use header::{EntryKind, Header, JOURNAL_VERSION, NodeEntry};
 pub use ids::{ChannelId, CommandId, ControllerId, FactId, NodeId, ObjectId, PlaceId, ResourceId, TypeId};
