@@ -8,6 +8,7 @@ mod checking;
 mod digests;
 mod dispatching;
 mod driver;
+mod failing;
 mod fixtures;
 mod history;
 mod home;

@@ -199,8 +199,13 @@ fn a_way_that_an_or_did_not_take_is_not_called_skipped() {
     assert!(ways.count() > 0, "the ways that were not taken");
 }
 
-fn formats() -> [(&'static str, Format); 3] {
-    [("mission", Format::Mission), ("robot", Format::Robot), ("behaviors", Format::Behaviors)]
+fn formats() -> [(&'static str, Format); 4] {
+    [
+        ("mission", Format::Mission),
+        ("robot", Format::Robot),
+        ("behaviors", Format::Behaviors),
+        ("failures", Format::Failures),
+    ]
 }
 
 #[test]
