@@ -1,13 +1,14 @@
 //! `ambidex run` and `ambidex daemon`: a mission over controller processes.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError, TryLockError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::Duration;
 
 use ambidex::dispatch::Script;
 use ambidex::files::{self, Disk, Loaded};
 use ambidex::link::Instance;
 use ambidex::model::{Loss, MissionEnd, MissionSpec, Record, Time};
+use ambidex::replay::Resumed;
 use ambidex::runtime::{self, Clock, Ended, Options, Sink};
 use ambidex::tree::Settings;
 use miette::{IntoDiagnostic, Result};
@@ -34,12 +35,12 @@ const TALK_GRACE: Duration = Duration::from_secs(1);
 /// Runs a mission with child processes.
 pub fn run(args: &RunArgs) -> Result<Exit> {
     let instance = args.instance.clone().unwrap_or_else(Instance::fresh);
-    go(&args.common, &args.live, &instance, Some(args.attach_timeout), Some(args.fail.as_deref()))
+    go(&args.common, &args.live, &instance, Some(args.attach_timeout), &Processes::Own { fail: args.fail.as_deref() })
 }
 
 /// Runs a mission with controllers that others started.
 pub fn daemon(args: &DaemonArgs) -> Result<Exit> {
-    go(&args.common, &args.live, &args.instance, args.attach_timeout, None)
+    go(&args.common, &args.live, &args.instance, args.attach_timeout, &Processes::Others)
 }
 
 /// Loads the files of a mission and says what is surely not meant in them.
@@ -86,16 +87,27 @@ fn job(args: &MissionArgs, live: &LiveArgs, has_children: bool) -> Result<Job> {
     Ok(Job { mission, settings, robot_path, resumed: None, _robot_file: None })
 }
 
-/// `fail` is none where the controllers are children of nobody here; else what goes wrong on purpose, if anything.
+/// Whose processes the controllers are.
+enum Processes<'a> {
+    /// Children of this one; to which things may happen on purpose.
+    Own { fail: Option<&'a Path> },
+    /// Others have started them.
+    Others,
+}
+
 fn go(
     args: &MissionArgs,
     live: &LiveArgs,
     instance: &Instance,
     attach_timeout: Option<Duration>,
-    fail: Option<Option<&Path>>,
+    processes: &Processes<'_>,
 ) -> Result<Exit> {
-    let mut job = job(args, live, fail.is_some())?;
-    let failures = purpose::load(fail.flatten(), &job.mission)?;
+    let (has_children, fail) = match processes {
+        Processes::Own { fail } => (true, *fail),
+        Processes::Others => (false, None),
+    };
+    let mut job = job(args, live, has_children)?;
+    let failures = purpose::load(fail, &job.mission)?;
     descriptors::ensure(job.mission.robot.controllers.len())?;
     let terminal = Terminal::start(args.log_format, QUIET, Patience::Drops);
     let ended = job.resumed.take_if(|resume| resume.resumed.end.is_some());
@@ -110,33 +122,20 @@ fn go(
     let from = job.resumed.as_ref().map_or(Time::ZERO, |resumed| resumed.resumed.at);
     let clock = Clock::resume(from, live.speed);
     let links = robot::links(&job.mission, instance, &clock).into_diagnostic()?;
-    let (mut observer, resumed) = match job.resumed.take() {
-        Some(Resume { resumed, file, history, .. }) => {
-            (Observer::resume(file, history, args, &terminal), Some(resumed))
-        }
-        None => (Observer::new(&job.mission, args, instance.name(), &terminal, true).into_diagnostic()?, None),
-    };
+    let (mut observer, resumed) = observer(&mut job, args, instance, &terminal)?;
     observer.purpose = Purpose::of_run(&failures);
     observer.say_what_it_waits_for();
     let observer = Arc::new(Mutex::new(observer));
-    let start = || {
-        let robot = &job.mission.robot;
-        let children = Children::start(robot, &job.robot_path, instance, args.log_format, &terminal)?;
-        children.watch_all(&to_run);
-        Ok::<_, miette::Report>(Arc::new(Mutex::new(children)))
-    };
-    let children = fail.map(|_| start()).transpose()?;
+    let start = || Children::start(&job.mission.robot, &job.robot_path, instance, args.log_format, &terminal);
+    let children = has_children.then(start).transpose()?.map(|children| Arc::new(Mutex::new(children)));
     let (to_doing, begun) = oneshot::channel();
     let script = Script::new(failures.flaws.clone());
-    let doing = children.clone().map(|children| Doing {
-        failures,
-        begun,
-        clock,
-        children,
-        run: to_run,
-        terminal: terminal.clone(),
-        is_quiet: args.quiet,
-    });
+    if let Some(children) = children.clone() {
+        lock(&children).watch_all(&to_run);
+        let (names, terminal) = (job.mission.names.clone(), terminal.clone());
+        let doing = Doing { failures, names, begun, clock, children, run: to_run, terminal, is_quiet: args.quiet };
+        runtime.spawn(doing.done());
+    }
     let options = Options {
         settings: job.settings.clone(),
         clock,
@@ -146,21 +145,32 @@ fn go(
         resumed,
         script,
     };
-    let names = job.mission.names.clone();
     let ended = runtime.block_on(async {
         tokio::spawn(signals);
-        tokio::spawn(async move {
-            if let Some(doing) = doing {
-                doing.done(names).await;
-            }
-        });
         runtime::run(Arc::clone(&job.mission), links, options, control).await
     });
     if let Some(children) = children {
-        children.lock().unwrap_or_else(PoisonError::into_inner).end(CHILD_GRACE);
+        lock(&children).end(CHILD_GRACE);
         sweep(&terminal);
     }
     Ok(tell_end(&ended, &observer, &job.mission, &terminal))
+}
+
+/// Who follows the run, and where the log of an earlier one leaves it.
+fn observer(
+    job: &mut Job,
+    args: &MissionArgs,
+    instance: &Instance,
+    terminal: &Terminal,
+) -> Result<(Observer, Option<Resumed>)> {
+    if let Some(Resume { resumed, file, history, .. }) = job.resumed.take() {
+        return Ok((Observer::resume(file, history, args, terminal), Some(resumed)));
+    }
+    Ok((Observer::new(&job.mission, args, instance.name(), terminal, true).into_diagnostic()?, None))
+}
+
+fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Nothing of the log goes on: it is completed where it lacks the last words, and told once more.
@@ -214,7 +224,7 @@ struct Watcher {
 
 impl Sink for Watcher {
     fn take(&mut self, record: &Record) {
-        self.observer.lock().unwrap_or_else(PoisonError::into_inner).take(record);
+        lock(&self.observer).take(record);
         if let Record::Began { at, .. } = record
             && let Some(begun) = self.begun.take()
         {
@@ -224,7 +234,7 @@ impl Sink for Watcher {
     }
 
     fn rest(&mut self) -> Option<Duration> {
-        self.observer.lock().unwrap_or_else(PoisonError::into_inner).rest()
+        lock(&self.observer).rest()
     }
 }
 

@@ -30,6 +30,7 @@ pub struct Purpose {
 /// Mishaps to be done to the processes of a run.
 pub struct Doing {
     pub failures: Failures,
+    pub names: Names,
     /// Tells when the mission has begun, which is when their time begins.
     pub begun: oneshot::Receiver<Time>,
     pub clock: Clock,
@@ -92,10 +93,11 @@ impl Purpose {
 
 impl Doing {
     /// Does every mishap at its moment.
-    pub async fn done(self, names: Names) {
+    pub async fn done(self) {
+        let names = &self.names;
         let Ok(begun) = self.begun.await else { return };
         let mut lost = BTreeSet::new();
-        for ((at, mishap), text) in self.failures.mishaps.iter().zip(said(&self.failures, &names)) {
+        for ((at, mishap), text) in self.failures.mishaps.iter().zip(said(&self.failures, names)) {
             sleep_until(self.clock.instant(begun + at.since(Time::ZERO))).await;
             if !self.is_quiet {
                 self.terminal.say(&line(*at, &text));

@@ -93,7 +93,8 @@ fn what_goes_wrong_on_purpose_does_so_in_both() {
 
 fn flaws(mission: &MissionSpec, seed: u64) -> Vec<Flaw> {
     let mut rng = Rng::of(&[seed, 22]);
-    let kinds = [FlawKind::Fails, FlawKind::Hangs, FlawKind::Drops(None)];
+    let drops = FlawKind::Drops(None);
+    let kinds = [FlawKind::Fails, FlawKind::Hangs, drops, drops, drops];
     let leaves = mission.tree.leaves().filter(|_| rng.is(30)).collect::<Vec<_>>();
     leaves.into_iter().map(|leaf| Flaw { leaf, attempt: Some(1), kind: rng.one(&kinds) }).collect()
 }

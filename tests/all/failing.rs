@@ -200,7 +200,7 @@ fn the_verb_tells_what_was_done_on_purpose() {
     let wrong = home.write("failures.yaml", "failures:\n  - {at: 1 s, lose: neck}\n  - {at: 1 s, set: seen pads}\n");
     for verb in ["simulate", "run"] {
         let finished = home.start(args(verb)).ends(2);
-        let words = ["there is no controller `neck`", "did you mean `seen pad`?", "failures.yaml:3:18"];
+        let words = ["there is no controller `neck`", "did you mean `seen pad`?", "failures.yaml:3:20"];
         assert!(words.iter().all(|words| finished.words().contains(words)), "{}", finished.stderr);
     }
     assert!(home.start(args("daemon")).ends(2).stderr.contains("unexpected argument '--fail'"));
