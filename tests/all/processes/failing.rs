@@ -1,12 +1,12 @@
 //! `run --fail`: what goes wrong on purpose goes wrong with real processes, and nothing of it is left.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::Path;
 
 use crate::fixtures::{experiment_file, file};
 use crate::home::{Finished, Home};
 
-fn run(home: &Home, mission: &PathBuf, failures: &str) -> (Finished, String) {
+fn run(home: &Home, mission: &Path, failures: &str) -> (Finished, String) {
     let failures = home.write("failures.yaml", &format!("failures:\n{failures}"));
     let log = home.path("run.jsonl");
     let args = ["run".as_ref(), mission.as_os_str(), "--fail".as_ref(), failures.as_os_str(), "--log".as_ref()];
