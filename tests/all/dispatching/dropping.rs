@@ -9,7 +9,7 @@ use ambidex::model::{
     Location, Loss, MissionSpec, Mode, ObjectId, Part, PartEnd, PlaceId, ResourceId, Time, ToController,
 };
 
-use super::{ARM, BASE, LEAF, OTHER, arm, end, grasp, ready, told};
+use super::{ARM, LEAF, OTHER, arm, end, grasp, ready, told};
 use crate::fixtures::{experiment_file, load};
 
 const OBJECT: ObjectId = ObjectId(0);
