@@ -72,10 +72,11 @@ fn fastest<T>(mut run: impl FnMut() -> T) -> (Duration, T) {
 fn requests(n: usize) -> Vec<Arc<Request>> {
     let grippers = |first: u32| {
         let all = (0..GRIPPERS).map(|index| (first + index) % GRIPPERS);
-        all.map(|index| Candidate { resource: ResourceId(index), cost_m: f64::from(index) / 10.0 }).collect()
+        all.map(|index| Candidate { cost_m: f64::from(index) / 10.0, ..Candidate::at_hand(ResourceId(index)) })
+            .collect()
     };
     let claim = |access, candidates| ClaimOptions { access, keep: Retention::Release, candidates };
-    let one = |resource| vec![Candidate { resource, cost_m: 0.0 }];
+    let one = |resource| vec![Candidate::at_hand(resource)];
     let request = |index: usize| {
         let first = index as u32 % GRIPPERS;
         let claims = match index % 3 {

@@ -51,5 +51,6 @@ pub fn behavior(
         takes: Duration::ZERO,
         timeout: Duration::from_secs(600),
         retries: 0,
+        backoff: Duration::ZERO,
     }))
 }

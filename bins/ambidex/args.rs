@@ -111,6 +111,9 @@ pub struct MissionArgs {
     /// [default: up to 200 nodes]. Both can be computed again, which `trace LOG` and `explain LOG NODE` do.
     #[arg(long, value_enum)]
     pub messages: Option<Messages>,
+    /// How long a controller that is gone is awaited when nothing can go on without it, seconds.
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = values::seconds, allow_negative_numbers = true)]
+    pub reattach_timeout: Duration,
     /// Form of log lines on the terminal; RUST_LOG says which are shown. The log file is always JSON Lines.
     #[arg(long, value_enum, default_value_t = LogFormat::Text)]
     pub log_format: LogFormat,
@@ -123,7 +126,7 @@ pub struct LiveArgs {
     #[arg(required_unless_present = "resume")]
     pub mission: Option<PathBuf>,
     /// Go on in this log, a file or an instance, as if its runtime had never been gone.
-    #[arg(long, value_name = "LOG", conflicts_with_all = ["log", "allocator", "messages", "on_stall", "keep_logs"])]
+    #[arg(long, value_name = "LOG", conflicts_with_all = ["log", "allocator", "messages", "on_stall", "keep_logs", "reattach_timeout"])]
     pub resume: Option<String>,
     /// Robot seconds per wall second, for simulated controllers.
     #[arg(long, default_value_t = 1.0, value_parser = values::speed)]

@@ -21,7 +21,12 @@ pub fn simulate(args: &SimulateArgs) -> Result<Exit> {
     let terminal = Terminal::start(args.log_format, QUIET, Patience::Waits);
     let mut observer = Observer::new(&loaded.mission, args, "simulate", &terminal, false).into_diagnostic()?;
     let has_messages = Messages::are_told(args.messages, &loaded.mission);
-    let settings = Settings { allocator: args.allocator.allocator(), has_messages, ..Settings::default() };
+    let settings = Settings {
+        allocator: args.allocator.allocator(),
+        has_messages,
+        reattach: args.reattach_timeout,
+        ..Settings::default()
+    };
     observer.purpose = Purpose::of_simulation(&failures, &loaded.mission.names);
     let end = sim::simulate_failures(&loaded.mission, &settings, &failures, &mut |record| observer.take(record));
     let (end, is_whole) = (Exit::from(end), observer.finish());

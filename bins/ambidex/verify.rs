@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
 use ambidex::files;
 use ambidex::model::{Header, MissionSpec, Record};
@@ -88,6 +89,7 @@ pub fn rerun(header: &Header, path: &Path) -> Result<Rerun> {
     let settings = Settings {
         allocator: allocator.allocator(),
         waits_when_stalled: header.waits_when_stalled,
+        reattach: Duration::from_micros(header.reattach_us),
         has_messages: header.has_messages,
         ..Settings::default()
     };

@@ -165,6 +165,7 @@ impl Replay {
                 Ok(())
             }
             Record::Began { .. } | Record::Stopped { .. } | Record::World { .. } => self.compare(record),
+            Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } => self.compare(record),
             Record::Decided { .. } | Record::Released { .. } | Record::Resource { .. } => self.compare(record),
             Record::Ended { .. } => self.compare(record),
         }
@@ -194,7 +195,8 @@ impl Replay {
             Told::Begin { changes } => changes.as_slice(),
             Told::World { change } => std::slice::from_ref(change),
             Told::Ended { outcome, .. } => &outcome.changes,
-            Told::Resumed | Told::End { .. } => &[],
+            Told::Service { changes, .. } => changes,
+            Told::Resumed | Told::Woke | Told::End { .. } => &[],
         };
         let is_nowhere =
             |change: &Change| matches!(change, Change::Object(_, Location::At(at)) if at.index() >= self.places);

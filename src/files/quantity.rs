@@ -38,6 +38,10 @@ pub(crate) const TOLERANCE: Quantity = quantity(Dimension::Length, 0.02, 10.0);
 pub(crate) const HEADING: Quantity = quantity(Dimension::Angle, -2.0 * PI, 2.0 * PI);
 /// How long a behavior may take: up to a day.
 pub(crate) const TIMEOUT: Quantity = quantity(Dimension::Time, 0.01, 86_400.0);
+/// How long a behavior waits after it failed.
+pub(crate) const BACKOFF: Quantity = quantity(Dimension::Time, 0.0, 3_600.0);
+/// How long a controller may take to end what it was told to end.
+pub(crate) const GRACE: Quantity = quantity(Dimension::Time, 0.1, 600.0);
 /// How long a gripper takes.
 pub(crate) const GRIP: Quantity = quantity(Dimension::Time, 0.0, 600.0);
 /// How long a behavior takes at least; nothing by itself.

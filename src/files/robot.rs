@@ -2,13 +2,14 @@
 //! fitting kind.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use nalgebra::Point3;
 
 use crate::describe::{At, Custom, Described, Each, Map, Point, Word, described};
 use crate::fault::Faults;
 use crate::names::Register;
-use crate::quantity::{ACCELERATION, EXTENT, GRIP, LIFT, NEAR, SPEED, TURN_ACCELERATION, TURN_SPEED};
+use crate::quantity::{ACCELERATION, EXTENT, GRACE, GRIP, LIFT, NEAR, SPEED, TURN_ACCELERATION, TURN_SPEED};
 use crate::reader::{Item, Name, Written};
 use crate::shape::Form;
 use ambidex_model::{
@@ -30,6 +31,11 @@ const MAX_RESOURCES: usize = 1000;
 const MAX_CONTROLLER_NAME_BYTES: usize = 32;
 
 const POINT: Point = Point(&NEAR);
+
+const CANCEL_GRACE: &str = "cancel_grace";
+const CANCEL_GRACE_DOC: &str =
+    "How long it may take to end what it was told to end, wall time; past that it counts as hung; 5 s.";
+const CANCEL_GRACE_S: f64 = 5.0;
 
 described! {
     /// A robot file.
@@ -63,7 +69,7 @@ described! {
 described! {
     /// An entry of `controllers`.
     pub(crate) enum Controller: "a controller", "A process that moves one resource." {
-        Arm(ArmSpec) = ("arm", "An arm with a gripper.", REACHING_ARM),
+        Arm((ArmSpec, Option<f64>)) = ("arm", "An arm with a gripper.", REACHING_ARM),
         Base(Base) = ("base", "A base that drives in the plane.", Map::<Base>::new()),
         Head(Head) = ("head", "A head, or a camera, that pans and tilts.", Map::<Head>::new()),
     }
@@ -79,6 +85,7 @@ described! {
         acceleration: f64 = required("acceleration", "Top acceleration of the gripper.", &ACCELERATION),
         grip_s: f64 = required("grip", "How long the gripper takes to close or open.", &GRIP),
         lift_m: f64 = required("lift", "How far it lifts after closing or opening.", &LIFT),
+        cancel_grace_s: Option<f64> = optional(CANCEL_GRACE, CANCEL_GRACE_DOC, &GRACE),
     }
 }
 
@@ -89,6 +96,7 @@ described! {
         acceleration: f64 = required("acceleration", "Top acceleration.", &ACCELERATION),
         turn_speed: f64 = required("turn_speed", "Top turning speed.", &TURN_SPEED),
         turn_acceleration: f64 = required("turn_acceleration", "Top turning acceleration.", &TURN_ACCELERATION),
+        cancel_grace_s: Option<f64> = optional(CANCEL_GRACE, CANCEL_GRACE_DOC, &GRACE),
     }
 }
 
@@ -98,32 +106,46 @@ described! {
         neck: Point3<f64> = required("neck", "The crossing of its axes, in the base frame.", POINT),
         speed: f64 = required("speed", "Top speed of each axis.", &TURN_SPEED),
         acceleration: f64 = required("acceleration", "Top acceleration of each axis.", &TURN_ACCELERATION),
+        cancel_grace_s: Option<f64> = optional(CANCEL_GRACE, CANCEL_GRACE_DOC, &GRACE),
     }
 }
 
 /// An arm that reaches where it rests.
-const REACHING_ARM: Custom<ArmSpec> = Custom(
+const REACHING_ARM: Custom<(ArmSpec, Option<f64>)> = Custom(
     || Form::Map(Arm::shape),
     |item, reading| {
-        let Arm { shoulder, tuck, reach_m, speed, acceleration, grip_s, lift_m } = Arm::read(item, reading)?;
+        let Arm { shoulder, tuck, reach_m, speed, acceleration, grip_s, lift_m, cancel_grace_s } =
+            Arm::read(item, reading)?;
         if (tuck.value - shoulder).norm() > reach_m {
             reading.faults.push(&tuck, "farther from the shoulder than the arm reaches");
         }
-        Some(ArmSpec { shoulder, tuck: tuck.value, reach_m, speed, acceleration, grip_s, lift_m })
+        let arm = ArmSpec { shoulder, tuck: tuck.value, reach_m, speed, acceleration, grip_s, lift_m };
+        Some((arm, cancel_grace_s))
     },
 );
 
 impl Controller {
     fn kind(&self) -> ControllerKind {
         match *self {
-            Self::Arm(arm) => ControllerKind::Arm(arm),
-            Self::Base(Base { speed, acceleration, turn_speed, turn_acceleration }) => {
+            Self::Arm((arm, _)) => ControllerKind::Arm(arm),
+            Self::Base(Base { speed, acceleration, turn_speed, turn_acceleration, .. }) => {
                 ControllerKind::Base(BaseSpec { speed, acceleration, turn_speed, turn_acceleration })
             }
-            Self::Head(Head { neck, speed, acceleration }) => {
+            Self::Head(Head { neck, speed, acceleration, .. }) => {
                 ControllerKind::Head(HeadSpec { neck, speed, acceleration })
             }
         }
+    }
+}
+
+impl Controller {
+    fn cancel_grace(&self) -> Duration {
+        let grace_s = match self {
+            Self::Arm((_, grace_s)) => *grace_s,
+            Self::Base(base) => base.cancel_grace_s,
+            Self::Head(head) => head.cancel_grace_s,
+        };
+        Duration::from_secs_f64(grace_s.unwrap_or(CANCEL_GRACE_S))
     }
 }
 
@@ -162,7 +184,11 @@ fn build(raw: Robot, faults: &mut Faults) -> Option<RobotFile> {
 
     let mut specs = Vec::new();
     for (name, kind) in &raw.controllers {
-        specs.extend(kind.as_ref().map(|kind| ControllerSpec { name: name.value.clone(), kind: kind.kind() }));
+        specs.extend(kind.as_ref().map(|kind| ControllerSpec {
+            name: name.value.clone(),
+            kind: kind.kind(),
+            cancel_grace: kind.cancel_grace(),
+        }));
     }
     let (name, radius_m) = (raw.robot?.value, raw.radius_m?);
     Some(RobotFile {

@@ -86,6 +86,7 @@ fn header() -> Record {
         }),
         names: names(),
         waits_when_stalled: false,
+        reattach_us: 10_000_000,
         has_messages: true,
         source: None,
     }))
@@ -98,7 +99,7 @@ pub fn request() -> Request {
         keep: Retention::Physical(Access::Exclusive),
         candidates: candidates
             .iter()
-            .map(|&resource| Candidate { resource: ResourceId(resource), cost_m: 0.25 })
+            .map(|&resource| Candidate { cost_m: 0.25, ..Candidate::at_hand(ResourceId(resource)) })
             .collect(),
     };
     Request {
@@ -187,6 +188,8 @@ fn turns() -> Vec<Record> {
     };
     let outcome = Outcome { end: End::Interrupted, changes: vec![Change::Base(Pose::new(1.0, 2.0, 0.5))] };
     let told = |input| Record::Told { at, input };
+    let controller = ControllerId(1);
+    let served = |service| Record::Served { at, controller, resources: vec![ResourceId(1)], service };
     vec![
         told(Told::Begin { changes: vec![Change::Base(Pose::new(1.0, 0.0, 0.0))] }),
         told(Told::Resumed),
@@ -197,6 +200,14 @@ fn turns() -> Vec<Record> {
         Record::Turn { at },
         Record::Began { at, world_state: world_state() },
         Record::Stopped { at, leaves: vec![NodeId(2)] },
+        told(Told::Service { controller, outage: Some(Loss::Silent), changes: Vec::new() }),
+        told(Told::Service { controller, outage: None, changes: vec![Change::Emptied(ResourceId(1))] }),
+        told(Told::Woke),
+        Record::Woke { at, leaves: vec![NodeId(2), NodeId(3)] },
+        served(Service::Unavailable { why: Loss::Hung, since: at }),
+        served(Service::Gone { why: Loss::Ended, since: at }),
+        served(Service::Available),
+        Record::Awaited { at, until: Time(11_400_000) },
     ]
 }
 
@@ -220,6 +231,7 @@ fn releases() -> Vec<Record> {
         end,
         consequences: Consequences { completed: None, failed: Some(NodeId(1)), failing: None },
         changes: vec![Change::Fact(FactId(0), false)],
+        waits_until: None,
     };
     ends.map(released).into()
 }
@@ -232,6 +244,8 @@ fn blocked() -> Vec<Blocked> {
         Reason::Held { resource, by: node, channel: None },
         Reason::Held { resource, by: node, channel: Some(ChannelId(0)) },
         Reason::NoneFree { of },
+        Reason::Unavailable { resource, why: Loss::Silent },
+        Reason::BackingOff { wait_ms: 500, fault: Fault::TimedOut },
         Reason::TooFew { of, wanted: 3, free: 2 },
         Reason::Unwanted,
         Reason::Outdone { by: node },

@@ -8,7 +8,7 @@ use super::link_task::Order;
 use super::node_task::{ToNode, ToRoot};
 use super::signal::Signal;
 use ambidex_core::dispatch::{Dispatch, Effect, Input};
-use ambidex_model::{MissionEnd, NodeId, Told};
+use ambidex_model::{NodeId, Told};
 
 /// The dispatch with its neighbors.
 pub(super) struct DispatchTask {
@@ -52,10 +52,11 @@ impl DispatchTask {
                 self.signal(Signal::Begun);
             }
             Effect::Configured(id) => self.signal(Signal::Attached(id)),
-            Effect::Lost(id) => {
-                // Before the ends that follow from it: root grants nothing for them.
-                self.root.tell(Told::End { end: MissionEnd::ControllerLost(id) });
-                self.signal(Signal::Lost(id));
+            Effect::Lost(controller, why) => {
+                self.root.tell(Told::Service { controller, outage: Some(why), changes: Vec::new() });
+            }
+            Effect::Returned(controller, changes) => {
+                self.root.tell(Told::Service { controller, outage: None, changes });
             }
             Effect::Missing(id) => self.signal(Signal::Missing(id)),
             Effect::Safe => self.signal(Signal::Safe),

@@ -150,10 +150,12 @@ impl NodeTask {
     /// Root hears of the world outside first, waits for the log, and takes its turns.
     async fn run_root(mut self, mut outside: mpsc::UnboundedReceiver<Input>) {
         loop {
+            let due = self.node.deadline().map(|at| self.around.clock.instant(at));
             let input = tokio::select! {
                 biased;
                 Some(input) = outside.recv() => input,
                 Some(input) = self.inbox.recv() => input,
+                () = async { tokio::time::sleep_until(due.expect("guarded")).await }, if due.is_some() => Told::Woke.into(),
                 else => return,
             };
             if let Some(journal) = &self.around.journal {

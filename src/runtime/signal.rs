@@ -11,8 +11,6 @@ pub(super) enum Signal {
     Begun,
     /// Root has ended the mission.
     Finished(MissionEnd),
-    /// It is gone, and the mission with it.
-    Lost(ControllerId),
     /// It is gone before the mission began.
     Missing(ControllerId),
     /// Nothing moves any more.

@@ -245,9 +245,6 @@ impl Supervisor {
             Signal::Finished(end) => {
                 self.end.get_or_insert(end);
             }
-            Signal::Lost(id) => {
-                self.ending.get_or_insert(MissionEnd::ControllerLost(id));
-            }
             Signal::Missing(id) => {
                 self.missing.insert(id);
             }

@@ -57,6 +57,7 @@ pub(super) fn header() -> Header {
             controllers: list(&["base", "head", "left_arm", "right_arm"]),
         },
         waits_when_stalled: false,
+        reattach_us: 10_000_000,
         has_messages: true,
         source: None,
     }
@@ -89,6 +90,7 @@ pub(super) fn released(at_s: f64, name: &str, end: End) -> Record {
         end,
         consequences: Consequences::default(),
         changes: Vec::new(),
+        waits_until: None,
     }
 }
 

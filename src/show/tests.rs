@@ -300,7 +300,7 @@ fn one_of_four() -> Vec<Record> {
     vec![
         Record::Header(Box::new(header)),
         decided(0.0, 1, vec![grant("pick 4", &[0, 1], &[3], &[])]),
-        Record::Released { at, leaf, end, consequences, changes: Vec::new() },
+        Record::Released { at, leaf, end, consequences, changes: Vec::new(), waits_until: None },
         decided(5.0, 2, vec![grant("move 1-1", &[], &[0], &[])]),
         released(10.0, "move 1-1", End::Canceled),
         Record::Ended { at: seconds(10.0), end: MissionEnd::Canceled },

@@ -94,7 +94,11 @@ pub fn decisions(names: &Names, records: &[Record]) -> String {
             Record::Ended { end, .. } => write!(text, "{end:?}").expect("a string takes all"),
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => continue,
             Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::World { .. } => continue,
-            Record::Resource { .. } | Record::Controller { .. } => continue,
+            Record::Resource { .. }
+            | Record::Woke { .. }
+            | Record::Served { .. }
+            | Record::Awaited { .. }
+            | Record::Controller { .. } => continue,
         }
         text.push('\n');
     }

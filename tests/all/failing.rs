@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use ambidex::files::{self, InMemory};
 use ambidex::model::{
-    Change, ControllerId, End, Fault, Location, MissionEnd, MissionSpec, NodeId, Reason, Record, Time,
+    Change, ControllerId, ControllerMessage, End, Fault, Location, MissionEnd, MissionSpec, NodeId, Reason, Record,
+    Time,
 };
 use ambidex::replay::Replay;
 use ambidex::sim::{self, Event};
@@ -175,6 +176,23 @@ fn a_controller_is_lost_at_its_moment() {
         let (_, records) = failing(&mission, &format!("  - {{at: 3 s, {failure}: base}}\n"));
         let lost = ends(&mission, &records, "move 2-1");
         assert_eq!(lost, [(End::Failed(Fault::Lost(controller(&mission, "base"))), at)], "{failure}");
+    }
+}
+
+#[test]
+fn a_mission_goes_on_with_what_is_back() {
+    let mission = load(&experiment_file(1));
+    for failures in [
+        "  - {at: 8 s, lose: left_arm}\n  - {at: 20 s, return: left_arm}\n",
+        "  - {at: 3 s, lose: base}\n  - {at: 5 s, return: base}\n",
+        "  - {at: 3 s, hang: base}\n  - {at: 8 s, return: base}\n",
+        "  - {at: 8 s, hang: right_arm}\n  - {at: 9500 ms, lose: right_arm}\n  - {at: 11 s, return: right_arm}\n",
+    ] {
+        let (end, records) = failing(&mission, failures);
+        assert_eq!(end, MissionEnd::Done, "{failures}");
+        let is_refusal =
+            |record: &&Record| matches!(record, Record::Controller { message: ControllerMessage::Refused { .. }, .. });
+        assert_eq!(records.iter().find(is_refusal), None, "{failures}: what is over is not heard of again");
     }
 }
 

@@ -83,7 +83,12 @@ fn driven(mission: &Arc<MissionSpec>, simulated: &[Record]) -> Heard {
         Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => None,
         Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } => None,
         Record::Decided { .. } | Record::World { .. } => None,
-        Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => None,
+        Record::Resource { .. }
+        | Record::Woke { .. }
+        | Record::Served { .. }
+        | Record::Awaited { .. }
+        | Record::Controller { .. }
+        | Record::Ended { .. } => None,
     });
     let mut ends: Vec<(NodeId, Outcome)> = ends.collect();
     let mut heard = Heard::new(mission);

@@ -316,6 +316,7 @@ fn long_run(behaviors: usize, rounds: u32) -> Vec<u8> {
         movers: Vec::new(),
         start: None,
         waits_when_stalled: false,
+        reattach_us: 0,
         has_messages: true,
         source: None,
     };
@@ -329,7 +330,14 @@ fn long_run(behaviors: usize, rounds: u32) -> Vec<u8> {
         write(&Record::Decided { at, round, granted: vec![grant], refused: vec![], reopened: None });
         let at = Time(at.0 + 900_000);
         let end = End::Failed(Fault::TimedOut);
-        write(&Record::Released { at, leaf, end, consequences: Consequences::default(), changes: vec![] });
+        write(&Record::Released {
+            at,
+            leaf,
+            end,
+            consequences: Consequences::default(),
+            changes: vec![],
+            waits_until: None,
+        });
     }
     journal.into_inner()
 }

@@ -65,6 +65,12 @@ impl Run {
     fn give(&mut self, node: NodeId, input: Input) {
         self.driver.give(node, input);
         self.driver.rest();
+        // Who waits after a failure asks again before anything else happens.
+        while !self.driver.root().state().waits().is_empty() {
+            self.driver.now = self.driver.root().deadline().map_or(self.driver.now, |due| due.max(self.driver.now));
+            self.driver.give(NodeId(0), Told::Woke.into());
+            self.driver.rest();
+        }
     }
 
     fn node(&self, name: &str) -> NodeId {
@@ -106,7 +112,13 @@ impl Run {
             Record::Decided { refused, .. } => refused.iter().find(|blocked| blocked.leaf == leaf),
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => None,
             Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::Released { .. } => None,
-            Record::World { .. } | Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => None,
+            Record::World { .. }
+            | Record::Resource { .. }
+            | Record::Woke { .. }
+            | Record::Served { .. }
+            | Record::Awaited { .. }
+            | Record::Controller { .. }
+            | Record::Ended { .. } => None,
         });
         refused.next_back().map(|blocked| blocked.reason.clone())
     }
@@ -117,7 +129,13 @@ impl Run {
             Record::Decided { round, refused, .. } => Some(*round).filter(|_| !refused.is_empty()),
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => None,
             Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::Released { .. } => None,
-            Record::World { .. } | Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => None,
+            Record::World { .. }
+            | Record::Resource { .. }
+            | Record::Woke { .. }
+            | Record::Served { .. }
+            | Record::Awaited { .. }
+            | Record::Controller { .. }
+            | Record::Ended { .. } => None,
         });
         told.collect()
     }

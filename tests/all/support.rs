@@ -46,7 +46,7 @@ impl Body {
             RobotSpec { name: "tester".into(), resources: Vec::new(), controllers: Vec::new(), radius_m: 0.3 };
         let mut add = |ty, name: String, kind: Option<ControllerKind>| {
             let controller = kind.map(|kind| {
-                robot.controllers.push(ControllerSpec { name, kind });
+                robot.controllers.push(ControllerSpec { name, kind, cancel_grace: Duration::from_secs(5) });
                 ControllerId::from(robot.controllers.len() - 1)
             });
             robot.resources.push(ResourceSpec { ty, controller });
@@ -207,6 +207,7 @@ pub fn blank(kind: &str) -> BehaviorSpec {
         takes: Duration::ZERO,
         timeout: Duration::from_secs(60),
         retries: 0,
+        backoff: Duration::ZERO,
     }
 }
 

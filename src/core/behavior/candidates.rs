@@ -57,12 +57,21 @@ fn options_of(claim: &Claim, view: &View, line: &Lineage<'_>) -> Result<ClaimOpt
 fn one(id: ResourceId, access: Access, view: &View, line: &Lineage<'_>) -> Result<Vec<Candidate>, Reason> {
     match held(id, access, view, line) {
         Some(reason) => Err(reason),
-        None => Ok(vec![Candidate { resource: id, cost_m: 0.0 }]),
+        None => Ok(vec![candidate(id, view, line)]),
     }
 }
 
+fn candidate(id: ResourceId, view: &View, line: &Lineage<'_>) -> Candidate {
+    let has_failed = view.state.status(line.node).failed_with.contains(&id);
+    Candidate { has_failed, ..Candidate::at_hand(id) }
+}
+
+/// Why a resource does not serve now: its controller is away, or somebody holds it.
 fn held(id: ResourceId, access: Access, view: &View, line: &Lineage<'_>) -> Option<Reason> {
     let resource = view.state.table().resource(id);
+    if let Some(why) = resource.service().outage() {
+        return Some(Reason::Unavailable { resource: id, why });
+    }
     let by = resource.obstacle(line, access)?;
     Some(Reason::Held { resource: id, by, channel: resource.channel() })
 }
@@ -73,8 +82,8 @@ fn any(of: TypeId, access: Access, view: &View, line: &Lineage<'_>) -> Result<Ve
         return Err(Reason::Missing { of });
     }
     let fitting = robot.of_type(of).filter(|&id| held(id, access, view, line).is_none());
-    let candidates: Vec<_> = fitting.map(|resource| Candidate { resource, cost_m: 0.0 }).collect();
-    if candidates.is_empty() { Err(Reason::NoneFree { of }) } else { Ok(candidates) }
+    let candidates: Vec<_> = fitting.map(|id| candidate(id, view, line)).collect();
+    if candidates.is_empty() { Err(none_free(of, view)) } else { Ok(candidates) }
 }
 
 /// Those that hold nothing and reach the object, of some that fit; `all` are those that would do if they were free.
@@ -107,6 +116,16 @@ fn empty(
             let reason = would.into_iter().find_map(|id| held(id, access, view, line));
             Err(reason.unwrap_or(Reason::OutOfReach { object }))
         }
-        None => Err(Reason::NoneFree { of }),
+        None => Err(none_free(of, view)),
+    }
+}
+
+/// Nothing of a type serves now: where all of it is away, that is why.
+fn none_free(of: TypeId, view: &View) -> Reason {
+    let outage = |id| view.state.table().resource(id).service().outage().map(|why| (id, why));
+    let outages: Option<Vec<_>> = view.mission.robot.of_type(of).map(outage).collect();
+    match outages.as_deref() {
+        Some([(resource, why), ..]) => Reason::Unavailable { resource: *resource, why: *why },
+        Some([]) | None => Reason::NoneFree { of },
     }
 }

@@ -93,7 +93,8 @@ fn scale(of: TypeId, view: &View, line: &Lineage<'_>) -> Result<f64, Reason> {
 fn available(of: TypeId, view: &View, line: &Lineage<'_>) -> usize {
     let is_available = |id| {
         let resource = view.state.table().resource(id);
-        !resource.is_locked() || resource.leases().iter().any(|lease| line.contains(lease.holder))
+        let is_there = resource.service().is_available();
+        is_there && (!resource.is_locked() || resource.leases().iter().any(|lease| line.contains(lease.holder)))
     };
     view.mission.robot.of_type(of).filter(|&id| is_available(id)).count()
 }

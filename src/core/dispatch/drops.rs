@@ -13,20 +13,13 @@ use ambidex_model::{
 /// What is on its way to the ground, and what waits for that.
 #[derive(Debug, Default)]
 pub(super) struct Drops {
-    /// Controllers by what they said of themselves last.
-    seen: BTreeMap<ControllerId, ControllerState>,
     letting_go: BTreeMap<ControllerId, ObjectId>,
     waiting: VecDeque<(Goal, Plan)>,
 }
 
 impl Drops {
-    pub(super) fn hear(&mut self, id: ControllerId, state: Option<ControllerState>) {
-        self.seen.extend(state.map(|state| (id, state)));
-    }
-
-    /// The controllers that hold an object, each with it.
-    fn holders(&self) -> Vec<(ControllerId, ObjectId)> {
-        self.seen.iter().filter_map(|(&id, state)| Some((id, held(state)?))).collect()
+    pub(super) fn is_letting_go(&self, id: ControllerId) -> bool {
+        self.letting_go.contains_key(&id)
     }
 }
 
@@ -48,9 +41,6 @@ impl Dispatch {
 
     /// A controller was configured, or is gone: if it was to let go of something, it has.
     pub(super) fn let_go(&mut self, now: Time, id: ControllerId, state: Option<ControllerState>) {
-        if state.is_none() {
-            self.drops.seen.remove(&id);
-        }
         let Some(object) = self.drops.letting_go.remove(&id) else { return };
         // A real one knows better what it holds; what a lost one holds nobody knows.
         if state.is_some_and(|state| held(&state) != Some(object)) {
@@ -75,7 +65,7 @@ impl Dispatch {
 
     /// Who lets go of what: of one object, or of all in the grippers that a goal commands, else of all that is carried.
     fn dropping(&self, goal: &Goal, object: Option<ObjectId>) -> Vec<(ControllerId, ObjectId)> {
-        let (mut holders, own) = (self.drops.holders(), self.commanded(goal));
+        let (mut holders, own) = (self.holders(), self.commanded(goal));
         let has_own = holders.iter().any(|(id, _)| own.contains(id));
         holders.retain(|(id, held)| match object {
             Some(object) => object == *held,
@@ -84,10 +74,16 @@ impl Dispatch {
         holders
     }
 
+    /// The controllers that are there and hold an object, each with it.
+    fn holders(&self) -> Vec<(ControllerId, ObjectId)> {
+        let states = self.states.iter().zip(&self.attachments).enumerate();
+        let ready = states.filter(|(_, (_, attachment))| attachment.is_ready());
+        ready.filter_map(|(index, (state, _))| Some((index.into(), held(state)?))).collect()
+    }
+
     fn drop_object(&mut self, now: Time, id: ControllerId, object: ObjectId) {
-        let Some(ControllerState::Arm { gripper, velocity, .. }) = self.drops.seen.get(&id).copied() else { return };
-        let can = self.attachments[id.index()].is_ready() && !self.is_ending;
-        if !can || self.drops.letting_go.insert(id, object).is_some() {
+        let ControllerState::Arm { gripper, velocity, .. } = self.states[id.index()] else { return };
+        if self.is_ending || self.drops.letting_go.insert(id, object).is_some() {
             return;
         }
         self.states[id.index()] = ControllerState::Arm { gripper, velocity, holds: None }.at_rest();
@@ -111,7 +107,7 @@ impl Dispatch {
 
     /// The place whose stand is the nearest to the base, in the plane.
     fn nearest_place(&self) -> Option<PlaceId> {
-        let driven = self.drops.seen.values().find_map(|state| match state {
+        let driven = self.states.iter().find_map(|state| match state {
             ControllerState::Base { pose, .. } => Some(*pose),
             ControllerState::Arm { .. } | ControllerState::Head { .. } => None,
         });

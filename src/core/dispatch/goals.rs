@@ -124,6 +124,9 @@ impl Dispatch {
 
     pub(super) fn rejected(&mut self, now: Time, controller: ControllerId, why: Rejection) {
         self.drop_current(now, controller, End::Failed(Fault::Rejected(controller, why)));
+        if why == Rejection::Busy {
+            self.hang(now, controller);
+        }
     }
 
     pub(super) fn closed(&mut self, now: Time, controller: ControllerId, id: CommandId) {
@@ -193,7 +196,8 @@ impl Dispatch {
 
     /// A goal no longer needs a controller; the last to leave stops the command.
     fn leave(&mut self, now: Time, controller: ControllerId, leaf: NodeId) {
-        let deadline = Some(now + self.limits.cancel);
+        let grace = self.mission.robot.controllers[controller.index()].cancel_grace;
+        let deadline = Some(now + self.limits.robot(grace));
         let waiting = std::mem::take(&mut self.queues[controller.index()].waiting);
         let (gone, waiting): (VecDeque<_>, _) = waiting.into_iter().partition(|(waiting, _)| *waiting == leaf);
         self.queues[controller.index()].waiting = waiting;
@@ -225,6 +229,7 @@ impl Dispatch {
             self.tell(now, controller, None, ToController::Cancel { id });
         }
         self.drop_current(now, controller, End::Failed(Fault::Unanswered(controller)));
+        self.hang(now, controller);
     }
 
     /// Gives up what a controller is doing; whatever it says of it later is stale.

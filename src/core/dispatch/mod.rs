@@ -60,8 +60,10 @@ pub enum Effect {
     Observed(Change),
     /// An object has left its gripper on purpose: where it is now.
     Dropped(Change),
-    /// A controller is gone, and the mission cannot go on.
-    Lost(ControllerId),
+    /// A controller is away: what it moves cannot be used.
+    Lost(ControllerId, Loss),
+    /// A controller that was away is attached and configured again: what it says of the world.
+    Returned(ControllerId, Vec<Change>),
     /// A controller is gone before the mission began: it is awaited again.
     Missing(ControllerId),
     /// Whatever is known of this controller's attachment is void: it may attach anew.
@@ -77,17 +79,19 @@ pub enum Effect {
 pub struct Limits {
     /// Robot seconds per wall second.
     pub speed: f64,
-    /// Within which a controller takes a goal or ends a canceled one: 1 s and 5 s of a wall clock.
+    /// Within which a controller takes a goal: 1 s of a wall clock.
     pub accept: Duration,
-    /// See `accept`.
-    pub cancel: Duration,
 }
 
 impl Limits {
     /// The limits at a speed.
     pub fn at_speed(speed: f64) -> Self {
-        let wall = |seconds: f64| Duration::from_secs_f64(seconds * speed);
-        Self { speed, accept: wall(1.0), cancel: wall(5.0) }
+        Self { speed, accept: Duration::from_secs_f64(speed) }
+    }
+
+    /// A span of the wall clock as robot time.
+    pub fn robot(&self, wall: Duration) -> Duration {
+        wall.mul_f64(self.speed)
     }
 }
 
@@ -95,7 +99,7 @@ impl Limits {
 #[derive(Debug)]
 pub struct Dispatch {
     mission: Arc<MissionSpec>,
-    /// What controllers are configured with.
+    /// What controllers are configured with: what they reported last.
     states: Vec<ControllerState>,
     limits: Limits,
     attachments: Vec<Attachment>,
@@ -206,14 +210,11 @@ impl Dispatch {
             return;
         }
         self.record(now, id, ControllerMessage::Heard { message: message.clone() });
-        self.drops.hear(id, message.state());
+        if let Some(state) = message.state() {
+            self.states[id.index()] = state.at_rest();
+        }
         match message {
-            FromController::Configured { state, .. } => {
-                self.attachments[id.index()].configured(state);
-                self.effects.push(Effect::Configured(id));
-                self.check_ready();
-                self.let_go(now, id, Some(state));
-            }
+            FromController::Configured { state, .. } => self.configured(now, id, state),
             FromController::Accepted { .. } => self.queues[id.index()].accepted(),
             FromController::Rejected { why, .. } => self.rejected(now, id, why),
             FromController::Feedback { state, .. } => self.observe(state),
@@ -238,6 +239,19 @@ impl Dispatch {
         self.effects.extend(state.changes([]).into_iter().map(Effect::Observed));
     }
 
+    fn configured(&mut self, now: Time, id: ControllerId, state: ControllerState) {
+        self.attachments[id.index()].configured(state);
+        self.effects.push(Effect::Configured(id));
+        if self.drops.is_letting_go(id) {
+            self.let_go(now, id, Some(state));
+        } else if self.is_ready {
+            let changes = state.changes(self.mission.robot.moved_by(id));
+            self.effects.push(Effect::Returned(id, changes));
+        } else {
+            self.check_ready();
+        }
+    }
+
     fn check_ready(&mut self) {
         if self.is_ready || !self.attachments.iter().all(Attachment::is_ready) {
             return;
@@ -255,9 +269,16 @@ impl Dispatch {
     fn lost(&mut self, now: Time, id: ControllerId, why: Loss) {
         self.attachments[id.index()].lose();
         self.record(now, id, ControllerMessage::Lost { why });
-        self.effects.push(if self.is_ready { Effect::Lost(id) } else { Effect::Missing(id) });
+        // Before the ends that follow from it, so that nothing is granted what is away.
+        self.effects.push(if self.is_ready { Effect::Lost(id, why) } else { Effect::Missing(id) });
         self.queue_lost(now, id);
         self.let_go(now, id, None);
+    }
+
+    /// It does what nobody wants of it any more, so that it is not to be used before it is configured anew.
+    fn hang(&mut self, now: Time, id: ControllerId) {
+        self.lost(now, id, Loss::Hung);
+        self.effects.push(Effect::Reset(id));
     }
 
     fn tell(&mut self, now: Time, id: ControllerId, leaf: Option<NodeId>, message: ToController) {

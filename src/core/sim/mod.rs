@@ -257,10 +257,17 @@ impl<'a> Simulation<'a> {
             dispatch::Effect::Observed(change) => {
                 self.deliveries.push_back(Delivery::Node(NodeId(0), Input::Observed(change)));
             }
-            // Before the ends that follow from it: root grants nothing for them.
-            dispatch::Effect::Lost(id) => self.tell_root(Told::End { end: MissionEnd::ControllerLost(id) }),
+            dispatch::Effect::Lost(controller, why) => {
+                self.tell_root(Told::Service { controller, outage: Some(why), changes: Vec::new() });
+            }
+            dispatch::Effect::Returned(controller, changes) => {
+                self.tell_root(Told::Service { controller, outage: None, changes });
+            }
             dispatch::Effect::Configured(_) | dispatch::Effect::Missing(_) => {}
-            dispatch::Effect::Reset(id) => self.plants[id.index()].reset(),
+            dispatch::Effect::Reset(id) => {
+                self.plants[id.index()].reset();
+                self.exchange(id, None);
+            }
             dispatch::Effect::Safe => self.is_safe = true,
             dispatch::Effect::Record(record) => (self.journal)(&record),
         }
@@ -298,7 +305,8 @@ impl<'a> Simulation<'a> {
         let step = is_moving.then(|| next_step(self.now));
         let event = self.events.front().map(|(at, _)| *at);
         let silence = self.plants.iter().filter_map(Plant::silent_at).min();
-        let Some(next) = [step, self.dispatch.deadline(), event, silence].into_iter().flatten().min() else {
+        let waits = self.nodes[0].deadline();
+        let Some(next) = [step, self.dispatch.deadline(), event, silence, waits].into_iter().flatten().min() else {
             return false;
         };
         self.now = next.max(self.now);
@@ -313,6 +321,9 @@ impl<'a> Simulation<'a> {
         }
         if self.dispatch.deadline().is_some_and(|due| due <= self.now) {
             self.tell_dispatch(dispatch::Input::Woke);
+        }
+        if self.nodes[0].deadline().is_some_and(|due| due <= self.now) {
+            self.tell_root(Told::Woke);
         }
         true
     }

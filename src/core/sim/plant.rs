@@ -18,6 +18,9 @@ pub(super) struct Plant {
     life: Life,
     /// What it is told while it hangs, for when it goes on.
     unheard: Vec<ToController>,
+    /// The attachment that it was told of last, and the last one that is over: what it says of that goes nowhere.
+    generation: u32,
+    over: u32,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,7 +41,14 @@ pub(super) struct Exchanged {
 
 impl Plant {
     pub(super) fn new(body: Body) -> Self {
-        Self { session: Session::new(body), presence: Presence::new(EPOCH), life: Life::Absent, unheard: Vec::new() }
+        Self {
+            session: Session::new(body),
+            presence: Presence::new(EPOCH),
+            life: Life::Absent,
+            unheard: Vec::new(),
+            generation: 0,
+            over: 0,
+        }
     }
 
     /// Its process is there: started, started again, or one that hung and goes on.
@@ -85,16 +95,21 @@ impl Plant {
         if self.life == Life::Alive {
             self.session.hear_beat(Beat { pid: PID, epoch: EPOCH, sent_ns: now_ns });
             for message in self.unheard.drain(..) {
+                if let ToController::Configure { generation, .. } = message {
+                    self.generation = generation;
+                }
                 self.session.take(Received { message, epoch: EPOCH, origin: ClockOrigin(0) }, now_ns);
             }
             self.session.tick(now_ns);
-            replies.extend(self.session.replies().into_iter().map(|reply| reply.message));
+            let said = self.session.replies().into_iter().map(|reply| reply.message);
+            replies.extend(said.filter(|message| message.id().is_none_or(|id| id.generation > self.over)));
             self.presence.hear(&StampedPulse { pid: PID, sent_ns: now_ns, pulse: self.session.pulse() }, now_ns);
         }
         let attendance = self.presence.attend(now_ns, self.life == Life::Ended);
         if matches!(attendance, Some(Attendance::Lost(_))) {
             // What was meant for an attachment that is over is not told to the next.
             self.unheard.clear();
+            self.over = self.generation;
         }
         Exchanged { replies, attendance }
     }

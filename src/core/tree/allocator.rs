@@ -79,7 +79,7 @@ impl Allocator for Serial {
         let refused = judge_all(requests, |request| whole.judge(request));
         let mut granted = whole.packing.bind();
         for grant in &mut granted {
-            let free = view.state.table().iter().filter(|(_, resource)| !resource.is_locked()).map(|(id, _)| id);
+            let free = view.state.table().iter().filter(|(_, resource)| resource.is_free()).map(|(id, _)| id);
             let unclaimed: Vec<_> =
                 free.filter(|id| grant.bindings.iter().all(|binding| binding.resource != *id)).collect();
             let whole = |resource| Binding { resource, access: Access::Exclusive, keep: Retention::Release };

@@ -61,8 +61,10 @@ impl LapseCheck<'_> {
             | Reason::WholeRobot { by }
             | Reason::Outdone { by }
             | Reason::Driving { by } => self.state.running().contains_key(by),
+            Reason::BackingOff { .. } => true,
             Reason::Satisfied
             | Reason::Unwanted
+            | Reason::Unavailable { .. }
             | Reason::Missing { .. }
             | Reason::OutOfReach { .. }
             | Reason::NotHeld { .. }

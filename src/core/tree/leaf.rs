@@ -70,7 +70,12 @@ impl Leaf {
         let line = Lineage { topology: &tree.topology, node: self.id, skips };
         let spec = spec(&self.mission, self.id);
         let bar = view.state.status(self.id).bar.as_ref().filter(|bar| bar.progress == view.state.progress());
-        match (behavior::answer(spec, view, &line, &mut self.known_paths), bar) {
+        let answer = behavior::answer(spec, view, &line, &mut self.known_paths);
+        if let (Some(wait), false) = (&view.state.status(self.id).wait, answer == behavior::Answer::Satisfied) {
+            let wait_ms = u64::try_from(wait.until.since(wait.since).as_millis()).unwrap_or(u64::MAX);
+            return behavior::Answer::Blocked(Reason::BackingOff { wait_ms, fault: wait.fault });
+        }
+        match (answer, bar) {
             (behavior::Answer::Satisfied, _) => behavior::Answer::Satisfied,
             (_, Some(bar)) => behavior::Answer::Blocked(Reason::AlreadyDone {
                 heir: bar.heir.leaf,

@@ -14,11 +14,12 @@ mod ordering;
 mod packing;
 mod root;
 mod topics;
+mod waiting;
 
 pub use allocator::{Allocator, Chosen, Greedy, Serial};
 pub use effect::{Effect, Input, Outbox};
 pub use message::{Activation, Answer, Down, News, Release, Requests, Scope, Up, Verdict};
 pub use node::{Node, build};
 pub use offers::Offers;
-pub use root::{Root, Settings};
+pub use root::{REATTACH, Root, Settings};
 pub use topics::Topic;

@@ -29,6 +29,14 @@ impl Node {
         }
     }
 
+    /// If this is root, when it has to be told [`Told::Woke`].
+    pub fn deadline(&self) -> Option<Time> {
+        match self {
+            Self::Root(root) => root.deadline(),
+            Self::Composite(_) | Self::Leaf(_) => None,
+        }
+    }
+
     /// Whether this is root, and messages between nodes are told.
     pub fn has_messages(&self) -> bool {
         match self {

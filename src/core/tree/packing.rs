@@ -235,7 +235,7 @@ impl<'a> Search<'a> {
         let leaf = self.requests[request].leaf;
         let rest_m = self.least_behind(request, index);
         for &candidate in &claim.candidates {
-            let cost_m = cost_m + candidate.cost_m;
+            let cost_m = cost_m + candidate.weight_m();
             let is_hopeless = self.best.as_ref().is_some_and(|(best, _)| cost_m + rest_m >= best - SAME_COST_M);
             if self.steps == 0 || is_hopeless || !self.is_free(candidate.resource, leaf, claim.access) {
                 continue;
@@ -268,8 +268,7 @@ impl<'a> Search<'a> {
     fn least_behind(&self, request: usize, claim: usize) -> f64 {
         let behind = self.requests[request].claims[claim + 1..].iter();
         let others = self.requests[request + 1..].iter().flat_map(|request| &request.claims);
-        let least =
-            |claim: &ClaimOptions| claim.candidates.iter().map(|candidate| candidate.cost_m).min_by(f64::total_cmp);
+        let least = |claim: &ClaimOptions| claim.candidates.iter().map(Candidate::weight_m).min_by(f64::total_cmp);
         behind.chain(others).filter_map(least).sum()
     }
 

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+use std::time::Duration;
 
 use super::lapse::LapseCheck;
 use super::ordering::{Settled, settle, undecided};
@@ -18,6 +19,9 @@ use ambidex_model::{
 /// The top of the task: root's one child.
 const TOP: NodeId = NodeId(1);
 
+/// How long a controller is awaited by default, robot time.
+pub const REATTACH: Duration = Duration::from_secs(10);
+
 /// How a mission is to be run.
 #[derive(Debug, Clone)]
 pub struct Settings {
@@ -30,6 +34,8 @@ pub struct Settings {
     /// Whether records tell every message between nodes, and with every decision why all else does not run. All that
     /// can be computed again; it grows with nodes times rounds.
     pub has_messages: bool,
+    /// How long a controller is awaited without which nothing can go on, robot time.
+    pub reattach: Duration,
     /// Topics whose readers are not asked again, so that rounds go wrong: by this a test shows that it would notice.
     pub unheard: fn(Topic) -> bool,
 }
@@ -44,6 +50,7 @@ impl Settings {
     pub fn header(&self, mission: &MissionSpec) -> Header {
         Header {
             has_messages: self.has_messages,
+            reattach_us: u64::try_from(self.reattach.as_micros()).unwrap_or(u64::MAX),
             ..Header::new(mission, self.allocator.name(), self.waits_when_stalled)
         }
     }
@@ -56,6 +63,7 @@ impl Default for Settings {
             rules: Arc::new(Unconstrained),
             waits_when_stalled: false,
             has_messages: true,
+            reattach: REATTACH,
             unheard: |_| false,
         }
     }
@@ -64,10 +72,10 @@ impl Default for Settings {
 /// The machine of root.
 #[derive(Debug)]
 pub struct Root {
-    mission: Arc<MissionSpec>,
+    pub(super) mission: Arc<MissionSpec>,
     free_space: Arc<FreeSpace>,
-    settings: Settings,
-    state: State,
+    pub(super) settings: Settings,
+    pub(super) state: State,
     /// Whom a round has to ask; none where every round asks all.
     touches: Option<Touches>,
     /// Why those that were asked do not run, as they and the nodes above them said it last.
@@ -80,15 +88,15 @@ pub struct Root {
     observed: Option<Change>,
     open: Option<Arc<View>>,
     /// A round is to be opened.
-    is_wanted: bool,
+    pub(super) is_wanted: bool,
     /// The last round came to nothing, and nothing runs.
     is_quiet: bool,
     /// The last round granted nothing while nothing ran, so that its reasons are told.
     was_quiet: bool,
     /// It goes on after its runtime was gone, and has not been told to begin again.
-    is_suspended: bool,
+    pub(super) is_suspended: bool,
     /// The mission is to end, once nothing runs any more.
-    ending: Option<MissionEnd>,
+    pub(super) ending: Option<MissionEnd>,
 }
 
 impl Root {
@@ -169,7 +177,7 @@ impl Root {
             Some(_) => self.stop_all(now, out),
             None if self.state.stage() != Stage::Running => {}
             None if is_wanted => self.open_round(now, out),
-            None if is_quiet => self.finish(now, MissionEnd::Stalled, out),
+            None if is_quiet => self.stall(now, out),
             None => {}
         }
     }
@@ -194,7 +202,8 @@ impl Root {
         verdict.stopped = self.stop(now, is_below_failing, out);
         let is_nothing = verdict.granted.is_empty() && reopened.is_none();
         self.is_wanted |= !is_nothing;
-        self.is_quiet = is_nothing && self.state.running().is_empty() && !self.settings.waits_when_stalled;
+        let is_idle = self.state.running().is_empty() && self.state.waits().is_empty();
+        self.is_quiet = is_nothing && is_idle && !self.settings.waits_when_stalled;
         if !verdict.granted.is_empty() || !verdict.stopped.is_empty() {
             out.push(Effect::Down(TOP, Down::Verdict(Arc::new(verdict))));
         }
@@ -216,12 +225,12 @@ impl Root {
         }
     }
 
-    fn is_over(&self) -> bool {
+    pub(super) fn is_over(&self) -> bool {
         matches!(self.state.stage(), Stage::Over(_))
     }
 
     /// The one way on which anything of the state changes: as a record.
-    fn edit(&mut self, record: Record, out: &mut Outbox) {
+    pub(super) fn edit(&mut self, record: Record, out: &mut Outbox) {
         let at = record.at();
         let before = self.touches.is_some().then(|| self.state.clone());
         assert!(self.state.apply(&record), "root contradicts itself: {record:?}");
@@ -239,6 +248,13 @@ impl Root {
             Told::Resumed => self.is_suspended = true,
             Told::World { change } => self.change_world(now, change, out),
             Told::Ended { leaf, outcome } => self.release(now, leaf, outcome, out),
+            Told::Service { controller, outage, changes } => {
+                self.serve(now, controller, outage, out);
+                for change in changes {
+                    self.change_world(now, change, out);
+                }
+            }
+            Told::Woke => self.wake(now, out),
             Told::End { end } => {
                 self.ending.get_or_insert(end);
             }
@@ -330,7 +346,8 @@ impl Root {
         let found = if answer.is_satisfied { None } else { self.reopen(view, after) };
         let found = found.map(|found| with_winner(self.state.running(), &verdict, found));
         // Where nothing goes on any more, the reasons are the news.
-        let is_quiet = verdict.granted.is_empty() && found.is_none() && self.state.running().is_empty();
+        let is_idle = self.state.running().is_empty() && self.state.waits().is_empty();
+        let is_quiet = verdict.granted.is_empty() && found.is_none() && is_idle;
         let is_news = is_quiet && !self.was_quiet;
         self.was_quiet = is_quiet;
         if let Record::Decided { refused, reopened, .. } = &mut decided {
@@ -350,7 +367,7 @@ impl Root {
     fn reopen(&self, view: &View, mut after: State) -> Option<Reopened> {
         let tree = &self.mission.tree;
         let check = LapseCheck { tree, view, state: &after, refused: &self.reasons };
-        let is_stuck = after.running().is_empty();
+        let is_stuck = after.running().is_empty() && after.waits().is_empty();
         let mut reopened = check.lapse().or_else(|| if is_stuck { check.redo() } else { None })?;
         if reopened.lapsed().is_some() {
             after.apply(&Record::Decided {
@@ -372,10 +389,14 @@ impl Root {
         let spec = mission.tree.behavior(leaf).expect("only leaves run");
         let end = behavior::believed(spec, grant, &outcome);
         let changes = behavior::changes(spec, grant, &Outcome { end, ..outcome });
-        let is_final = matches!(end, End::Failed(_)) && self.state.status(leaf).failures >= spec.retries;
+        let has_failed = matches!(end, End::Failed(_));
+        let failures = self.state.status(leaf).failures;
+        let is_final = has_failed && failures >= spec.retries;
+        let waits_until = (has_failed && !is_final).then(|| now + spec.wait(failures + 1));
         let Settled { consequences, cause } = settle(&mission.tree, &self.state, leaf, end, is_final);
         self.is_wanted = true;
-        self.edit(Record::Released { at: now, leaf, end, consequences, changes }, out);
+        let waits_until = waits_until.filter(|_| consequences.failed.is_none());
+        self.edit(Record::Released { at: now, leaf, end, consequences, changes, waits_until }, out);
         if consequences.completed.is_some_and(|completed| completed.node == TOP) {
             self.finish(now, MissionEnd::Done, out);
         } else if consequences.failed == Some(TOP) && self.ending.is_none() {
@@ -427,7 +448,7 @@ impl Root {
         self.last_recorded = Arc::clone(table);
     }
 
-    fn finish(&mut self, now: Time, end: MissionEnd, out: &mut Outbox) {
+    pub(super) fn finish(&mut self, now: Time, end: MissionEnd, out: &mut Outbox) {
         self.edit(Record::Ended { at: now, end }, out);
         out.push(Effect::Finished(end));
     }

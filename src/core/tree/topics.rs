@@ -131,6 +131,9 @@ impl Touches {
                 self.note_running(*leaf);
                 changes.iter().for_each(|change| self.note_change(before, *change));
             }
+            Record::Woke { leaves, .. } => leaves.iter().for_each(|leaf| self.touch(Topic::Own(*leaf))),
+            // Of what is different in the table.
+            Record::Served { .. } | Record::Awaited { .. } => {}
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Stopped { .. } => {}
             Record::Sent { .. } | Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => {}
         }

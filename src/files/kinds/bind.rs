@@ -81,6 +81,7 @@ impl<'a> Binder<'a> {
             takes: kind.takes,
             timeout: kind.timeout,
             retries: kind.retries,
+            backoff: kind.backoff,
         };
         bound.check_takers(&behavior);
         bound.commands(&mut behavior);

@@ -8,7 +8,7 @@ use super::{Claims, Declared};
 use crate::describe::{At, Count, Custom, Described, Later, List, Map, Reads, described};
 use crate::fault::Faults;
 use crate::parameter::{PARAMETERS, Parameter, warn_of_unused};
-use crate::quantity::{DURATION, TIMEOUT};
+use crate::quantity::{BACKOFF, DURATION, TIMEOUT};
 use crate::reader::{Item, Name, Written};
 use crate::scope::{Reading, Scope};
 use crate::shape::{Form, Shape};
@@ -18,6 +18,7 @@ pub(crate) const MAX_RETRIES: u32 = 1000;
 
 const TIMEOUT_S: f64 = 120.0;
 const RETRIES: u32 = 2;
+const BACKOFF_S: f64 = 0.5;
 
 const CONDITIONS: List<Map<ConditionTerm>> = List(MAPS, Map::new());
 const MAPS: &str = "a list of maps, each with a dash";
@@ -60,6 +61,12 @@ described! {
         timeout_s: Option<f64> = maybe_or("timeout", "How long it may run; 2 min.", &TIMEOUT, TIMEOUT_S),
         retries: Option<u32> =
             maybe_or("retries", "How often it tries again after it failed; 2.", Count(MAX_RETRIES), RETRIES),
+        backoff_s: Option<f64> = maybe_or(
+            "backoff",
+            "How long it waits before it tries again, twice as long each further time; 0.5 s.",
+            &BACKOFF,
+            BACKOFF_S
+        ),
     }
 }
 
@@ -106,6 +113,7 @@ impl Declared {
             takes: Duration::from_secs_f64(takes_s),
             timeout: Duration::from_secs_f64(read.timeout_s?),
             retries: read.retries?,
+            backoff: Duration::from_secs_f64(read.backoff_s?),
             name,
             parameters: read.parameters,
         };

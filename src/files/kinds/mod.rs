@@ -49,6 +49,7 @@ pub(crate) struct Declared {
     takes: Duration,
     timeout: Duration,
     retries: u32,
+    backoff: Duration,
 }
 
 /// A name, or the argument that stands for it.

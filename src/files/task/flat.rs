@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::node::{AND, MAY_RUN, NAMED, Node, OR, OfAll, OfBehaviors, RETRIES, THEN, USE, word_for};
+use super::node::{AND, MAY_RUN, NAMED, Node, OR, OfAll, OfBehaviors, RETRIES, THEN, USE, WAITS, word_for};
 use super::subtrees::{Filled, Named, Scope, Subtrees};
 use super::{Call, Draft, DraftKind, MAX_NODES, Surroundings};
 use crate::describe::{Described, Reads};
@@ -125,7 +125,14 @@ impl<'a> Flat<'a> {
         }
         let nothing = Item::nothing(item.key, item.span);
         let is = Some(Is::Behavior(kind, nothing));
-        self.add_draft(is, &OfBehaviors { retries: None, timeout: None }, None, item.span, under, faults);
+        self.add_draft(
+            is,
+            &OfBehaviors { retries: None, backoff: None, timeout: None },
+            None,
+            item.span,
+            under,
+            faults,
+        );
     }
 
     /// Adds a node that is no `use`, and what is below it.
@@ -145,6 +152,7 @@ impl<'a> Flat<'a> {
             is_used: under.scope.is_subtree,
             kind: None,
             retries: written.retries.and_then(|item| RETRIES.take(item, faults)),
+            backoff_s: written.backoff.and_then(|item| WAITS.take(item, faults)),
             timeout_s: written.timeout.and_then(|item| MAY_RUN.take(item, faults)),
         });
         self.parents.push(under.parent);

@@ -63,6 +63,7 @@ struct Draft<'a> {
     /// None when something in it is wrong; that has its fault.
     kind: Option<DraftKind<'a>>,
     retries: Option<u32>,
+    backoff_s: Option<f64>,
     timeout_s: Option<f64>,
 }
 
@@ -89,7 +90,15 @@ struct Call<'a> {
 
 impl Draft<'_> {
     fn root(span: SourceSpan) -> Self {
-        Self { span, name: None, is_used: false, kind: Some(DraftKind::Root), retries: None, timeout_s: None }
+        Self {
+            span,
+            name: None,
+            is_used: false,
+            kind: Some(DraftKind::Root),
+            retries: None,
+            backoff_s: None,
+            timeout_s: None,
+        }
     }
 
     /// The behavior, if it is one.
@@ -181,6 +190,7 @@ fn bind_all(
                     draft.check_timeout(behavior.takes, faults);
                     behavior.timeout = draft.timeout_s.map_or(behavior.timeout, Duration::from_secs_f64);
                     behavior.retries = draft.retries.unwrap_or(behavior.retries);
+                    behavior.backoff = draft.backoff_s.map_or(behavior.backoff, Duration::from_secs_f64);
                     NodeKind::Behavior(Box::new(behavior))
                 })
             }

@@ -2,7 +2,7 @@
 
 use crate::describe::{Count, Described, Later, Reads, Word, described};
 use crate::kinds::MAX_RETRIES;
-use crate::quantity::{Quantity, TIMEOUT};
+use crate::quantity::{BACKOFF, Quantity, TIMEOUT};
 use crate::reader::Item;
 use crate::shape::Form;
 
@@ -22,6 +22,7 @@ pub(super) const TIMEOUT_KEY: &str = "timeout";
 pub(super) const NAMED: Word = Word("a name");
 pub(super) const RETRIES: Count = Count(MAX_RETRIES);
 pub(super) const MAY_RUN: &Quantity = &TIMEOUT;
+pub(super) const WAITS: &Quantity = &BACKOFF;
 
 const NODES: Later = Later(|| Form::List(Box::new(node_form())));
 const ARGUMENTS: Later = Later(|| Form::Arguments);
@@ -59,6 +60,11 @@ described! {
     pub(super) struct OfBehaviors<'a>: "a behavior of the task", "What may be told of a behavior." {
         retries: Option<Item<'a>> =
             maybe("retries", "How often a behavior tries again after it failed.", Later(|| RETRIES.form())),
+        backoff: Option<Item<'a>> = maybe(
+            "backoff",
+            "How long a behavior waits before it tries again, twice as long each further time.",
+            Later(|| WAITS.form())
+        ),
         timeout: Option<Item<'a>> =
             maybe(TIMEOUT_KEY, "How long a behavior may run.", Later(|| MAY_RUN.form())),
     }

@@ -116,7 +116,7 @@ const MISTAKES: &[Mistake<'_>] = &[
         5,
         "cannot be called `then` what a node of the task can say already: `and`, `or`",
     ),
-    ("mission.yaml", "  scan:\n", "  use:\n", 5, "`use`, `name`, `retries`, `timeout`"),
+    ("mission.yaml", "  scan:\n", "  use:\n", 5, "`use`, `name`, `retries`, `backoff`, `timeout`"),
     ("mission.yaml", "  scan:\n", "  rest:\n", 5, "there is a behavior `rest` already each name is declared once"),
     ("mission.yaml", "  scan:\n", "  $scan:\n", 5, "`$scan` stands for an argument"),
     ("mission.yaml", "  twice:\n", "  $twice:\n", 20, "`$twice` stands for an argument"),

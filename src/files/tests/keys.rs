@@ -32,6 +32,7 @@ behaviors:
     takes: 3 s
     timeout: 5 s
     retries: 1
+    backoff: 1 s
   lay:
     parameters: {what: object, where: place}
     claims: {hand: {type: gripper, holds: $what}, base: {type: base, keep: {for: there}, shared: there}}
@@ -55,7 +56,7 @@ world:
 task:
   then:
     - use: {twice: shelf}
-    - or: [{move: shelf}, {wait: , name: rest, retries: 2, timeout: 1 min}]
+    - or: [{move: shelf}, {wait: , name: rest, retries: 2, backoff: 2 s, timeout: 1 min}]
     - pick: $thing
     - place: {object: cup, at: table}
 ";
@@ -75,11 +76,11 @@ resources:
   base: {type: base, controller: wheels}
 controllers:
   left_arm:
-    arm: {shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9], reach: 0.9, speed: 0.5, acceleration: 1, grip: 1 s, lift: 10 cm}
+    arm: {shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9], reach: 0.9, speed: 0.5, acceleration: 1, grip: 1 s, lift: 10 cm, cancel_grace: 2 s}
   right_arm:
-    arm: {shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9], reach: 0.9, speed: 0.5, acceleration: 1, grip: 1 s, lift: 10 cm}
-  neck: {head: {neck: [0, 0, 1.2], speed: 90 deg/s, acceleration: 90 deg/s^2}}
-  wheels: {base: {speed: 1, acceleration: 1, turn_speed: 1, turn_acceleration: 1}}
+    arm: {shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9], reach: 0.9, speed: 0.5, acceleration: 1, grip: 1 s, lift: 10 cm, cancel_grace: 2 s}
+  neck: {head: {neck: [0, 0, 1.2], speed: 90 deg/s, acceleration: 90 deg/s^2, cancel_grace: 2 s}}
+  wheels: {base: {speed: 1, acceleration: 1, turn_speed: 1, turn_acceleration: 1, cancel_grace: 2 s}}
 ";
 
 const FAILURES: &str = "\

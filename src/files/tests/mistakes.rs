@@ -79,7 +79,7 @@ const IN_MISSIONS: &[Mistake<'_>] = &[
     ),
     ("    - move: shelf", "    - {or: [{move: shelf}], until: a}", 14, "has no key `until` allowed: `name`"),
     ("    - move: shelf", "    - {or: [{move: shelf}], timeout: 5 s}", 14, "`then` and `use` may stand: `name`"),
-    ("    - move: shelf", "    - {move: shelf, until: a}", 14, "allowed: `name`, `retries`, `timeout`"),
+    ("    - move: shelf", "    - {move: shelf, until: a}", 14, "allowed: `name`, `retries`, `backoff`, `timeout`"),
     ("    - move: shelf", "    - or: []", 14, "an empty list"),
     ("    - move: shelf", "    - {or: [{move: shelf}], retries: 1}", 14, "belongs to behaviors such as move"),
     ("    - move: shelf", "    - {move: shelf, name: root}", 14, "`root` is what stands above every task"),
@@ -92,7 +92,7 @@ const IN_MISSIONS: &[Mistake<'_>] = &[
         "    - pick: cup",
         "    - pick: 1\n      grasp: 2",
         16,
-        "has no key `grasp` allowed: `name`, `retries`, `timeout`",
+        "has no key `grasp` allowed: `name`, `retries`, `backoff`, `timeout`",
     ),
     (
         "    - move: {to: table, scale_by: gripper}\n      timeout: 2 min",

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{Bar, Phase, Stage, State, Status};
+use super::{Bar, Phase, Stage, State, Status, Wait};
 use crate::{
     Cause, Change, Consequences, End, Grant, Heir, LeaseKind, MissionEnd, NodeId, NodeRange, Record, Reopened,
-    ResourceId, WorldState,
+    ResourceId, Service, WorldState,
 };
 
 impl State {
@@ -18,12 +18,26 @@ impl State {
             Record::World { change, .. } => self.change(&[*change]),
             Record::Decided { round, granted, reopened, .. } => {
                 self.round = *round;
+                self.awaited_until = self.awaited_until.filter(|_| granted.is_empty());
                 let are_granted = each(granted, |grant| self.grant(grant));
                 reopened.iter().all(|reopened| self.reopen(reopened)) && are_granted
             }
             Record::Stopped { leaves, .. } => each(leaves, |leaf| self.stop(*leaf)),
-            Record::Released { leaf, end, consequences, changes, .. } => {
-                self.release(*leaf, *end, *consequences, changes)
+            Record::Released { at, leaf, end, consequences, changes, waits_until } => {
+                let is_known = self.release(*leaf, *end, *consequences, changes);
+                if let (true, End::Failed(fault), Some(until)) = (is_known, end, waits_until) {
+                    self.wait(*leaf, Wait { since: *at, until: *until, fault: *fault });
+                }
+                is_known
+            }
+            Record::Woke { leaves, .. } => each(leaves, |leaf| self.wake(*leaf)),
+            Record::Served { resources, service, .. } => {
+                self.awaited_until = None;
+                each(resources, |resource| self.serve(*resource, *service))
+            }
+            Record::Awaited { until, .. } => {
+                self.awaited_until = Some(*until);
+                true
             }
             Record::Ended { end, .. } => {
                 self.finish(*end);
@@ -50,6 +64,31 @@ impl State {
             self.status_mut(leaf).is_stopping = true;
         }
         is_running
+    }
+
+    fn wait(&mut self, leaf: NodeId, wait: Wait) {
+        Arc::make_mut(&mut self.waits).insert((wait.until, leaf));
+        self.status_mut(leaf).wait = Some(Box::new(wait));
+    }
+
+    /// It waits no longer.
+    fn wake(&mut self, leaf: NodeId) -> bool {
+        if leaf.index() >= self.topology.count() {
+            return false;
+        }
+        let wait = self.status(leaf).wait.as_ref().map(|wait| wait.until);
+        let Some(until) = wait else { return false };
+        Arc::make_mut(&mut self.waits).remove(&(until, leaf));
+        self.status_mut(leaf).wait = None;
+        true
+    }
+
+    fn serve(&mut self, resource: ResourceId, service: Service) -> bool {
+        let is_known = resource.index() < self.table.count();
+        if is_known {
+            Arc::make_mut(&mut self.table).serve(resource, service);
+        }
+        is_known
     }
 
     fn status_mut(&mut self, node: NodeId) -> &mut Status {
@@ -126,7 +165,13 @@ impl State {
         let topology = Arc::clone(&self.topology);
         self.status_mut(leaf).is_stopping = false;
         if let End::Failed(_) = end {
-            self.status_mut(leaf).failures += 1;
+            let mut failed_with: Vec<ResourceId> = self.status(leaf).failed_with.clone();
+            let claimed = std::iter::zip(&grant.request.claims, &grant.bindings);
+            failed_with.extend(claimed.map(|(_, binding)| binding.resource));
+            failed_with.sort_unstable();
+            failed_with.dedup();
+            let status = self.status_mut(leaf);
+            (status.failures, status.failed_with) = (status.failures + 1, failed_with);
         }
         let were_occupied = self.occupied();
         self.change_world(changes);
@@ -173,6 +218,10 @@ impl State {
         }
         let parent = self.topology.parent(top);
         self.status_mut(parent).way = None;
+        let below = top..self.topology.end(top);
+        let waiting: Vec<NodeId> =
+            self.waits.iter().map(|(_, leaf)| *leaf).filter(|leaf| below.contains(leaf)).collect();
+        each(&waiting, |leaf| self.wake(*leaf));
         self.forget_kept(top, |_| true);
     }
 

@@ -9,11 +9,12 @@ impl State {
         match told {
             Told::Begin { changes } => changes.iter().all(|change| self.knows(*change)),
             Told::World { change } => self.knows(*change),
+            Told::Service { changes, .. } => changes.iter().all(|change| self.knows(*change)),
             Told::Ended { leaf, outcome } => {
                 let has_run = self.running.contains_key(leaf);
                 has_run && outcome.changes.iter().all(|change| self.knows(*change))
             }
-            Told::Resumed | Told::End { .. } => true,
+            Told::Resumed | Told::Woke | Told::End { .. } => true,
         }
     }
 
@@ -40,7 +41,8 @@ impl State {
         }
         let line = Lineage { topology: &self.topology, node: leaf, skips: &grant.request.skips };
         let is_free = |resource: ResourceId, access| {
-            resource.index() < self.table.count() && self.table.resource(resource).obstacle(&line, access).is_none()
+            let known = (resource.index() < self.table.count()).then(|| self.table.resource(resource));
+            known.is_some_and(|known| known.service().is_available() && known.obstacle(&line, access).is_none())
         };
         grant.met.iter().all(|node| self.has(*node))
             && grant.bindings.iter().all(|binding| is_free(binding.resource, binding.access))

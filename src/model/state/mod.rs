@@ -6,12 +6,12 @@ mod check;
 mod chunks;
 mod status;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use crate::{Grant, MissionEnd, NodeId, ResourceTable, Topology, WorldState};
+use crate::{Grant, MissionEnd, NodeId, ResourceTable, Time, Topology, WorldState};
 pub use chunks::Chunks;
-pub use status::{Bar, Phase, Status};
+pub use status::{Bar, Phase, Status, Wait};
 
 /// The state of a run. A clone is cheap: it shares everything that neither of the two changes afterwards.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,6 +22,8 @@ pub struct State {
     table: Arc<ResourceTable>,
     world: Arc<WorldState>,
     running: Arc<BTreeMap<NodeId, Grant>>,
+    waits: Arc<BTreeSet<(Time, NodeId)>>,
+    awaited_until: Option<Time>,
     round: u32,
     progress: u64,
     stage: Stage,
@@ -48,6 +50,8 @@ impl State {
             table: Arc::new(ResourceTable::new(resources)),
             world: Arc::new(world),
             running: Arc::default(),
+            waits: Arc::default(),
+            awaited_until: None,
             round: 0,
             progress: 0,
             stage: Stage::Waiting,
@@ -92,6 +96,16 @@ impl State {
     /// Behaviors that were granted and have not ended, by leaf.
     pub fn running(&self) -> &BTreeMap<NodeId, Grant> {
         &self.running
+    }
+
+    /// Behaviors that wait after a failure, with the moment at which they ask again, the next one first.
+    pub fn waits(&self) -> &BTreeSet<(Time, NodeId)> {
+        &self.waits
+    }
+
+    /// Until when the mission waits for a controller without which nothing can go on.
+    pub fn awaited_until(&self) -> Option<Time> {
+        self.awaited_until
     }
 
     /// What runs at or below a node.

@@ -1,6 +1,6 @@
 //! What a node has come to.
 
-use crate::{Blocked, Failing, NodeId};
+use crate::{Blocked, Failing, Fault, NodeId, ResourceId, Time};
 
 /// A node's part of the state.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -17,6 +17,10 @@ pub struct Status {
     pub is_stopping: bool,
     /// Why it does not ask although it is not done.
     pub bar: Option<Box<Bar>>,
+    /// How it failed, while it waits before it asks again.
+    pub wait: Option<Box<Wait>>,
+    /// Resources with which it failed, each once, in resource order.
+    pub failed_with: Vec<ResourceId>,
 }
 
 /// How far a node is. Whether something below it runs, [`super::State::running`] says.
@@ -31,6 +35,17 @@ pub enum Phase {
     Failing(Failing),
     /// It has failed for good.
     Failed,
+}
+
+/// A behavior waits before it asks again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wait {
+    /// Since when, robot time.
+    pub since: Time,
+    /// Until when, robot time.
+    pub until: Time,
+    /// How it failed.
+    pub fault: Fault,
 }
 
 /// A behavior whose lease lapsed does not ask before there is progress.

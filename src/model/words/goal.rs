@@ -5,7 +5,7 @@ use std::time::Duration;
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
-use super::{Access, Change, ControllerId, NodeId, ObjectId, Pose, Rejection, ResourceId};
+use super::{Access, Change, ControllerId, Names, NodeId, ObjectId, Pose, Rejection, ResourceId};
 
 /// What one controller is told to do. Points are in the base frame, poses in the map frame; meters and radians.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -93,6 +93,25 @@ pub enum Fault {
     TimedOut,
     /// The controller is gone.
     Lost(ControllerId),
+}
+
+impl Fault {
+    /// The fault as a sentence: "`left_arm` gave up".
+    pub fn sentence(self, names: &Names) -> String {
+        match self {
+            Self::Rejected(controller, why) => {
+                format!("{} would not take its goal: {why}", names.controller(controller))
+            }
+            Self::Unanswered(controller) => format!("{} did not answer in time", names.controller(controller)),
+            Self::Aborted(controller) => format!("{} gave up", names.controller(controller)),
+            Self::NotMaintained(controller) => {
+                format!("{} ended early what had to last", names.controller(controller))
+            }
+            Self::Contradicted(gripper) => format!("{} does not hold what it should", names.resource(gripper)),
+            Self::TimedOut => "it took too long".into(),
+            Self::Lost(controller) => format!("{} was lost", names.controller(controller)),
+        }
+    }
 }
 
 /// How a goal ended.

@@ -33,6 +33,9 @@ pub struct Header {
     /// Whether a stall waited for the world instead of ending the mission.
     #[serde(default)]
     pub waits_when_stalled: bool,
+    /// How long a controller is awaited without which nothing can go on, microseconds of robot time.
+    #[serde(default)]
+    pub reattach_us: u64,
     /// Whether messages between nodes are told, and with decisions why everything else does not run.
     #[serde(default = "yes")]
     pub has_messages: bool,
@@ -59,6 +62,7 @@ impl Header {
             start: Some(mission.start.clone()),
             names: mission.names.clone(),
             waits_when_stalled,
+            reattach_us: 0,
             has_messages: true,
             source: mission.source.clone(),
         }

@@ -21,6 +21,8 @@ pub enum Loss {
     Unanswered,
     /// The link to it broke.
     Broken,
+    /// It hangs: it did not end in time what it was told to end, or was busy with it later.
+    Hung,
 }
 
 impl Display for Loss {
@@ -34,6 +36,7 @@ impl Display for Loss {
             }
             Self::Unanswered => f.write_str("it did not answer its configuration"),
             Self::Broken => f.write_str("the link to it broke"),
+            Self::Hung => f.write_str("it did not end what it was told to end"),
         }
     }
 }

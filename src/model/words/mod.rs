@@ -16,6 +16,7 @@ mod record;
 mod rejection;
 mod request;
 mod resource;
+mod service;
 mod source;
 mod spec;
 mod suggestion;
@@ -40,6 +41,7 @@ pub use record::{
 pub use rejection::{Refusal, Rejection};
 pub use request::{Binding, Candidate, ClaimOptions, Grant, Request};
 pub use resource::{Heir, Lease, LeaseKind, Resource, ResourceTable};
+pub use service::Service;
 pub use source::{Source, SourceFile};
 pub use spec::{
     ArmSpec, BaseSpec, BehaviorSpec, CommandTerm, Condition, ControllerKind, ControllerSpec, EffectTerm, HeadSpec,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{ChannelId, FactId, Names, NodeId, ObjectId, PlaceId, ResourceId, TypeId};
+use super::{ChannelId, FactId, Fault, Loss, Names, NodeId, ObjectId, PlaceId, ResourceId, TypeId};
 
 /// Why a request was refused or not made. It speaks of the behavior that it is said of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -91,6 +91,20 @@ pub enum Reason {
         /// What it must be.
         holds: bool,
     },
+    /// The controller of what it needs is away.
+    Unavailable {
+        /// The first such resource.
+        resource: ResourceId,
+        /// How the controller came to be away.
+        why: Loss,
+    },
+    /// It failed, and waits before it asks again.
+    BackingOff {
+        /// How long, milliseconds of robot time.
+        wait_ms: u64,
+        /// How it failed.
+        fault: Fault,
+    },
     /// Its potential is 0 whatever happens: it is never to be asked for.
     Unwanted,
     /// Its potential is 0: nothing of the type would be available to it there.
@@ -172,6 +186,12 @@ impl Reason {
                 )
             }
             Self::NoneFree { of } => format!("every {} is held or full", names.ty(*of)),
+            Self::Unavailable { resource, why } => {
+                format!("{} is unavailable (its controller: {why})", names.resource(*resource))
+            }
+            Self::BackingOff { wait_ms, fault } => {
+                format!("waits {} s after failing: {}", *wait_ms as f64 / 1e3, fault.sentence(names))
+            }
             Self::TooFew { of, wanted, free } => format!("needs {wanted} {}s, {free} free", names.ty(*of)),
             Self::Missing { of } => format!("the robot has no {}", names.ty(*of)),
             Self::OutOfReach { object } => {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Change, CommandId, ControllerId, End, FromController, Grant, Header, Loss, NodeId, Outcome, Reason, Rejection,
-    Request, Resource, ResourceId, Time, ToController, WorldState,
+    Request, Resource, ResourceId, Service, Time, ToController, WorldState,
 };
 
 /// One line of the journal.
@@ -87,6 +87,34 @@ pub enum Record {
         consequences: Consequences,
         /// What is different in the world.
         changes: Vec<Change>,
+        /// Until when the behavior waits before it asks again; none where it does not.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        waits_until: Option<Time>,
+    },
+    /// Behaviors that waited after a failure ask again.
+    Woke {
+        /// Robot time at which root applied it.
+        at: Time,
+        /// Which, in tree order.
+        leaves: Vec<NodeId>,
+    },
+    /// A controller went, is not awaited any more, or came back.
+    Served {
+        /// Robot time at which root applied it.
+        at: Time,
+        /// Which controller.
+        controller: ControllerId,
+        /// What it moves, in resource order.
+        resources: Vec<ResourceId>,
+        /// What these are now.
+        service: Service,
+    },
+    /// Nothing can go on without a controller that is away.
+    Awaited {
+        /// Robot time since when.
+        at: Time,
+        /// Until when it is awaited.
+        until: Time,
     },
     /// The world changed from outside.
     World {
@@ -136,6 +164,9 @@ macro_rules! moment {
             | Record::Decided { at, .. }
             | Record::Released { at, .. }
             | Record::World { at, .. }
+            | Record::Woke { at, .. }
+            | Record::Served { at, .. }
+            | Record::Awaited { at, .. }
             | Record::Resource { at, .. }
             | Record::Controller { at, .. }
             | Record::Ended { at, .. } => Some(at),
@@ -161,6 +192,7 @@ impl Record {
         match self {
             Self::Began { .. } | Self::Decided { .. } | Self::Stopped { .. } | Self::Released { .. } => true,
             Self::World { .. } | Self::Resource { .. } | Self::Ended { .. } => true,
+            Self::Woke { .. } | Self::Served { .. } | Self::Awaited { .. } => true,
             Self::Header(_) | Self::Told { .. } | Self::Observed { .. } | Self::Turn { .. } => false,
             Self::Sent { .. } | Self::Controller { .. } => false,
         }
@@ -202,6 +234,17 @@ pub enum Told {
         /// How, and what its controllers said of the world then.
         outcome: Outcome,
     },
+    /// A controller is away, or came back.
+    Service {
+        /// Which controller.
+        controller: ControllerId,
+        /// How it came to be away; none where it came back.
+        outage: Option<Loss>,
+        /// What it says of the world, now that it is back.
+        changes: Vec<Change>,
+    },
+    /// A moment came for which root waited.
+    Woke,
     /// End the mission in order: nothing is granted any more, what runs is canceled first.
     End {
         /// Why.

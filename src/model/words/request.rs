@@ -13,6 +13,24 @@ pub struct Candidate {
     pub resource: ResourceId,
     /// Distance to reach, meters; 0 where nothing is reached for.
     pub cost_m: f64,
+    /// Whether the behavior failed with it before, so that any other one comes first.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub has_failed: bool,
+}
+
+/// What counts as far beyond everything that anybody reaches, meters.
+const BEYOND_M: f64 = 1e6;
+
+impl Candidate {
+    /// A resource that costs nothing to use.
+    pub fn at_hand(resource: ResourceId) -> Self {
+        Self { resource, cost_m: 0.0, has_failed: false }
+    }
+
+    /// By what candidates are compared, meters: where it failed before, then the distance.
+    pub fn weight_m(&self) -> f64 {
+        if self.has_failed { BEYOND_M + self.cost_m } else { self.cost_m }
+    }
 }
 
 /// A claim of a request with every resource that would serve it, in resource order.

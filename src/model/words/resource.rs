@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Access, ChannelId, Grant, Lineage, NodeId, ResourceId, Retention, Topology};
+use super::{Access, ChannelId, Grant, Lineage, NodeId, ResourceId, Retention, Service, Topology};
 
 /// Why a lease is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -34,9 +34,16 @@ pub struct Lease {
 pub struct Resource {
     access: Option<Access>,
     leases: Vec<Lease>,
+    #[serde(default, skip_serializing_if = "Service::is_available")]
+    service: Service,
 }
 
 impl Resource {
+    /// Whether its controller is there, so that it can be granted.
+    pub fn service(&self) -> Service {
+        self.service
+    }
+
     /// Number of owners.
     pub fn owners(&self) -> usize {
         self.leases.len()
@@ -45,6 +52,11 @@ impl Resource {
     /// Whether it is in use.
     pub fn is_locked(&self) -> bool {
         !self.leases.is_empty()
+    }
+
+    /// Whether nobody uses it and it is there.
+    pub fn is_free(&self) -> bool {
+        !self.is_locked() && self.service.is_available()
     }
 
     /// How it is used; none while it is free.
@@ -211,9 +223,16 @@ impl ResourceTable {
         self.resources[resource.index()].remove(|lease| lease.kind == LeaseKind::Physical);
     }
 
+    /// Its controller went, or came back.
+    pub fn serve(&mut self, resource: ResourceId, service: Service) {
+        self.resources[resource.index()].service = service;
+    }
+
     /// Frees everything.
     pub fn clear(&mut self) {
-        *self = Self::new(self.resources.len());
+        for resource in &mut self.resources {
+            (resource.access, resource.leases) = (None, Vec::new());
+        }
     }
 
     fn move_up(&mut self, leaves_from: impl Fn(NodeId) -> bool, heir: Heir) {

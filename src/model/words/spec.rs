@@ -58,6 +58,8 @@ pub struct ControllerSpec {
     pub name: String,
     /// What it moves, and its limits.
     pub kind: ControllerKind,
+    /// How long it may take to end what it was told to end, wall time; past that it counts as hung.
+    pub cancel_grace: Duration,
 }
 
 /// What a controller moves.
@@ -271,7 +273,20 @@ pub struct BehaviorSpec {
     pub timeout: Duration,
     /// How often it asks again after it failed.
     pub retries: u32,
+    /// How long it waits before it asks again after it failed once, robot time; twice as long after each further time.
+    pub backoff: Duration,
 }
+
+impl BehaviorSpec {
+    /// How long a behavior waits that wants to be tried again after so many failures, robot time.
+    pub fn wait(&self, failures: u32) -> Duration {
+        let doubled = 1u32.checked_shl(failures.saturating_sub(1)).unwrap_or(u32::MAX);
+        self.backoff.saturating_mul(doubled).min(MOST_BACKOFF)
+    }
+}
+
+/// However often it failed, nothing waits longer than a day.
+const MOST_BACKOFF: Duration = Duration::from_secs(24 * 60 * 60);
 
 /// Activation potential as data.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -53,6 +53,7 @@ impl History {
             Record::Ended { end, .. } => self.finish(at, *end),
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Began { .. } => {}
             Record::Observed { .. } | Record::Stopped { .. } | Record::World { .. } => {}
+            Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } => {}
         }
     }
 

@@ -40,6 +40,8 @@ fn waits_for(reason: &Reason) -> Option<NodeId> {
         Reason::Ending { failed } => Some(*failed),
         Reason::Satisfied
         | Reason::Held { .. }
+        | Reason::Unavailable { .. }
+        | Reason::BackingOff { .. }
         | Reason::NoneFree { .. }
         | Reason::TooFew { .. }
         | Reason::Missing { .. }

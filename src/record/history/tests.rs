@@ -31,6 +31,7 @@ fn header() -> Record {
         start: None,
         names: Names { nodes: names, resources, objects: vec!["cup".into()], ..Names::default() },
         waits_when_stalled: false,
+        reattach_us: 0,
         has_messages: true,
         source: None,
     }))
@@ -67,7 +68,7 @@ fn granted(at: u64, leaf: NodeId) -> Record {
 fn ended(at: u64, leaf: NodeId, end: End, completed: Option<NodeId>, failed: Option<NodeId>) -> Record {
     let completed = completed.map(|node| Completion { node, heir: None });
     let consequences = Consequences { completed, failed, failing: None };
-    Record::Released { at: Time(at), leaf, end, consequences, changes: Vec::new() }
+    Record::Released { at: Time(at), leaf, end, consequences, changes: Vec::new(), waits_until: None }
 }
 
 fn succeeded(at: u64, leaf: NodeId, completed: NodeId) -> Record {

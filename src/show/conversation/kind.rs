@@ -34,6 +34,12 @@ pub enum Kind {
     Released,
     /// The world changed from outside.
     World,
+    /// Behaviors that waited after a failure ask again.
+    Woke,
+    /// A controller went, is awaited no more, or came back.
+    Served,
+    /// Nothing can go on without a controller that is away.
+    Awaited,
     /// A resource is held otherwise.
     Resource,
     /// A controller is there.
@@ -93,6 +99,9 @@ impl Kind {
             Record::Stopped { .. } => Self::Stopped,
             Record::Released { .. } => Self::Released,
             Record::World { .. } => Self::World,
+            Record::Woke { .. } => Self::Woke,
+            Record::Served { .. } => Self::Served,
+            Record::Awaited { .. } => Self::Awaited,
             Record::Resource { .. } => Self::Resource,
             Record::Controller { message, .. } => Self::of_controller(message),
             Record::Ended { .. } => Self::Ended,

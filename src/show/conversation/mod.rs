@@ -108,6 +108,9 @@ impl Conversation {
                 line(root, nodes::released(*leaf, *end, *consequences, changes, names))
             }
             Record::World { change, .. } => line("world".into(), phrase::changed(change, names)),
+            Record::Woke { leaves, .. } => line(root, phrase::asking_again(leaves, names)),
+            Record::Served { controller, service, .. } => line(root, phrase::served(*controller, *service, names)),
+            Record::Awaited { until, .. } => line(root, phrase::awaited(*until)),
             Record::Resource { resource, state, .. } => {
                 line(names.resource(*resource).into(), nodes::used(state, names))
             }
@@ -172,6 +175,9 @@ fn style(record: &Record, palette: &Palette) -> Style {
         },
         Record::Header(_) | Record::Ended { .. } => palette.strong,
         Record::Stopped { .. } => palette.canceled,
+        Record::Awaited { .. } => palette.waiting,
+        Record::Served { service, .. } if !service.is_available() => palette.failed,
+        Record::Woke { .. } | Record::Served { .. } => Style::new(),
         Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } => palette.faint,
         Record::World { .. } | Record::Resource { .. } | Record::Began { .. } => Style::new(),
     }

@@ -41,6 +41,12 @@ pub(super) fn told(told: &Told, names: &Names) -> String {
         Told::Begin { .. } => "begin".into(),
         Told::Resumed => "the runtime was gone; another goes on".into(),
         Told::World { change } => phrase::changed(change, names),
+        Told::Service { controller, outage, changes } => {
+            let controller = names.controller(*controller);
+            let went = outage.map_or(format!("{controller} is back"), |why| format!("{controller} is away: {why}"));
+            parts([Some(went)].into_iter().chain(phrase::changes(changes, names).into_iter().map(Some)))
+        }
+        Told::Woke => "a moment came for which it waited".into(),
         Told::Ended { leaf, outcome } => {
             let ended = format!("{} {}", names.node(*leaf), phrase::ended(outcome.end, names));
             parts([Some(ended)].into_iter().chain(phrase::changes(&outcome.changes, names).into_iter().map(Some)))

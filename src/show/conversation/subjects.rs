@@ -16,8 +16,10 @@ pub(super) fn of_node(record: &Record, history: &History, marks: &[bool]) -> boo
         Record::Told { input, .. } => match input {
             Told::Ended { leaf, .. } => is(*leaf),
             Told::Begin { .. } | Told::Resumed | Told::World { .. } | Told::End { .. } => false,
+            Told::Service { .. } | Told::Woke => false,
         },
-        Record::Stopped { leaves, .. } => leaves.iter().any(|leaf| is(*leaf)),
+        Record::Served { .. } | Record::Awaited { .. } => false,
+        Record::Stopped { leaves, .. } | Record::Woke { leaves, .. } => leaves.iter().any(|leaf| is(*leaf)),
         Record::Sent { from, to, message, .. } => is(*from) || is(*to) || message_of(message, is),
         Record::Decided { granted, refused, reopened, .. } => {
             granted.iter().any(|grant| is(grant.leaf()) || grant.skipped(marks.len()).any(is))
@@ -56,8 +58,11 @@ pub(super) fn of_resource(record: &Record, wanted: ResourceId) -> bool {
         Record::Told { input, .. } => match input {
             Told::Ended { outcome, .. } => outcome.changes.iter().any(|change| moves(change, wanted)),
             Told::World { change } => moves(change, wanted),
-            Told::Begin { .. } | Told::Resumed | Told::End { .. } => false,
+            Told::Service { changes, .. } => changes.iter().any(|change| moves(change, wanted)),
+            Told::Begin { .. } | Told::Resumed | Told::Woke | Told::End { .. } => false,
         },
+        Record::Served { resources, .. } => resources.contains(&wanted),
+        Record::Woke { .. } | Record::Awaited { .. } => false,
         Record::Header(_) | Record::Controller { .. } | Record::Ended { .. } => false,
         Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } | Record::Stopped { .. } => false,
     }
@@ -71,6 +76,10 @@ pub(super) fn of_controller(record: &Record, wanted: ControllerId) -> bool {
             end.at_fault() == Some(wanted)
         }
         Record::Ended { end, .. } => *end == MissionEnd::ControllerLost(wanted),
+        Record::Told { input: Told::Service { controller, .. }, .. } | Record::Served { controller, .. } => {
+            *controller == wanted
+        }
+        Record::Woke { .. } | Record::Awaited { .. } => false,
         Record::Told { input: Told::Ended { outcome, .. }, .. } => outcome.end.at_fault() == Some(wanted),
         Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => false,
         Record::Header(_)
@@ -127,10 +136,13 @@ fn consequences_of(consequences: &Consequences, is: &impl Fn(NodeId) -> bool) ->
 
 fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
     match reason {
-        Reason::Held { resource, .. } | Reason::Outbid { resource, .. } => *resource == wanted,
+        Reason::Held { resource, .. } | Reason::Outbid { resource, .. } | Reason::Unavailable { resource, .. } => {
+            *resource == wanted
+        }
         Reason::Taken { by, .. } => *by == wanted,
         Reason::AlreadyDone { lacks: inner, .. } => lacks(inner, wanted),
         Reason::Satisfied
+        | Reason::BackingOff { .. }
         | Reason::Unwanted
         | Reason::NoneFree { .. }
         | Reason::TooFew { .. }

@@ -53,7 +53,10 @@ fn request() -> Request {
     let need = |access, candidates: &[u32]| ClaimOptions {
         access,
         keep: Retention::Release,
-        candidates: candidates.iter().map(|&id| Candidate { resource: ResourceId(id), cost_m: 0.5 }).collect(),
+        candidates: candidates
+            .iter()
+            .map(|&id| Candidate { cost_m: 0.5, ..Candidate::at_hand(ResourceId(id)) })
+            .collect(),
     };
     let at = named("move 1-1");
     Request {

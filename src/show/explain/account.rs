@@ -81,6 +81,7 @@ impl Account {
                 self.tell(*leaf, Entry::moment(at, None, ended(*end), said.join(" ")));
             }
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
+            Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } => {}
             Record::Header(_)
             | Record::Stopped { .. }
             | Record::Ended { .. }

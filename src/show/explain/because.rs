@@ -39,6 +39,8 @@ pub(super) fn because(reason: &Reason, history: &History) -> Because {
             plain(holders(history, *of))
         }
         Reason::Satisfied
+        | Reason::Unavailable { .. }
+        | Reason::BackingOff { .. }
         | Reason::Unwanted
         | Reason::Missing { .. }
         | Reason::OutOfReach { .. }

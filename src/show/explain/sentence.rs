@@ -49,7 +49,7 @@ pub(super) fn ended(history: &History, at: Time, leaf: NodeId, end: End, consequ
         End::Succeeded => format!("is done{after}."),
         End::Canceled => format!("is canceled{after}."),
         End::Interrupted => format!("is interrupted{after}, since its runtime was gone."),
-        End::Failed(fault) => format!("fails{after}: {}.", phrase::fault_sentence(fault, names)),
+        End::Failed(fault) => format!("fails{after}: {}.", fault.sentence(names)),
     }];
     if let Some(done) = consequences.completed.filter(|done| done.node != leaf) {
         said.push(format!("With it {} is complete.", phrase::part(done.node, names)));

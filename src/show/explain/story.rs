@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt::Write;
 
+use ambidex_model::state::Stage;
 use ambidex_model::{Change, ControllerMessage, Header, MissionEnd, NodeId, Reason, Record, Time};
 use ambidex_record::{History, LeafState, MissionOutcome};
 
@@ -56,9 +57,21 @@ impl Story {
                 let said = format!("From outside: {}.", phrase::changed(change, names));
                 self.happens(*at, LeafState::Waiting, said);
             }
-            Record::Controller { controller, message: ControllerMessage::Lost { why }, .. } => {
+            // Of a mission that goes on root says what follows from it.
+            Record::Controller { controller, message: ControllerMessage::Lost { why }, .. }
+                if self.history.state_of_run().stage() != Stage::Running =>
+            {
                 let said = format!("The controller {} is lost: {why}.", names.controller(*controller));
                 self.happens(*at, LeafState::Failed, said);
+            }
+            Record::Served { controller, service, .. } => {
+                let state = if service.is_available() { LeafState::Waiting } else { LeafState::Failed };
+                let said = format!("{}.", phrase::served(*controller, *service, names));
+                self.happens(*at, state, said);
+            }
+            Record::Awaited { until, .. } => {
+                let said = format!("For now {}.", phrase::awaited(*until));
+                self.happens(*at, LeafState::Waiting, said);
             }
             Record::Ended { end, .. } => {
                 let skipped = sentence::skipped(&self.history.met(), names).filter(|_| *end == MissionEnd::Done);
@@ -70,6 +83,7 @@ impl Story {
             }
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
             Record::Header(_)
+            | Record::Woke { .. }
             | Record::Stopped { .. }
             | Record::Sent { .. }
             | Record::World { .. }

@@ -2,13 +2,14 @@
 
 use std::collections::BTreeSet;
 
+use ambidex_model::state::Stage;
 use ambidex_model::{
     Change, ControllerId, ControllerMessage, End, FromController, Grant, Header, MissionEnd, Names, NodeId, Record,
     Reopened, ResourceId, Told,
 };
 use ambidex_record::History;
 
-use crate::text::phrase::{self, fault_sentence};
+use crate::text::phrase;
 use crate::text::{count, mission_ended};
 
 /// The line for a record that the history took last; none for what only a log tells.
@@ -22,6 +23,9 @@ pub fn line(history: &History, record: &Record) -> Option<String> {
         Record::Decided { granted, reopened, .. } => decided(history, granted, reopened.as_ref())?,
         Record::Released { leaf, end, .. } => released(*leaf, *end, names),
         Record::World { change, .. } => changed(change, names)?,
+        Record::Served { controller, service, .. } => phrase::served(*controller, *service, names),
+        Record::Awaited { until, .. } => phrase::awaited(*until),
+        Record::Woke { leaves, .. } => phrase::asking_again(leaves, names),
         Record::Controller { controller, message, .. } => said(history, *controller, message)?,
         Record::Ended { end, .. } => ended(history, *end),
     };
@@ -67,6 +71,8 @@ fn said(history: &History, controller: ControllerId, message: &ControllerMessage
     let name = names.controller(controller);
     match message {
         ControllerMessage::Attached => Some(format!("attached {name}")),
+        // Of a mission that goes on root says what follows from it.
+        ControllerMessage::Lost { .. } if history.state_of_run().stage() == Stage::Running => None,
         ControllerMessage::Lost { why } => Some(format!("lost {name}: {why}")),
         ControllerMessage::Refused { why, .. } => Some(format!("refused a message of {name}: {why}")),
         ControllerMessage::Heard { message: FromController::Rejected { id, why } } => {
@@ -104,7 +110,7 @@ fn released(leaf: NodeId, end: End, names: &Names) -> String {
         End::Succeeded => format!("done {leaf}"),
         End::Canceled => format!("canceled {leaf}"),
         End::Interrupted => format!("interrupted {leaf}"),
-        End::Failed(fault) => format!("failed {leaf}: {}", fault_sentence(fault, names)),
+        End::Failed(fault) => format!("failed {leaf}: {}", fault.sentence(names)),
     }
 }
 

@@ -4,7 +4,7 @@ use ambidex_model::{End, NodeEntry, NodeId};
 use ambidex_record::{History, LeafState};
 
 use super::snapshot::NodeRow;
-use crate::text::phrase::{did_it, fault_sentence};
+use crate::text::phrase::did_it;
 
 /// Every node in tree order.
 pub(super) fn rows(history: &History) -> Vec<NodeRow> {
@@ -35,7 +35,7 @@ fn reason(history: &History, node: NodeId, state: LeafState) -> Option<String> {
     }
     let leaf = history.leaf(node).filter(|_| state.is_open())?;
     let fault = match leaf.last_end() {
-        Some(End::Failed(fault)) => Some(fault_sentence(fault, names)),
+        Some(End::Failed(fault)) => Some(fault.sentence(names)),
         Some(End::Canceled) => Some("it was told to end".into()),
         Some(End::Interrupted) => Some("its runtime was gone while it ran".into()),
         Some(End::Succeeded) | None => None,

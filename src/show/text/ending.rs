@@ -3,8 +3,6 @@
 use ambidex_model::{End, MissionEnd, Names};
 use ambidex_record::{History, LeafState, MissionOutcome};
 
-use super::phrase::fault_sentence;
-
 /// The state with whose color an end is shown.
 pub(crate) fn of_end(end: MissionOutcome) -> LeafState {
     match end {
@@ -47,7 +45,7 @@ fn cause(history: &History, end: MissionEnd) -> Option<String> {
             match history.leaf(leaf).and_then(|leaf| leaf.failures()) {
                 None => format!("{name} failed"),
                 Some(failures) => {
-                    let fault = fault_sentence(failures.fault, names);
+                    let fault = failures.fault.sentence(names);
                     match failures.times {
                         1 => format!("{name} failed at {}: {fault}", failures.at),
                         times => format!("{name} failed {times} times, at last at {}: {fault}", failures.at),

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use ambidex_model::{Access, Binding, Change, End, Fault, Location, Names, NodeId};
+use ambidex_model::{Access, Binding, Change, ControllerId, End, Location, Names, NodeId, Service, Time};
 
 /// Most names that a list tells; of more, the rest is counted.
 const MAX_LISTED: usize = 6;
@@ -98,21 +98,25 @@ pub(crate) fn changes<'a>(changes: impl IntoIterator<Item = &'a Change>, names: 
     said
 }
 
-/// A fault as a sentence: "`left_arm` gave up".
-pub(crate) fn fault_sentence(fault: Fault, names: &Names) -> String {
-    match fault {
-        Fault::Rejected(controller, why) => {
-            format!("{} would not take its goal: {why}", names.controller(controller))
-        }
-        Fault::Unanswered(controller) => {
-            format!("{} did not answer in time", names.controller(controller))
-        }
-        Fault::Aborted(controller) => format!("{} gave up", names.controller(controller)),
-        Fault::NotMaintained(controller) => format!("{} ended early what had to last", names.controller(controller)),
-        Fault::Contradicted(gripper) => format!("{} does not hold what it should", names.resource(gripper)),
-        Fault::TimedOut => "it took too long".into(),
-        Fault::Lost(controller) => format!("{} was lost", names.controller(controller)),
+/// What became of a controller's service.
+pub(crate) fn served(controller: ControllerId, service: Service, names: &Names) -> String {
+    let controller = names.controller(controller);
+    match service {
+        Service::Available => format!("{controller} is back"),
+        Service::Unavailable { why, .. } => format!("{controller} is unavailable: {why}"),
+        Service::Gone { why, .. } => format!("{controller} is awaited no more: {why}"),
     }
+}
+
+/// Until when a mission waits for controllers.
+pub(crate) fn awaited(until: Time) -> String {
+    format!("nothing can go on without what is unavailable, which is awaited until {:.2} s", until.seconds())
+}
+
+/// Who asks again after having waited.
+pub(crate) fn asking_again(leaves: &[NodeId], names: &Names) -> String {
+    let verb = if leaves.len() == 1 { "asks" } else { "ask" };
+    format!("{} {verb} again", nodes(leaves.iter().copied(), names))
 }
 
 /// How a behavior ended.
@@ -121,7 +125,7 @@ pub(crate) fn ended(end: End, names: &Names) -> String {
         End::Succeeded => "succeeded".into(),
         End::Canceled => "was canceled".into(),
         End::Interrupted => "was interrupted: its runtime was gone".into(),
-        End::Failed(fault) => format!("failed: {}", fault_sentence(fault, names)),
+        End::Failed(fault) => format!("failed: {}", fault.sentence(names)),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::text::phrase::{did_it, fault_sentence};
+use crate::text::phrase::did_it;
 use ambidex_model::{Names, NodeId, Time};
 
 use super::bounds::thinned;
@@ -159,10 +159,10 @@ fn said(name: &str, stretch: &Stretch, way: Option<NodeId>, names: &Names) -> St
         Phase::Done => format!("{name}: done at {from}"),
         Phase::Skipped => format!("{name}: skipped at {from}, its goal was met already"),
         Phase::Failed { fault, is_final: true } => {
-            format!("{name}: failed at {from}: {}", fault_sentence(fault, names))
+            format!("{name}: failed at {from}: {}", fault.sentence(names))
         }
         Phase::Failed { fault, is_final: false } => {
-            format!("{name}: failed at {from} and is to run again: {}", fault_sentence(fault, names))
+            format!("{name}: failed at {from} and is to run again: {}", fault.sentence(names))
         }
         Phase::Canceled => format!("{name}: canceled at {from}"),
         Phase::Reopened => format!("{name}: not done any more from {from} on, waiting until {until}"),

@@ -21,7 +21,7 @@ fn phases(history: &History, name: &str) -> Vec<(f64, Phase)> {
 fn failed_for_good(at_s: f64, name: &str, top: &str) -> Record {
     let (end, consequences) =
         (End::Failed(Fault::TimedOut), Consequences { completed: None, failed: Some(named(top)), failing: None });
-    Record::Released { at: seconds(at_s), leaf: named(name), end, consequences, changes: Vec::new() }
+    Record::Released { at: seconds(at_s), leaf: named(name), end, consequences, changes: Vec::new(), waits_until: None }
 }
 
 fn lease(holder: &str, hold: &str) -> serde_json::Value {

@@ -109,7 +109,7 @@ impl Watch {
             Record::Released { leaf, end, consequences, .. } => self.release(*leaf, *end, consequences),
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
             Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::World { .. } => {}
-            Record::Resource { .. } => {}
+            Record::Resource { .. } | Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } => {}
             Record::Controller { .. } | Record::Ended { .. } => {}
         }
     }

@@ -90,7 +90,13 @@ impl Counts {
             Record::Released { consequences, .. } => self.failures += u64::from(consequences.failed.is_some()),
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
             Record::Stopped { .. } => {}
-            Record::Header(_) | Record::Sent { .. } | Record::World { .. } | Record::Resource { .. } => {}
+            Record::Header(_)
+            | Record::Sent { .. }
+            | Record::World { .. }
+            | Record::Resource { .. }
+            | Record::Woke { .. }
+            | Record::Served { .. }
+            | Record::Awaited { .. } => {}
             Record::Controller { .. } | Record::Ended { .. } => {}
         }
     }

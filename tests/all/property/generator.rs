@@ -1,6 +1,7 @@
 //! Random missions: robots, worlds, trees of fetching and of claiming at random.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use ambidex::model::{
     Access, BehaviorSpec, ChannelId, Claim, Condition, EffectTerm, FactId, Location, MissionSpec, NodeId, ObjectId,
@@ -339,6 +340,7 @@ impl<'a> Maker<'a> {
 
     fn leaf(&mut self, word: &str, mut spec: BehaviorSpec) -> Tree {
         spec.retries = self.rng.below(3) as u32;
+        spec.backoff = Duration::from_millis([0, 200, 500][self.leaves % 3]);
         self.leaves += 1;
         Tree::Leaf(format!("{word}{}", self.leaves), Box::new(spec))
     }

@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use ambidex::model::{
-    Change, EffectTerm, End, FactId, Fault, Grant, Location, MissionSpec, ObjectId, Outcome, PlaceId, Selector, Time,
+    Change, ControllerId, EffectTerm, End, FactId, Fault, Grant, Location, Loss, MissionSpec, ObjectId, Outcome,
+    PlaceId, Selector, Time,
 };
 
 use crate::driver::Rng;
@@ -19,6 +20,8 @@ pub struct Plan {
     /// Whether failing behaviors drop what they hold.
     pub drops: bool,
     pub changes: Vec<(Time, Change)>,
+    /// Controllers that go, and come back.
+    pub services: Vec<(Time, ControllerId, Option<Loss>)>,
 }
 
 impl Plan {
@@ -43,7 +46,19 @@ impl Plan {
             Some((at, change))
         });
         let changes = changes.collect();
+        let mut rng = Rng::of(&[seed, 5]);
+        let controllers = mission.robot.controllers.len();
+        let losses = if controllers > 0 && rng.is(25) { 1 + rng.below(2) } else { 0 };
+        let services = (0..losses).flat_map(|_| {
+            let (at, id) = (Time(rng.below(15_000_000) as u64), ControllerId::from(rng.below(controllers)));
+            // Some come back in time, some late, some never.
+            let back = [4_000_000, 9_000_000, 30_000_000].get(rng.below(4)).map(|away| Time(at.0 + away));
+            let loss = (at, id, Some(rng.one(&[Loss::Ended, Loss::Silent, Loss::Hung])));
+            [Some(loss), back.map(|back| (back, id, None))].into_iter().flatten()
+        });
+        let services = services.collect();
         Self {
+            services,
             seed,
             failing: rng.one(&[0, 0, 0, 0, 5, 5, 10, 20]),
             odd: if is_wild { rng.one(&[0, 10]) } else { 0 },

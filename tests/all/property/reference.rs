@@ -11,7 +11,8 @@ mod world;
 use std::collections::{BTreeMap, BTreeSet};
 
 use ambidex::model::{
-    Grant, MissionEnd, MissionSpec, NodeId, NodeKind, NodeRange, Reason, Reopened, ResourceId, WorldState,
+    ControllerId, Fault, Grant, Loss, MissionEnd, MissionSpec, NodeId, NodeKind, NodeRange, Reason, Reopened,
+    ResourceId, Time, WorldState,
 };
 
 pub use leases::{Held, Row};
@@ -29,6 +30,14 @@ pub struct Model<'a> {
     pub running: BTreeMap<NodeId, Grant>,
     pub done: BTreeSet<NodeId>,
     pub end: Option<MissionEnd>,
+    pub now: Time,
+    /// Behaviors that wait after a failure: until when, how long, why.
+    waits: BTreeMap<NodeId, (Time, u64, Fault)>,
+    /// Controllers that are away, and whether they are awaited.
+    away: BTreeMap<ControllerId, (Loss, bool)>,
+    awaited: Option<Time>,
+    /// What each behavior failed with.
+    bad: BTreeSet<(NodeId, ResourceId)>,
     failed: BTreeSet<NodeId>,
     /// Nodes that fail and wait for what runs below: the child that failed, the leaf it began with.
     ending: BTreeMap<NodeId, (NodeId, NodeId)>,
@@ -58,6 +67,8 @@ pub struct Refusal {
     pub reason: Reason,
     pub resources: Vec<ResourceId>,
     pub behaviors: Vec<NodeId>,
+    /// It will ask again by itself.
+    pub waits: bool,
 }
 
 /// What a round came to.
@@ -70,7 +81,7 @@ pub struct Decision {
 
 impl From<Reason> for Refusal {
     fn from(reason: Reason) -> Self {
-        Self { reason, resources: Vec::new(), behaviors: Vec::new() }
+        Self { reason, resources: Vec::new(), behaviors: Vec::new(), waits: false }
     }
 }
 
@@ -85,6 +96,11 @@ impl<'a> Model<'a> {
             running: BTreeMap::new(),
             done: BTreeSet::new(),
             end: None,
+            now: Time::ZERO,
+            waits: BTreeMap::new(),
+            away: BTreeMap::new(),
+            awaited: None,
+            bad: BTreeSet::new(),
             failed: BTreeSet::new(),
             ending: BTreeMap::new(),
             failures: BTreeMap::new(),

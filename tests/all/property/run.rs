@@ -5,7 +5,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use ambidex::model::{
-    Change, Consequences, End, Grant, MissionEnd, NodeId, Outcome, Reason, Record, Time, Told, WorldState,
+    Change, Consequences, ControllerId, End, Fault, Grant, Loss, MissionEnd, NodeId, Outcome, Reason, Record, Time,
+    Told, WorldState,
 };
 use ambidex::replay::Replay;
 use ambidex::tree::{Input, Settings, Topic};
@@ -64,6 +65,10 @@ fn replay(case: &Case, records: &[Record]) {
 enum Event {
     Ended(NodeId, Outcome),
     World(Change),
+    /// A controller goes, or comes back.
+    Service(ControllerId, Option<Loss>),
+    /// Root has waited for this moment.
+    Woke,
 }
 
 /// Events in order of time, then of leaves, then changes of the world.
@@ -78,7 +83,28 @@ impl Agenda {
     fn new(case: &Case) -> Self {
         let changes = case.plan.changes.iter().enumerate();
         let events = changes.map(|(index, &(at, change))| ((at, 10_000 + index as u32), Event::World(change)));
-        Self { events: events.collect(), ..Self::default() }
+        let services = case.plan.services.iter().enumerate();
+        let services = services.map(|(index, &(at, id, loss))| ((at, 20_000 + index as u32), Event::Service(id, loss)));
+        Self { events: events.chain(services).collect(), ..Self::default() }
+    }
+
+    /// What ran with a controller that is gone ends at once.
+    fn lose(&mut self, case: &Case, driver: &Driver, event: &Event) {
+        let Event::Service(controller, Some(_)) = *event else { return };
+        let moved: Vec<_> = case.mission.robot.moved_by(controller).collect();
+        for (&leaf, grant) in driver.root().state().running() {
+            let claimed = &grant.bindings[..grant.request.claims.len()];
+            let is_hit = claimed.iter().any(|binding| moved.contains(&binding.resource));
+            if !is_hit || !driver.goals.contains_key(&leaf) {
+                continue;
+            }
+            if let Some(when) = self.when.remove(&leaf) {
+                self.events.remove(&when);
+            }
+            let outcome = Outcome { end: End::Failed(Fault::Lost(controller)), changes: Vec::new() };
+            self.when.insert(leaf, (driver.now, leaf.0));
+            self.events.insert((driver.now, leaf.0), Event::Ended(leaf, outcome));
+        }
     }
 
     /// Takes up what the driver was told to start and to stop.
@@ -107,7 +133,11 @@ impl Agenda {
         }
     }
 
-    fn next(&mut self) -> Option<(Time, Event)> {
+    fn next(&mut self, driver: &Driver) -> Option<(Time, Event)> {
+        let first = self.events.first_key_value().map(|((at, _), _)| *at);
+        if let Some(due) = driver.root().deadline().filter(|due| first.is_none_or(|at| *due <= at)) {
+            return Some((due.max(driver.now), Event::Woke));
+        }
         let ((at, _), event) = self.events.pop_first()?;
         if let Event::Ended(leaf, _) = event {
             self.when.remove(&leaf);
@@ -120,6 +150,11 @@ fn give(driver: &mut Driver, event: &Event) {
     match event {
         Event::Ended(leaf, outcome) => driver.give(*leaf, Input::Ended(Box::new(outcome.clone()))),
         Event::World(change) => driver.give(ROOT, Told::World { change: *change }.into()),
+        Event::Service(controller, outage) => {
+            let told = Told::Service { controller: *controller, outage: *outage, changes: Vec::new() };
+            driver.give(ROOT, told.into());
+        }
+        Event::Woke => driver.give(ROOT, Told::Woke.into()),
     }
 }
 
@@ -145,11 +180,13 @@ fn in_order(case: &Case, interleaving: u64, mut after: impl FnMut(&Driver, Optio
     after(&driver, None, &driver.records);
     while driver.finished.is_none() {
         agenda.take_up(case, &mut driver);
-        let (at, event) = agenda.next().expect("what runs ends");
+        let (at, event) = agenda.next(&driver).expect("what runs ends");
         let seen = driver.records.len();
         driver.now = at;
         give(&mut driver, &event);
         driver.rest();
+        agenda.take_up(case, &mut driver);
+        agenda.lose(case, &driver, &event);
         after(&driver, Some(&event), &driver.records[seen..]);
         assert!(rounds(&driver) <= MOST_ROUNDS, "a livelock");
     }
@@ -194,9 +231,10 @@ pub fn all_at_once(case: &Case, cancel_after: usize, mut watch: impl FnMut(&Driv
         } else if rng.is(85) && driver.step() {
         } else if driver.is_turn_due() && rng.is(50) {
             driver.turn();
-        } else if let Some((at, event)) = agenda.next() {
+        } else if let Some((at, event)) = agenda.next(&driver) {
             driver.now = driver.now.max(at);
             give(&mut driver, &event);
+            agenda.lose(case, &driver, &event);
         } else {
             let goes_on = driver.step() || driver.is_turn_due();
             assert!(goes_on, "nothing is left to happen, and the mission goes on");
@@ -233,9 +271,10 @@ pub fn in_lockstep(case: &Case, unheard: fn(Topic) -> bool) -> (Option<String>, 
             driver.turn();
         } else {
             agenda.take_up(case, &mut driver);
-            let (at, event) = agenda.next().expect("what runs ends");
+            let (at, event) = agenda.next(&driver).expect("what runs ends");
             driver.now = at;
             give(&mut driver, &event);
+            agenda.lose(case, &driver, &event);
         }
     }
     (driver.difference().map(str::to_owned), counts(&driver))
@@ -245,7 +284,10 @@ pub fn in_lockstep(case: &Case, unheard: fn(Topic) -> bool) -> (Option<String>, 
 pub fn against_reference(case: &Case) -> Counts {
     let mut model = Model::new(&case.mission, case.is_serial, &case.clashing);
     let driver = in_order(case, 0, |driver, event, records| {
+        model.now = driver.now;
         let (consequences, mut goes_on) = match event {
+            Some(Event::Woke) => (None, model.woke()),
+            Some(Event::Service(controller, outage)) => (None, model.service(*controller, *outage)),
             None => (None, true),
             Some(Event::World(change)) => (None, model.world(*change)),
             Some(Event::Ended(leaf, outcome)) => {
@@ -289,7 +331,11 @@ fn compare(
         Record::Ended { end, .. } => Some(format!("{end:?}")),
         Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => None,
         Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::World { .. } => None,
-        Record::Resource { .. } | Record::Controller { .. } => None,
+        Record::Resource { .. }
+        | Record::Woke { .. }
+        | Record::Served { .. }
+        | Record::Awaited { .. }
+        | Record::Controller { .. } => None,
     });
     let said: Vec<String> = said.collect();
     let mut expected: Vec<String> = consequences

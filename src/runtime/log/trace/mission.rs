@@ -3,7 +3,8 @@
 use tracing::{debug, error, info, warn};
 
 use ambidex_model::{
-    Change, Consequences, End, Grant, Header, MissionEnd, Names, NodeId, Reopened, Resource, ResourceId,
+    Change, Consequences, ControllerId, End, Grant, Header, MissionEnd, Names, NodeId, Reopened, Resource, ResourceId,
+    Service,
 };
 
 use super::MISSION;
@@ -95,6 +96,24 @@ pub(super) fn released(
 pub(super) fn stopped(at_s: f64, leaves: &[NodeId], names: &Names) {
     let stopped = format::nodes(leaves.iter().copied(), names);
     debug!(target: MISSION, %stopped, at_s, "told to end");
+}
+
+pub(super) fn woke(at_s: f64, leaves: &[NodeId], names: &Names) {
+    let woken = format::nodes(leaves.iter().copied(), names);
+    debug!(target: MISSION, %woken, at_s, "asks again");
+}
+
+pub(super) fn served(at_s: f64, controller: ControllerId, service: Service, names: &Names) {
+    let controller = names.controller(controller);
+    match service {
+        Service::Available => info!(target: MISSION, controller, at_s, "available again"),
+        Service::Unavailable { why, .. } => warn!(target: MISSION, controller, %why, at_s, "unavailable"),
+        Service::Gone { why, .. } => warn!(target: MISSION, controller, %why, at_s, "awaited no more"),
+    }
+}
+
+pub(super) fn awaited(at_s: f64, until_s: f64) {
+    warn!(target: MISSION, until_s, at_s, "nothing can go on without what is unavailable");
 }
 
 pub(super) fn changed(at_s: f64, change: &Change, names: &Names) {

@@ -33,7 +33,7 @@ pub fn emit(record: &Record, names: &Names) {
                 mission::reopened(at.seconds(), *round, reopened, names);
             }
         }
-        Record::Released { at, leaf, end, consequences, changes } => {
+        Record::Released { at, leaf, end, consequences, changes, .. } => {
             mission::released(at.seconds(), *leaf, *end, *consequences, changes, names)
         }
         // What they say comes again in what root does of it.
@@ -41,6 +41,9 @@ pub fn emit(record: &Record, names: &Names) {
         Record::Stopped { at, leaves } => mission::stopped(at.seconds(), leaves, names),
         Record::World { at, change } => mission::changed(at.seconds(), change, names),
         Record::Resource { at, resource, state } => mission::used(at.seconds(), *resource, state, names),
+        Record::Woke { at, leaves } => mission::woke(at.seconds(), leaves, names),
+        Record::Served { at, controller, service, .. } => mission::served(at.seconds(), *controller, *service, names),
+        Record::Awaited { at, until } => mission::awaited(at.seconds(), until.seconds()),
         Record::Controller { at, controller, message } => {
             controller::said(at.seconds(), names.controller(*controller), message, names)
         }

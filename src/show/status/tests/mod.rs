@@ -143,7 +143,14 @@ fn a_failure_is_told_of_leaf_and_nodes() {
     assert_eq!(pick(&again), (LeafState::Waiting, "left_arm gave up".into()), "it is tried again");
     records.extend([
         decided(9.0, 3, vec![grant("pick 1", &[0, 1], &[2], &[])]),
-        Record::Released { at: seconds(9.5), leaf: named("pick 1"), end: aborted, consequences, changes: Vec::new() },
+        Record::Released {
+            at: seconds(9.5),
+            leaf: named("pick 1"),
+            end: aborted,
+            consequences,
+            changes: Vec::new(),
+            waits_until: None,
+        },
         released(9.6, "pick 2", End::Canceled),
         Record::Ended { at: seconds(9.6), end: MissionEnd::Failed(named("pick 1")) },
     ]);

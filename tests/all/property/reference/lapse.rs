@@ -38,14 +38,15 @@ impl Model<'_> {
     }
 
     fn helps_waiting(&self, refusal: &Refusal) -> bool {
-        refusal.resources.iter().any(|&id| self.is_run(id))
+        refusal.waits
+            || refusal.resources.iter().any(|&id| self.is_run(id))
             || refusal.behaviors.iter().any(|leaf| self.running.contains_key(leaf))
     }
 
     /// The first THEN with a behavior before its current child that kept an intention and is not so any more; of
     /// several behaviors the one nearest to the current child.
     pub(super) fn go_back(&mut self, decision: &Decision) -> Option<Reopened> {
-        if !self.running.is_empty() {
+        if !self.running.is_empty() || !self.waits.is_empty() {
             return None;
         }
         let is_before = |holder: NodeId, leaf: NodeId| {

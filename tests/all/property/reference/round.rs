@@ -32,6 +32,7 @@ impl Model<'_> {
             decision.reopened = self.lapse(&decision).or_else(|| self.go_back(&decision));
         }
         let goes_on = !decision.granted.is_empty() || decision.reopened.is_some();
+        self.awaited = self.awaited.filter(|_| decision.granted.is_empty());
         self.end_of_round(answer.is_satisfied, goes_on);
         (decision, goes_on)
     }
@@ -58,6 +59,9 @@ impl Model<'_> {
         }
         if self.is_satisfied(leaf, skips) {
             return Answer { is_satisfied: true, ..refused(Reason::Satisfied.into()) };
+        }
+        if let Some(&(_, wait_ms, fault)) = self.waits.get(&leaf) {
+            return refused(Refusal { waits: true, ..Reason::BackingOff { wait_ms, fault }.into() });
         }
         if let Some((progress, heir, lacks)) = self.silent.get(&leaf)
             && *progress == self.progress
@@ -244,7 +248,7 @@ impl Model<'_> {
         for (index, row) in self.rows.iter().enumerate() {
             let resource = ResourceId::from(index);
             let is_claimed = grant.bindings.iter().any(|binding| binding.resource == resource);
-            if row.leases.is_empty() && !is_claimed {
+            if row.leases.is_empty() && !is_claimed && self.outage(resource).is_none() {
                 grant.bindings.push(Binding { resource, access: Access::Exclusive, keep: Retention::Release });
             }
         }

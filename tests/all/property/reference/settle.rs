@@ -1,8 +1,10 @@
 //! What events change: grants, ends, the world (`semantics` 4 and 6).
 
+use std::time::Duration;
+
 use ambidex::model::{
-    Change, Completion, Consequences, EffectTerm, End, Fault, Grant, LeaseKind, Location, MissionEnd, NodeId, NodeKind,
-    Outcome, Reason, ResourceId, Retention,
+    Change, Completion, Consequences, ControllerId, EffectTerm, End, Fault, Grant, LeaseKind, Location, Loss,
+    MissionEnd, NodeId, NodeKind, Outcome, Reason, ResourceId, Retention,
 };
 
 use super::{Decision, Model};
@@ -37,9 +39,30 @@ impl Model<'_> {
     pub(super) fn end_of_round(&mut self, is_satisfied: bool, goes_on: bool) {
         if is_satisfied {
             self.finish(MissionEnd::Done);
-        } else if !goes_on && self.running.is_empty() {
-            self.finish(MissionEnd::Stalled);
+        } else if !goes_on && self.running.is_empty() && self.waits.is_empty() {
+            self.stall();
         }
+    }
+
+    /// Who is away is awaited for ten seconds; then whoever is still away is the cause.
+    fn stall(&mut self) {
+        let moves = |id: &ControllerId| self.mission.robot.moved_by(*id).next();
+        if self.away.iter().any(|(id, (_, is_awaited))| *is_awaited && moves(id).is_some()) {
+            self.awaited.get_or_insert(self.now + Duration::from_secs(10));
+            return;
+        }
+        let first = self.away.keys().filter_map(|id| Some((moves(id)?, *id))).min();
+        self.finish(first.map_or(MissionEnd::Stalled, |(_, id)| MissionEnd::ControllerLost(id)));
+    }
+
+    /// A controller is away, or back; a round follows.
+    pub fn service(&mut self, controller: ControllerId, outage: Option<Loss>) -> bool {
+        self.awaited = None;
+        match outage {
+            Some(why) => drop(self.away.insert(controller, (why, true))),
+            None => drop(self.away.remove(&controller)),
+        }
+        true
     }
 
     fn finish(&mut self, end: MissionEnd) {
@@ -47,6 +70,18 @@ impl Model<'_> {
         if end == MissionEnd::Done {
             self.rows.iter_mut().for_each(|row| *row = super::Row::default());
         }
+    }
+
+    /// The moment came for which some wait; true if a round follows.
+    pub fn woke(&mut self) -> bool {
+        let before = self.waits.len();
+        self.waits.retain(|_, (until, ..)| *until > self.now);
+        let is_over = self.awaited.is_some_and(|until| until <= self.now);
+        if is_over {
+            self.awaited = None;
+            self.away.values_mut().for_each(|(_, is_awaited)| *is_awaited = false);
+        }
+        self.waits.len() < before || is_over
     }
 
     /// The world is different from outside; true if a round follows.
@@ -75,6 +110,9 @@ impl Model<'_> {
             }));
         }
         changes.extend(&outcome.changes);
+        if let End::Failed(fault) = end {
+            self.wait(leaf, fault, &grant);
+        }
         let consequences = self.consequences(leaf, end);
         let emptied = self.change_objects(&changes);
         if let Some(Completion { node, heir }) = consequences.completed {
@@ -92,6 +130,7 @@ impl Model<'_> {
         if let Some(failed) = consequences.failed {
             self.forget_keepers(failed);
             let below = self.below(failed);
+            self.waits.retain(|leaf, _| !below.contains(*leaf));
             self.keepers.retain(|(_, leaf)| !below.contains(*leaf));
         }
         emptied.into_iter().for_each(|gripper| self.end_physical(gripper));
@@ -99,6 +138,15 @@ impl Model<'_> {
             self.finish(MissionEnd::Done);
         }
         consequences
+    }
+
+    /// It waits twice as long as the last time, and prefers other resources from now on.
+    fn wait(&mut self, leaf: NodeId, fault: Fault, grant: &Grant) {
+        let claims = self.behavior(leaf).claims.len();
+        self.bad.extend(grant.bindings[..claims].iter().map(|binding| (leaf, binding.resource)));
+        let failures = self.failures.get(&leaf).copied().unwrap_or(0);
+        let wait = self.behavior(leaf).backoff * 2u32.pow(failures);
+        self.waits.insert(leaf, (self.now + wait, wait.as_millis() as u64, fault));
     }
 
     /// Done and failed flags from the leaf upward.

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use ambidex::model::{
-    BehaviorSpec, Claim, Condition, ControllerKind, Grant, LeaseKind, Location, NodeId, NodeRange, ObjectId, PlaceId,
-    Pose, Potential, Reason, Request, ResourceId, Selector, Task, TypeId,
+    BehaviorSpec, Claim, Condition, ControllerKind, Grant, LeaseKind, Location, Loss, NodeId, NodeRange, ObjectId,
+    PlaceId, Pose, Potential, Reason, Request, ResourceId, Selector, Task, TypeId,
 };
 
 use super::{Ask, Model, Refusal};
@@ -49,7 +49,10 @@ impl Model<'_> {
         }
         let mut serving: Vec<Serving> = Vec::new();
         for claim in &spec.claims {
-            serving.push(self.serving(claim, leaf, skips)?);
+            let mut found = self.serving(claim, leaf, skips)?;
+            // Worse than anything that is only far away.
+            found.iter_mut().filter(|(id, _)| self.bad.contains(&(leaf, *id))).for_each(|(_, cost)| *cost += 1e6);
+            serving.push(found);
         }
         self.all_at_once(&spec.claims, &serving)?;
         let is_heir = self
@@ -148,7 +151,8 @@ impl Model<'_> {
         {
             let usable = self.of_type(of).into_iter().filter(|id| {
                 let leases = &self.rows[id.index()].leases;
-                leases.is_empty() || leases.iter().any(|held| self.is_own(leaf, skips, held.holder))
+                self.outage(*id).is_none()
+                    && (leases.is_empty() || leases.iter().any(|held| self.is_own(leaf, skips, held.holder)))
             });
             count = usable.count();
             if count == 0 {
@@ -158,6 +162,22 @@ impl Model<'_> {
         Ok(count as f64 * each / over)
     }
 
+    /// Why the controller of a resource is away.
+    pub(super) fn outage(&self, resource: ResourceId) -> Option<Loss> {
+        let controller = self.mission.robot.resources[resource.index()].controller?;
+        self.away.get(&controller).map(|(why, _)| *why)
+    }
+
+    /// None of a type would do; if all of them are away, that is why.
+    fn none_free(&self, of: TypeId) -> Refusal {
+        let all = self.of_type(of);
+        let outages: Vec<_> = all.iter().filter_map(|&id| Some((id, self.outage(id)?))).collect();
+        match outages.first() {
+            Some(&(resource, why)) if outages.len() == all.len() => Reason::Unavailable { resource, why }.into(),
+            Some(_) | None => Refusal { resources: all, ..Reason::NoneFree { of }.into() },
+        }
+    }
+
     fn of_type(&self, of: TypeId) -> Vec<ResourceId> {
         let all = self.mission.robot.resources.iter().enumerate();
         all.filter(|(_, spec)| spec.ty == of).map(|(index, _)| ResourceId::from(index)).collect()
@@ -165,8 +185,12 @@ impl Model<'_> {
 
     /// The resources that would serve a claim now.
     fn serving(&self, claim: &Claim, leaf: NodeId, skips: &[NodeRange]) -> Result<Serving, Refusal> {
-        let fits = |id: &ResourceId| self.in_the_way(leaf, skips, *id, claim.access).is_none();
+        let fits =
+            |id: &ResourceId| self.outage(*id).is_none() && self.in_the_way(leaf, skips, *id, claim.access).is_none();
         let held = |resource: ResourceId| {
+            if let Some(why) = self.outage(resource) {
+                return Some(Refusal::from(Reason::Unavailable { resource, why }));
+            }
             let by = self.in_the_way(leaf, skips, resource, claim.access)?;
             let channel = self.rows[resource.index()].access.and_then(|access| access.channel());
             Some(Refusal { resources: vec![resource], ..Reason::Held { resource, by, channel }.into() })
@@ -189,9 +213,7 @@ impl Model<'_> {
                 let of = self.mission.robot.resources[resource.index()].ty;
                 return match (held(resource), reaches) {
                     (Some(refusal), _) => Err(refusal),
-                    (None, _) if self.held_object(resource).is_some() => {
-                        Err(Refusal { resources: self.of_type(of), ..Reason::NoneFree { of }.into() })
-                    }
+                    (None, _) if self.held_object(resource).is_some() => Err(self.none_free(of)),
                     (None, None) => Ok(vec![(resource, 0.0)]),
                     (None, Some(object)) => match self.reach_m(resource, object) {
                         Some(cost_m) => Ok(vec![(resource, cost_m)]),
@@ -207,7 +229,7 @@ impl Model<'_> {
         let is_usable = |id: &ResourceId| fits(id) && !(must_be_empty && self.held_object(*id).is_some());
         let usable: Vec<_> = all.iter().copied().filter(is_usable).collect();
         if usable.is_empty() {
-            return Err(Refusal { resources: all, ..Reason::NoneFree { of }.into() });
+            return Err(self.none_free(of));
         }
         let reach = |id: ResourceId| match reaches {
             Some(object) => self.reach_m(id, object),

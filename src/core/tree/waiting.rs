@@ -1,0 +1,60 @@
+//! What root waits for: behaviors that failed and ask again later, and controllers that are away (`semantics` 6).
+
+use std::sync::Arc;
+
+use super::{Outbox, Root};
+use ambidex_model::{ControllerId, Loss, MissionEnd, NodeId, Record, Service, Time};
+
+impl Root {
+    /// When it has to be told [`Told::Woke`](ambidex_model::Told::Woke).
+    pub fn deadline(&self) -> Option<Time> {
+        let is_waiting = !self.is_over() && !self.is_suspended && self.ending.is_none();
+        let waits = self.state.waits().first().map(|(until, _)| *until);
+        waits.into_iter().chain(self.state.awaited_until()).min().filter(|_| is_waiting)
+    }
+
+    /// Nothing can go on. Who is away may come back; whoever was awaited in vain is what the mission failed for.
+    pub(super) fn stall(&mut self, now: Time, out: &mut Outbox) {
+        let services: Vec<_> = self.state.table().iter().map(|(id, resource)| (id, resource.service())).collect();
+        if services.iter().any(|(_, service)| service.is_awaited()) {
+            if self.state.awaited_until().is_none() {
+                self.edit(Record::Awaited { at: now, until: now + self.settings.reattach }, out);
+            }
+            return;
+        }
+        let gone = services.into_iter().find(|(_, service)| !service.is_available());
+        let controller = gone.and_then(|(resource, _)| self.mission.robot.resources[resource.index()].controller);
+        self.finish(now, controller.map_or(MissionEnd::Stalled, MissionEnd::ControllerLost), out);
+    }
+
+    /// What a controller moves is away, or can be granted again.
+    pub(super) fn serve(&mut self, now: Time, controller: ControllerId, outage: Option<Loss>, out: &mut Outbox) {
+        let resources: Vec<_> = self.mission.robot.moved_by(controller).collect();
+        let service = outage.map_or(Service::Available, |why| Service::Unavailable { why, since: now });
+        self.is_wanted = true;
+        self.edit(Record::Served { at: now, controller, resources, service }, out);
+    }
+
+    /// A moment came: who waited asks again, and who was awaited too long is awaited no more.
+    pub(super) fn wake(&mut self, now: Time, out: &mut Outbox) {
+        let due = self.state.waits().iter().take_while(|(until, _)| *until <= now);
+        let mut leaves: Vec<NodeId> = due.map(|(_, leaf)| *leaf).collect();
+        leaves.sort_unstable();
+        if !leaves.is_empty() {
+            self.is_wanted = true;
+            self.edit(Record::Woke { at: now, leaves }, out);
+        }
+        if self.state.awaited_until().is_some_and(|until| until <= now) {
+            self.is_wanted = true;
+            let robot = Arc::clone(&self.mission);
+            for controller in (0..robot.robot.controllers.len()).map(ControllerId::from) {
+                let resources: Vec<_> = robot.robot.moved_by(controller).collect();
+                let first = resources.first().map(|id| self.state.table().resource(*id).service());
+                if let Some(Service::Unavailable { why, since }) = first {
+                    let service = Service::Gone { why, since };
+                    self.edit(Record::Served { at: now, controller, resources, service }, out);
+                }
+            }
+        }
+    }
+}
