@@ -14,6 +14,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
+use ambidex::dispatch::Script;
 use ambidex::link::wire::{WireRequest, WireResponse};
 use ambidex::link::{DaemonPort, Instance, IpcNode, fresh_epoch, monotonic_ns, sweep};
 use ambidex::link::{ServeOptions, serve};
@@ -220,6 +221,7 @@ fn measure_runtime(histogram: &mut Histogram<u64>, has_journal: bool) {
             grace: Duration::from_secs(1),
             journal,
             resumed: None,
+            script: Script::default(),
         };
         let (_control, controlled) = tokio::sync::mpsc::unbounded_channel();
         runtime::run(mission, links.into(), options, controlled).await

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use ambidex::dispatch::Script;
 use ambidex::model::{
     Access, Blocked, Change, Claim, Condition, FactId, MissionEnd, MissionSpec, NodeId, NodeKind, Pose, Potential,
     Reason, Request, ResourceSpec, Retention, Selector, TypeId,
@@ -183,6 +184,7 @@ impl Actors {
             grace: Duration::from_secs(1),
             journal,
             resumed: None,
+            script: Script::default(),
         };
         let (control, controlled) = mpsc::unbounded_channel();
         let run = tokio.spawn(runtime::run(mission, Vec::new(), options, controlled));

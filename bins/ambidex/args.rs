@@ -146,6 +146,9 @@ pub struct RunArgs {
     /// Name of this robot's runtime [default: a fresh one].
     #[arg(long, value_parser = values::instance)]
     pub instance: Option<Instance>,
+    /// Let things go wrong on purpose, as this file says.
+    #[arg(long, value_name = "FILE", conflicts_with = "resume")]
+    pub fail: Option<PathBuf>,
     /// How long to wait for the controllers, seconds.
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = values::seconds, allow_negative_numbers = true)]
     pub attach_timeout: Duration,
@@ -193,6 +196,9 @@ pub struct ControllerArgs {
 pub struct SimulateArgs {
     /// The mission file.
     pub mission: PathBuf,
+    /// Let things go wrong on purpose, as this file says.
+    #[arg(long, value_name = "FILE")]
+    pub fail: Option<PathBuf>,
     #[command(flatten)]
     pub common: MissionArgs,
 }

@@ -15,7 +15,7 @@ use crate::page::Page;
 /// `ambidex check`.
 #[derive(Debug, Args)]
 pub struct CheckArgs {
-    /// Mission, robot and behavior files; what each is is seen from its keys.
+    /// Mission, robot, behavior and failure files; what each is is seen from its keys.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Tell the mission a value for one of its parameters; can be given for each.
@@ -45,6 +45,8 @@ enum FormatName {
     Robot,
     /// Behaviors and subtrees for missions.
     Behaviors,
+    /// What goes wrong on purpose.
+    Failures,
 }
 
 /// Says everything that is wrong with some files.
@@ -88,6 +90,7 @@ pub fn schema(args: &SchemaArgs) -> Result<Exit> {
         FormatName::Mission => Format::Mission,
         FormatName::Robot => Format::Robot,
         FormatName::Behaviors => Format::Behaviors,
+        FormatName::Failures => Format::Failures,
     };
     let text = serde_json::to_string_pretty(&files::schema(format)).into_diagnostic()?;
     Page::new().text(&format!("{text}\n"))?;
@@ -101,6 +104,10 @@ fn told(checked: Checked) -> (String, Vec<Fault>) {
         Checked::Robot(robot, warnings) => {
             let (resources, controllers) = (robot.robot.resources.len(), robot.robot.controllers.len());
             (format!("robot {}, {resources} resources, {controllers} controllers", robot.robot.name), warnings)
+        }
+        Checked::Failures(count, warnings) => {
+            let failures = if count == 1 { "failure" } else { "failures" };
+            (format!("{count} {failures}; what they name is looked up in a mission with `--fail`"), warnings)
         }
         Checked::Library(names, warnings) => (format!("library of {}", names.join(", ")), warnings),
     }

@@ -1,8 +1,8 @@
 //! Controller processes as children of `run`: started with it, gone with it.
 
-use std::io::{BufRead, BufReader};
+use std::io::{self, BufRead, BufReader};
 use std::os::unix::process::CommandExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, Stdio};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -24,9 +24,20 @@ const POLL: Duration = Duration::from_millis(5);
 /// One child per controller; dropping kills what is left.
 #[derive(Debug)]
 pub struct Children {
+    recipe: Recipe,
     children: Vec<Child>,
     names: Vec<String>,
     voices: Vec<JoinHandle<()>>,
+}
+
+/// How a child is started.
+#[derive(Debug)]
+struct Recipe {
+    program: PathBuf,
+    file: PathBuf,
+    instance: Instance,
+    format: LogFormat,
+    terminal: Terminal,
 }
 
 impl Children {
@@ -38,27 +49,16 @@ impl Children {
         format: LogFormat,
         terminal: &Terminal,
     ) -> Result<Self> {
-        let program = std::env::current_exe().into_diagnostic()?;
-        let format = format.to_possible_value().expect("no form is hidden");
-        let mut children = Self { children: Vec::new(), names: Vec::new(), voices: Vec::new() };
+        let recipe = Recipe {
+            program: std::env::current_exe().into_diagnostic()?,
+            file: file.to_owned(),
+            instance: instance.clone(),
+            format,
+            terminal: terminal.clone(),
+        };
+        let mut children = Self { recipe, children: Vec::new(), names: Vec::new(), voices: Vec::new() };
         for controller in &robot.controllers {
-            let mut command = Command::new(&program);
-            command
-                .args(["controller", &controller.name, "--once", "--instance", instance.name()])
-                .arg("--robot")
-                .arg(file)
-                .args(["--log-format", format.get_name()])
-                .args(["--parent", &std::process::id().to_string()])
-                .stdin(Stdio::null())
-                .stdout(Stdio::null())
-                .stderr(Stdio::piped())
-                // A group of its own: Ctrl-C reaches this process alone, which then ends the children in order.
-                .process_group(0);
-            if terminal.has_color() {
-                command.env("CLICOLOR_FORCE", "1");
-            }
-            let mut child = command.spawn().into_diagnostic()?;
-            let voice = child.stderr.take().map(|stderr| voice(stderr, terminal.clone()));
+            let (child, voice) = children.recipe.start(&controller.name).into_diagnostic()?;
             children.voices.extend(voice);
             children.children.push(child);
             children.names.push(controller.name.clone());
@@ -67,36 +67,70 @@ impl Children {
     }
 
     /// A child that ends before the mission begins will not attach: says so, and that nobody need wait for it.
-    pub fn watch(&self, terminal: &Terminal, run: &mpsc::UnboundedSender<Control>) {
-        for (child, name) in std::iter::zip(&self.children, &self.names) {
-            let (pid, terminal, run, name) = (child.id(), terminal.clone(), run.clone(), name.clone());
-            tokio::spawn(async move {
-                if process_end(pid).await.is_ok() && run.send(Control::GiveUp).is_ok() {
-                    terminal.say(&format!("the process of {name} has ended"));
-                }
-            });
-        }
+    pub fn watch_all(&self, run: &mpsc::UnboundedSender<Control>) {
+        (0..self.children.len()).for_each(|index| self.watch(index, run));
+    }
+
+    /// The same for one of them.
+    pub fn watch(&self, index: usize, run: &mpsc::UnboundedSender<Control>) {
+        let (pid, terminal) = (self.children[index].id(), self.recipe.terminal.clone());
+        let (run, name) = (run.clone(), self.names[index].clone());
+        tokio::spawn(async move {
+            if process_end(pid).await.is_ok() && run.send(Control::GiveUp).is_ok() {
+                terminal.say(&format!("the process of {name} has ended"));
+            }
+        });
+    }
+
+    /// Ends a child at once.
+    pub fn kill(&mut self, index: usize) {
+        let child = &mut self.children[index];
+        // One that has ended by itself is as dead.
+        drop(child.kill());
+        drop(child.wait());
+    }
+
+    /// Holds a child, which is there and does nothing any more.
+    pub fn hold(&self, index: usize) {
+        let _ = kill_process(Pid::from_child(&self.children[index]), Signal::STOP);
+    }
+
+    /// Lets a child that is held go on.
+    pub fn release(&self, index: usize) {
+        let _ = kill_process(Pid::from_child(&self.children[index]), Signal::CONT);
+    }
+
+    /// Starts a child that has ended once more.
+    ///
+    /// # Errors
+    /// When it cannot be started.
+    pub fn restart(&mut self, index: usize) -> io::Result<()> {
+        let (child, voice) = self.recipe.start(&self.names[index])?;
+        self.children[index] = child;
+        self.voices.extend(voice);
+        Ok(())
     }
 
     /// Tells all to end and waits for it; kills those that have not when the time is over.
-    pub fn end(mut self, timeout: Duration) {
+    pub fn end(&mut self, timeout: Duration) {
         // They would see by themselves that the daemon is silent, but only after the dead-man's time.
         for child in &self.children {
             let _ = kill_process(Pid::from_child(child), Signal::TERM);
+            // One that is held would hear it too late.
+            let _ = kill_process(Pid::from_child(child), Signal::CONT);
         }
         let by = Instant::now() + timeout;
         while Instant::now() < by {
             self.children.retain_mut(|child| matches!(child.try_wait(), Ok(None)));
             if self.children.is_empty() {
-                return;
+                break;
             }
             thread::sleep(POLL);
         }
+        self.reap();
     }
-}
 
-impl Drop for Children {
-    fn drop(&mut self) {
+    fn reap(&mut self) {
         for child in &mut self.children {
             drop(child.kill());
             drop(child.wait());
@@ -104,6 +138,36 @@ impl Drop for Children {
         for voice in self.voices.drain(..) {
             drop(voice.join());
         }
+    }
+}
+
+impl Drop for Children {
+    fn drop(&mut self) {
+        self.reap();
+    }
+}
+
+impl Recipe {
+    fn start(&self, name: &str) -> io::Result<(Child, Option<JoinHandle<()>>)> {
+        let format = self.format.to_possible_value().expect("no form is hidden");
+        let mut command = Command::new(&self.program);
+        command
+            .args(["controller", name, "--once", "--instance", self.instance.name()])
+            .arg("--robot")
+            .arg(&self.file)
+            .args(["--log-format", format.get_name()])
+            .args(["--parent", &std::process::id().to_string()])
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            // A group of its own: Ctrl-C reaches this process alone, which then ends the children in order.
+            .process_group(0);
+        if self.terminal.has_color() {
+            command.env("CLICOLOR_FORCE", "1");
+        }
+        let mut child = command.spawn()?;
+        let voice = child.stderr.take().map(|stderr| voice(stderr, self.terminal.clone()));
+        Ok((child, voice))
     }
 }
 

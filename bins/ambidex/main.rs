@@ -15,6 +15,7 @@ mod mission;
 mod observer;
 mod out;
 mod page;
+mod purpose;
 mod resume;
 mod robot;
 mod signals;

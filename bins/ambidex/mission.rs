@@ -1,22 +1,25 @@
 //! `ambidex run` and `ambidex daemon`: a mission over controller processes.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError, TryLockError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::Duration;
 
+use ambidex::dispatch::Script;
 use ambidex::files::{self, Disk, Loaded};
 use ambidex::link::Instance;
 use ambidex::model::{Loss, MissionEnd, MissionSpec, Record, Time};
+use ambidex::replay::Resumed;
 use ambidex::runtime::{self, Clock, Ended, Options, Sink};
 use ambidex::tree::Settings;
 use miette::{IntoDiagnostic, Result};
-use tokio::sync::mpsc;
+use tokio::sync::{mpsc, oneshot};
 
 use crate::args::{DaemonArgs, LiveArgs, Messages, MissionArgs, OnStall, RunArgs};
 use crate::children::Children;
 use crate::diagnostics::{report_all, say_all};
 use crate::exit::Exit;
 use crate::observer::Observer;
+use crate::purpose::{self, Doing, Purpose};
 use crate::resume::{Resume, RobotFile, resume};
 use crate::terminal::{Patience, QUIET, Terminal};
 use crate::{descriptors, robot, signals};
@@ -32,12 +35,12 @@ const TALK_GRACE: Duration = Duration::from_secs(1);
 /// Runs a mission with child processes.
 pub fn run(args: &RunArgs) -> Result<Exit> {
     let instance = args.instance.clone().unwrap_or_else(Instance::fresh);
-    go(&args.common, &args.live, &instance, Some(args.attach_timeout), true)
+    go(&args.common, &args.live, &instance, Some(args.attach_timeout), &Processes::Own { fail: args.fail.as_deref() })
 }
 
 /// Runs a mission with controllers that others started.
 pub fn daemon(args: &DaemonArgs) -> Result<Exit> {
-    go(&args.common, &args.live, &args.instance, args.attach_timeout, false)
+    go(&args.common, &args.live, &args.instance, args.attach_timeout, &Processes::Others)
 }
 
 /// Loads the files of a mission and says what is surely not meant in them.
@@ -85,14 +88,27 @@ fn job(args: &MissionArgs, live: &LiveArgs, has_children: bool) -> Result<Job> {
     Ok(Job { mission, settings, robot_path, resumed: None, _robot_file: None })
 }
 
+/// Whose processes the controllers are.
+enum Processes<'a> {
+    /// Children of this one; to which things may happen on purpose.
+    Own { fail: Option<&'a Path> },
+    /// Others have started them.
+    Others,
+}
+
 fn go(
     args: &MissionArgs,
     live: &LiveArgs,
     instance: &Instance,
     attach_timeout: Option<Duration>,
-    has_children: bool,
+    processes: &Processes<'_>,
 ) -> Result<Exit> {
+    let (has_children, fail) = match processes {
+        Processes::Own { fail } => (true, *fail),
+        Processes::Others => (false, None),
+    };
     let mut job = job(args, live, has_children)?;
+    let failures = purpose::load(fail, &job.mission)?;
     descriptors::ensure(job.mission.robot.controllers.len())?;
     let terminal = Terminal::start(args.log_format, QUIET, Patience::Drops);
     let ended = job.resumed.take_if(|resume| resume.resumed.end.is_some());
@@ -107,38 +123,55 @@ fn go(
     let from = job.resumed.as_ref().map_or(Time::ZERO, |resumed| resumed.resumed.at);
     let clock = Clock::resume(from, live.speed);
     let links = robot::links(&job.mission, instance, &clock).into_diagnostic()?;
-    let (observer, resumed) = match job.resumed.take() {
-        Some(Resume { resumed, file, history, .. }) => {
-            (Observer::resume(file, history, args, &terminal), Some(resumed))
-        }
-        None => (Observer::new(&job.mission, args, instance.name(), &terminal, true).into_diagnostic()?, None),
-    };
+    let (mut observer, resumed) = observer(&mut job, args, instance, &terminal)?;
+    observer.purpose = Purpose::of_run(&failures);
     observer.say_what_it_waits_for();
     let observer = Arc::new(Mutex::new(observer));
-    let start = || {
-        let robot = &job.mission.robot;
-        let children = Children::start(robot, &job.robot_path, instance, args.log_format, &terminal)?;
-        children.watch(&terminal, &to_run);
-        Ok::<_, miette::Report>(children)
-    };
-    let children = has_children.then(start).transpose()?;
+    let start = || Children::start(&job.mission.robot, &job.robot_path, instance, args.log_format, &terminal);
+    let children = has_children.then(start).transpose()?.map(|children| Arc::new(Mutex::new(children)));
+    let (to_doing, begun) = oneshot::channel();
+    let script = Script::new(failures.flaws.clone());
+    if let Some(children) = children.clone() {
+        lock(&children).watch_all(&to_run);
+        let (names, terminal) = (job.mission.names.clone(), terminal.clone());
+        let doing = Doing { failures, names, begun, clock, children, run: to_run, terminal, is_quiet: args.quiet };
+        runtime.spawn(doing.done());
+    }
     let options = Options {
         settings: job.settings.clone(),
         clock,
         attach_timeout,
         grace: GRACE,
-        journal: Some(Box::new(Watcher(Arc::clone(&observer)))),
+        journal: Some(Box::new(Watcher { observer: Arc::clone(&observer), begun: Some(to_doing) })),
         resumed,
+        script,
     };
     let ended = runtime.block_on(async {
         tokio::spawn(signals);
         runtime::run(Arc::clone(&job.mission), links, options, control).await
     });
     if let Some(children) = children {
-        children.end(CHILD_GRACE);
+        lock(&children).end(CHILD_GRACE);
         sweep(&terminal);
     }
     Ok(tell_end(&ended, &observer, &job.mission, &terminal))
+}
+
+/// Who follows the run, and where the log of an earlier one leaves it.
+fn observer(
+    job: &mut Job,
+    args: &MissionArgs,
+    instance: &Instance,
+    terminal: &Terminal,
+) -> Result<(Observer, Option<Resumed>)> {
+    if let Some(Resume { resumed, file, history, .. }) = job.resumed.take() {
+        return Ok((Observer::resume(file, history, args, terminal), Some(resumed)));
+    }
+    Ok((Observer::new(&job.mission, args, instance.name(), terminal, true).into_diagnostic()?, None))
+}
+
+fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Nothing of the log goes on: it is completed where it lacks the last words, and told once more.
@@ -184,15 +217,25 @@ fn tell_end(ended: &Ended, observer: &Mutex<Observer>, mission: &MissionSpec, te
 }
 
 /// Hands the records of a run to whoever looks at it.
-struct Watcher(Arc<Mutex<Observer>>);
+struct Watcher {
+    observer: Arc<Mutex<Observer>>,
+    /// Who waits for the mission to begin.
+    begun: Option<oneshot::Sender<Time>>,
+}
 
 impl Sink for Watcher {
     fn take(&mut self, record: &Record) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).take(record);
+        lock(&self.observer).take(record);
+        if let Record::Began { at, .. } = record
+            && let Some(begun) = self.begun.take()
+        {
+            // Nobody may wait any more.
+            let _ = begun.send(*at);
+        }
     }
 
     fn rest(&mut self) -> Option<Duration> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).rest()
+        lock(&self.observer).rest()
     }
 }
 

@@ -12,6 +12,7 @@ use ambidex::runtime::log::{self, JournalFile};
 use ambidex::show::{live, timeline};
 
 use crate::args::MissionArgs;
+use crate::purpose::Purpose;
 use crate::terminal::Terminal;
 
 /// How often the live display is drawn anew at most.
@@ -34,6 +35,8 @@ pub struct Observer {
     is_stale: bool,
     /// Whether controllers are awaited; they are there from the beginning where they are only simulated.
     is_live: bool,
+    /// What is told of what goes wrong on purpose.
+    pub purpose: Purpose,
 }
 
 impl Observer {
@@ -75,6 +78,7 @@ impl Observer {
             drawn: None,
             is_stale: false,
             is_live: true,
+            purpose: Purpose::default(),
         }
     }
 
@@ -94,12 +98,14 @@ impl Observer {
         if self.is_quiet {
             return;
         }
+        self.purpose.before(record).iter().for_each(|line| self.terminal.say(line));
         if self.terminal.is_tty() {
             self.draw();
         } else if let Some(line) = self.line(record) {
             self.terminal.say(&line);
             self.say_who_is_missing(record);
         }
+        self.purpose.after(record, &self.names).iter().for_each(|line| self.terminal.say(line));
     }
 
     /// The plain line for a record; simulated controllers are there from the beginning, which is no news.

@@ -10,12 +10,14 @@ use crate::args::{Messages, SimulateArgs};
 use crate::exit::Exit;
 use crate::mission::load;
 use crate::observer::Observer;
+use crate::purpose::{self, Purpose};
 use crate::terminal::{Patience, QUIET, Terminal};
 
 /// Runs a mission under a virtual clock.
 pub fn simulate(args: &SimulateArgs) -> Result<Exit> {
-    let (mission, args) = (&args.mission, &args.common);
+    let (mission, fail, args) = (&args.mission, args.fail.as_deref(), &args.common);
     let loaded = load(mission, args)?;
+    let failures = purpose::load(fail, &loaded.mission)?;
     let terminal = Terminal::start(args.log_format, QUIET, Patience::Waits);
     let mut observer = Observer::new(&loaded.mission, args, "simulate", &terminal, false).into_diagnostic()?;
     let has_messages = Messages::are_told(args.messages, &loaded.mission);
@@ -25,7 +27,8 @@ pub fn simulate(args: &SimulateArgs) -> Result<Exit> {
         reattach: args.reattach_timeout,
         ..Settings::default()
     };
-    let end = sim::simulate(&loaded.mission, &settings, Vec::new(), &mut |record| observer.take(record));
+    observer.purpose = Purpose::of_simulation(&failures, &loaded.mission.names);
+    let end = sim::simulate_failures(&loaded.mission, &settings, &failures, &mut |record| observer.take(record));
     let (end, is_whole) = (Exit::from(end), observer.finish());
     // Nothing moves any more, so the last words may wait for their reader.
     terminal.finish(Duration::ZERO);

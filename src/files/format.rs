@@ -1,6 +1,7 @@
 //! The formats of files, and which of them a file is of.
 
 use crate::describe::{Described, Later, List, Map, PathTo, Word, described};
+use crate::failures::{FAILURES, FailureFile};
 use crate::fault::Faults;
 use crate::kinds::behavior_shape;
 use crate::parameter::{PARAMETERS, Parameter};
@@ -19,6 +20,8 @@ pub enum Format {
     Robot,
     /// Behaviors and subtrees for missions.
     Behaviors,
+    /// What goes wrong on purpose.
+    Failures,
 }
 
 /// The key of the paths that a file includes.
@@ -70,12 +73,13 @@ impl Format {
     /// What a file is, from its first keys; none where that is not clear.
     pub(crate) fn of(file: Item<'_>) -> Option<Self> {
         let has = |key| file.value_of(key).is_some();
-        match (has(MISSION) || has(TASK), has(RESOURCES) || has(CONTROLLERS), has(LIBRARY)) {
-            (true, ..) => Some(Self::Mission),
-            (false, true, _) => Some(Self::Robot),
-            (false, false, true) => Some(Self::Behaviors),
-            (false, false, false) => None,
-        }
+        let signs = [
+            (has(MISSION) || has(TASK), Self::Mission),
+            (has(RESOURCES) || has(CONTROLLERS), Self::Robot),
+            (has(LIBRARY), Self::Behaviors),
+            (has(FAILURES), Self::Failures),
+        ];
+        signs.into_iter().find(|(has, _)| *has).map(|(_, format)| format)
     }
 
     /// Whether a file is of this format, as far as its keys tell; one of another is a fault.
@@ -93,6 +97,7 @@ impl Format {
             Self::Mission => Mission::shape(),
             Self::Robot => Robot::shape(),
             Self::Behaviors => Library::shape(),
+            Self::Failures => FailureFile::shape(),
         }
     }
 }

@@ -3,6 +3,7 @@
 mod describe;
 mod difference;
 mod document;
+mod failures;
 mod fault;
 mod files;
 mod format;
@@ -41,8 +42,9 @@ pub use schema::schema;
 pub use settings::{NoSetting, Setting};
 pub use sources::{Disk, InMemory, Sources};
 
-use ambidex_model::{MissionSpec, Names, Source};
+use ambidex_model::{Failures, MissionSpec, Names, Source};
 use describe::Described;
+use failures::FailureFile;
 use fault::Faults;
 use files::{Files, beside};
 use format::{Library, Mission};
@@ -74,6 +76,8 @@ pub enum Checked {
     Robot(Box<RobotFile>, Vec<Fault>),
     /// Behaviors and subtrees for missions, by name, and what is surely not meant in their file.
     Library(Vec<String>, Vec<Fault>),
+    /// That many failures; what they name is looked up in the mission that they are used with.
+    Failures(usize, Vec<Fault>),
 }
 
 /// Loads a mission and the robot that it names, or `robot_override` instead; `settings` are for its parameters.
@@ -134,6 +138,19 @@ pub fn load_robot(sources: &dyn Sources, path: &Path) -> Result<RobotFile, Files
     faults.into_result(robot).map(|(robot, _)| robot)
 }
 
+/// Loads what goes wrong on purpose in a mission.
+///
+/// # Errors
+/// Every mistake in the file.
+pub fn load_failures(sources: &dyn Sources, path: &Path, mission: &MissionSpec) -> Result<Failures, FilesError> {
+    let mut faults = Faults::default();
+    let files = Files::alone(sources, path, None, &mut faults);
+    let main = files.main().filter(|main| Format::Failures.is_that_of(*main, &mut faults));
+    let file = main.and_then(|main| FailureFile::take(main, &mut faults));
+    let failures = file.and_then(|file| failures::build(file, mission, &mut faults));
+    faults.into_result(failures).map(|(failures, _)| failures)
+}
+
 /// Checks a file of any format with everything that it leads to; `settings` are for the parameters of a mission.
 ///
 /// # Errors
@@ -152,6 +169,11 @@ pub fn check(sources: &dyn Sources, path: &Path, settings: &[Setting]) -> Result
         Some(Format::Behaviors) => {
             let names = library(&files, main, &mut faults);
             faults.into_result(names).map(|(names, warnings)| Checked::Library(names, warnings))
+        }
+        Some(Format::Failures) => {
+            let file = FailureFile::take(main, &mut faults);
+            let count = file.and_then(|file| file.failures).map(|failures| failures.len());
+            faults.into_result(count).map(|(count, warnings)| Checked::Failures(count, warnings))
         }
         Some(Format::Mission) | None => loaded(path, &files, &Overrides { robot: None, settings }, faults)
             .map(|loaded| Checked::Mission(Box::new(loaded))),

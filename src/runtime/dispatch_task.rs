@@ -46,6 +46,7 @@ impl DispatchTask {
             Effect::Reset(id) => drop(self.links[id.index()].send(Order::Reset)),
             Effect::Ended(leaf, outcome) => self.nodes[leaf.index()].ended(outcome),
             Effect::Observed(change) => self.nodes[NodeId(0).index()].observed(change),
+            Effect::Dropped(change) => self.root.tell(Told::World { change }),
             Effect::Ready(said) => {
                 self.root.tell(Told::Begin { changes: said });
                 self.signal(Signal::Begun);

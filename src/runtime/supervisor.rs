@@ -15,9 +15,9 @@ use super::link_task::{LinkTask, Order};
 use super::node_task::{Surroundings, ToRoot, wire};
 use super::port::Port;
 use super::signal::Signal;
-use ambidex_core::dispatch::{self, Dispatch, Limits};
+use ambidex_core::dispatch::{self, Dispatch, Limits, Script};
 use ambidex_core::replay::Resumed;
-use ambidex_core::tree::Settings;
+use ambidex_core::tree::{Node, Settings};
 use ambidex_model::{Change, ControllerId, Loss, MissionEnd, MissionSpec, NodeId, Record, Told};
 
 /// How long the log may take in the end to write what waits, wall time.
@@ -37,6 +37,8 @@ pub struct Options {
     pub journal: Option<Box<dyn Sink>>,
     /// A run that goes on, as its log leaves it; none begins a new one.
     pub resumed: Option<Resumed>,
+    /// What behaviors do wrong on purpose.
+    pub script: Script,
 }
 
 /// How a run ended.
@@ -83,8 +85,10 @@ pub async fn run(
         }
     }
     let begun = resumed.unwrap_or_else(|| Resumed::fresh(&mission, &options.settings));
+    let mut dispatch = Dispatch::new(&mission, begun.states, Limits::at_speed(options.clock.speed()));
+    dispatch.follow(options.script);
     let timing = Timing { clock: options.clock, grace: options.grace };
-    let mut supervisor = Supervisor::start(&mission, links, begun, timing, journal, control);
+    let mut supervisor = Supervisor::start(&mission, links, begun.nodes, dispatch, timing, journal, control);
     supervisor.writer = writer;
     supervisor.watch(options.attach_timeout).await
 }
@@ -119,7 +123,8 @@ impl Supervisor {
     fn start(
         mission: &Arc<MissionSpec>,
         links: Vec<Box<dyn Port>>,
-        begun: Resumed,
+        nodes: Vec<Node>,
+        dispatch: Dispatch,
         timing: Timing,
         journal: Option<Journal>,
         control: mpsc::UnboundedReceiver<Control>,
@@ -132,10 +137,10 @@ impl Supervisor {
             dispatch: to_dispatch.clone(),
             supervisor: to_supervisor.clone(),
             journal: journal.clone(),
-            has_messages: begun.nodes[0].has_messages(),
+            has_messages: nodes[0].has_messages(),
             outbox: Mutex::default(),
         });
-        let (nodes, ways, root) = wire(begun.nodes, &around);
+        let (nodes, ways, root) = wire(nodes, &around);
         let (mut tasks, mut others, mut ids) = (JoinSet::new(), JoinSet::new(), HashMap::new());
         let mut aborts = Vec::new();
         for node in nodes {
@@ -145,8 +150,8 @@ impl Supervisor {
             aborts.push(handle);
         }
         let orders = spawn_links(links, timing.clock, &to_dispatch, &mut others);
-        let dispatch = DispatchTask {
-            dispatch: Dispatch::new(mission, begun.states, Limits::at_speed(timing.clock.speed())),
+        let task = DispatchTask {
+            dispatch,
             inbox,
             links: orders,
             root: root.clone(),
@@ -155,7 +160,7 @@ impl Supervisor {
             journal: journal.clone(),
             clock: timing.clock,
         };
-        others.spawn(dispatch.run());
+        others.spawn(task.run());
         if mission.robot.controllers.is_empty() {
             root.tell(Told::Begin { changes: Vec::new() });
         }

@@ -12,8 +12,9 @@ use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use ambidex::dispatch::Script;
 use ambidex::files::{Disk, load_mission};
-use ambidex::model::{Change, ControllerSpec, MissionEnd, MissionSpec, Record};
+use ambidex::model::{Change, ControllerSpec, Failures, Flaw, FlawKind, MissionEnd, MissionSpec, Record};
 use ambidex::motion;
 use ambidex::replay::Replay;
 use ambidex::runtime::{self, Clock, Control, Ended, Options, Port};
@@ -22,6 +23,7 @@ use ambidex::tree::Settings;
 use tokio::sync::mpsc;
 
 use crate::digests::decisions;
+use crate::driver::Rng;
 use crate::fixtures::{file, load};
 use memory::Memory;
 use scripted::Scripted;
@@ -51,18 +53,8 @@ fn the_runtime_decides_as_the_simulation_does() {
         if has_ends_at_once(&simulated) {
             continue;
         }
-        let (_, live) = live(&mission, seed, Vec::new());
-        let (expected, found) = (decisions(&mission.names, &simulated), decisions(&mission.names, &live));
-        let differs = std::iter::zip(expected.lines(), found.lines()).find(|(expected, found)| expected != found);
-        assert!(
-            expected == found,
-            "AMBIDEX_SEED={seed}\n{}\nfirst difference (simulation, runtime): {differs:#?}\n{} and {} decisions",
-            missions::text(seed),
-            expected.lines().count(),
-            found.lines().count()
-        );
-        let mut replay = Replay::new(&mission, &Settings::default());
-        live.iter().for_each(|record| replay.take(record).expect("the log of the runtime follows from itself"));
+        let (_, live) = live(&mission, seed, Vec::new(), Script::default());
+        let expected = compare(&mission, seed, &simulated, &live);
         compared += 1;
         decided += expected.lines().count();
         failed += expected.matches("Failed(Aborted").count();
@@ -73,14 +65,64 @@ fn the_runtime_decides_as_the_simulation_does() {
     assert!(seeds().count() == 1 || (failed > 0 && rejected > 0), "nothing fails");
 }
 
+/// Behaviors fail, hang and drop things on purpose: in both alike.
+#[test]
+fn what_goes_wrong_on_purpose_does_so_in_both() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (mut compared, mut wrong, mut dropped) = (0, 0, 0);
+    for seed in seeds().filter(|seed| seed % 3 == 0) {
+        let path = folder.path().join(format!("case-{seed}.yaml"));
+        std::fs::write(&path, missions::text(seed)).expect("a file");
+        let mission = load(&path);
+        let flaws = flaws(&mission, seed);
+        let failures = Failures { mishaps: Vec::new(), flaws: flaws.clone() };
+        let mut simulated = Vec::new();
+        sim::simulate_failures(&mission, &Settings::default(), &failures, &mut |record| simulated.push(record.clone()));
+        if has_ends_at_once(&simulated) {
+            continue;
+        }
+        let (_, live) = live(&mission, seed, Vec::new(), Script::new(flaws));
+        let expected = compare(&mission, seed, &simulated, &live);
+        compared += 1;
+        wrong += expected.matches("Failed(Aborted").count() + expected.matches("Failed(TimedOut").count();
+        dropped += simulated.iter().filter(|record| matches!(record, Record::World { .. })).count();
+    }
+    println!("{compared} missions, {wrong} behaviors aborted or timed out, {dropped} objects dropped");
+    assert!(seeds().count() == 1 || (compared > 5 && wrong > 5 && dropped > 2), "{compared}, {wrong}, {dropped}");
+}
+
+fn flaws(mission: &MissionSpec, seed: u64) -> Vec<Flaw> {
+    let mut rng = Rng::of(&[seed, 22]);
+    let drops = FlawKind::Drops(None);
+    let kinds = [FlawKind::Fails, FlawKind::Hangs, drops, drops, drops];
+    let leaves = mission.tree.leaves().filter(|_| rng.is(30)).collect::<Vec<_>>();
+    leaves.into_iter().map(|leaf| Flaw { leaf, attempt: Some(1), kind: rng.one(&kinds) }).collect()
+}
+
+/// Asserts that both decided alike, and that the log of the runtime follows from itself; gives the decisions.
+fn compare(mission: &Arc<MissionSpec>, seed: u64, simulated: &[Record], live: &[Record]) -> String {
+    let (expected, found) = (decisions(&mission.names, simulated), decisions(&mission.names, live));
+    let differs = std::iter::zip(expected.lines(), found.lines()).find(|(expected, found)| expected != found);
+    assert!(
+        expected == found,
+        "AMBIDEX_SEED={seed}\n{}\nfirst difference (simulation, runtime): {differs:#?}\n{} and {} decisions",
+        missions::text(seed),
+        expected.lines().count(),
+        found.lines().count()
+    );
+    let mut replay = Replay::new(mission, &Settings::default());
+    live.iter().for_each(|record| replay.take(record).expect("the log of the runtime follows from itself"));
+    expected
+}
+
 #[test]
 fn any_number_of_changes_from_outside_is_taken() {
     let mission = load(&file("config/missions/hand-over.yaml"));
     let base = mission.start.base;
     let changes = || vec![Control::World(Change::Base(base)); 1_000];
-    assert_eq!(live(&mission, 0, changes()).0, Ended::Mission(MissionEnd::Done));
+    assert_eq!(live(&mission, 0, changes(), Script::default()).0, Ended::Mission(MissionEnd::Done));
     let cancels = (0..1_000).map(|_| Control::Cancel).collect();
-    assert_eq!(live(&mission, 0, cancels).0, Ended::Mission(MissionEnd::Canceled));
+    assert_eq!(live(&mission, 0, cancels, Script::default()).0, Ended::Mission(MissionEnd::Canceled));
 }
 
 fn bodies(mission: &MissionSpec, seed: u64) -> Vec<Body> {
@@ -108,7 +150,7 @@ fn has_ends_at_once(records: &[Record]) -> bool {
     !ends.all(|record| seen.insert(record.at()))
 }
 
-fn live(mission: &Arc<MissionSpec>, seed: u64, controls: Vec<Control>) -> (Ended, Vec<Record>) {
+fn live(mission: &Arc<MissionSpec>, seed: u64, controls: Vec<Control>, script: Script) -> (Ended, Vec<Record>) {
     let executor = tokio::runtime::Builder::new_current_thread().enable_all().start_paused(true).build();
     let records = Arc::new(Mutex::new(Vec::new()));
     let to_records = Arc::clone(&records);
@@ -126,6 +168,7 @@ fn live(mission: &Arc<MissionSpec>, seed: u64, controls: Vec<Control>) -> (Ended
             grace: Duration::from_secs(3),
             journal: Some(journal),
             resumed: None,
+            script,
         };
         runtime::run(Arc::clone(mission), links, options, controlled).await
     });

@@ -4,6 +4,7 @@ use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
 
+use ambidex::dispatch::Script;
 use ambidex::link::{Heard, Link, LinkError};
 use ambidex::model::{MissionEnd, ToController};
 use ambidex::runtime::{self, Clock, Ended, Options, Port, Readable};
@@ -60,6 +61,7 @@ fn a_panic_in_a_link_ends_the_run() {
             grace: Duration::ZERO,
             journal: None,
             resumed: None,
+            script: Script::default(),
         };
         let run = tokio::spawn(runtime::run(mission, links, options, controlled));
         let ended = tokio::time::timeout(DEADLINE, run).await.expect("the run hangs");

@@ -1,5 +1,7 @@
 //! The dispatch alone: sharing, and controllers that are lost, silent or incredible; losses simulated too.
 
+mod dropping;
+
 use std::time::Duration;
 
 use ambidex::dispatch::{Dispatch, Effect, Input, Limits, start_states};

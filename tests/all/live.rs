@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Instant;
 
+use ambidex::dispatch::Script;
 use ambidex::link::{DaemonPort, Heard, Instance, IpcNode, Link, LinkError, fresh_epoch};
 use ambidex::link::{ServeOptions, Stop, serve};
 use ambidex::model::session::{Pulse, StampedPulse};
@@ -96,6 +97,7 @@ pub fn run_with(
             grace: GRACE,
             journal: Some(journal),
             resumed: None,
+            script: Script::default(),
         };
         // A task like the others, so that it is woken in turn with them and not after many of their steps.
         let run = tokio::spawn(runtime::run(Arc::new(mission.clone()), links, options, controlled));

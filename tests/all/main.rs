@@ -9,6 +9,7 @@ mod deadlock;
 mod digests;
 mod dispatching;
 mod driver;
+mod failing;
 mod fixtures;
 mod history;
 mod home;

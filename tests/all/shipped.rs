@@ -199,8 +199,13 @@ fn a_way_that_an_or_did_not_take_is_not_called_skipped() {
     assert!(ways.count() > 0, "the ways that were not taken");
 }
 
-fn formats() -> [(&'static str, Format); 3] {
-    [("mission", Format::Mission), ("robot", Format::Robot), ("behaviors", Format::Behaviors)]
+fn formats() -> [(&'static str, Format); 4] {
+    [
+        ("mission", Format::Mission),
+        ("robot", Format::Robot),
+        ("behaviors", Format::Behaviors),
+        ("failures", Format::Failures),
+    ]
 }
 
 #[test]
@@ -257,9 +262,14 @@ fn the_examples_of_the_docs_are_sound() {
     let told = home.start([std::ffi::OsStr::new("simulate"), tea.as_os_str()]).ends(0).stderr;
     assert!(told.contains("step 1: move to shelf (base)") && !told.contains("attached"), "{told}");
     let docs = std::fs::read_to_string(file("docs/missions.md")).expect("it is there");
-    let examples: [&str; 5] = yaml(&docs).collect::<Vec<_>>().try_into().expect("five examples");
-    let [mission, parameters, behaviors, subtrees, desk] = examples;
+    let examples: [&str; 6] = yaml(&docs).collect::<Vec<_>>().try_into().expect("six examples");
+    let [mission, parameters, behaviors, subtrees, desk, failures] = examples;
     home.start(["check".as_ref(), home.write("desk.yaml", desk).as_os_str()]).ends(0);
+    let failures = home.write("failures.yaml", failures);
+    let desk = file("config/missions/desk.yaml");
+    let args = ["simulate".as_ref(), desk.as_os_str(), "--fail".as_ref(), failures.as_os_str()];
+    let told = home.start(args).ends(0).stderr;
+    assert_eq!(told.matches("on purpose: ").count(), 5, "{told}");
     let household = file("config/behaviors/household.yaml");
     let mission = here(mission).replace("../behaviors/household.yaml", household.to_str().expect("a path in UTF-8"));
     load(&home.write("mission.yaml", &mission));

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use super::command_queue::Active;
+use super::script::Plan;
 use super::{Dispatch, Effect};
 use ambidex_model::{
     Change, CommandId, ControllerId, ControllerMessage, ControllerState, End, Fault, Goal, Mode, NodeId, Outcome, Part,
@@ -17,6 +18,10 @@ pub(super) struct Running {
     /// When it may end, at the earliest.
     earliest_end: Time,
     deadline: Option<Time>,
+    /// On purpose: the controller that gives up once all is achieved.
+    gives_up: Option<ControllerId>,
+    /// On purpose: it does not end by itself.
+    hangs: bool,
     /// How it will have ended when the last part has.
     end: Option<End>,
     /// What its controllers said of the world as their parts ended.
@@ -25,18 +30,24 @@ pub(super) struct Running {
 
 impl Running {
     pub(super) fn deadline(&self) -> Option<Time> {
-        let earliest_end = self.is_achieved().then_some(self.earliest_end);
+        let earliest_end = self.can_end().then_some(self.earliest_end);
         self.deadline.map(|deadline| earliest_end.map_or(deadline, |earliest_end| earliest_end.min(deadline)))
     }
 
     /// Whether only its time keeps it.
+    fn can_end(&self) -> bool {
+        self.is_achieved() && !self.hangs
+    }
+
+    /// Whether nothing is left to achieve.
     fn is_achieved(&self) -> bool {
         self.parts.iter().all(|(.., mode)| *mode == Mode::Maintain)
     }
 }
 
 impl Dispatch {
-    pub(super) fn start(&mut self, now: Time, goal: Goal) {
+    /// Begins a goal, of which comes what the plan says.
+    pub(super) fn start(&mut self, now: Time, goal: Goal, plan: &Plan) {
         let leaf = goal.leaf;
         let robot = &self.mission.robot;
         let moved = |part: Part| Some((robot.resources[part.resource.index()].controller?, part));
@@ -45,9 +56,20 @@ impl Dispatch {
             self.effects.push(Effect::Ended(leaf, Outcome { end, changes: Vec::new() }));
             return;
         }
+        let achieves = |(_, part): &&(ControllerId, Part)| part.mode == Mode::Achieve;
+        let worker = parts.iter().find(achieves).or(parts.first()).map(|(controller, _)| *controller);
         let under_way = parts.iter().map(|(controller, part)| (*controller, part.resource, part.mode)).collect();
         let (earliest_end, deadline) = (now + goal.takes, Some(now + goal.timeout));
-        self.goals.insert(leaf, Running { parts: under_way, earliest_end, deadline, end: None, changes: Vec::new() });
+        let running = Running {
+            parts: under_way,
+            earliest_end,
+            deadline,
+            gives_up: worker.filter(|_| plan.fails),
+            hangs: plan.hangs,
+            end: None,
+            changes: Vec::new(),
+        };
+        self.goals.insert(leaf, running);
         for (controller, part) in parts {
             self.begin(now, controller, leaf, part);
         }
@@ -243,8 +265,9 @@ impl Dispatch {
         let Some(running) = self.goals.get_mut(&leaf) else {
             return;
         };
-        if running.is_achieved() && running.earliest_end <= now && running.end.is_none() {
-            self.stop(now, leaf, End::Succeeded);
+        if running.can_end() && running.earliest_end <= now && running.end.is_none() {
+            let end = running.gives_up.map_or(End::Succeeded, |id| End::Failed(Fault::Aborted(id)));
+            self.stop(now, leaf, end);
         } else if running.parts.is_empty()
             && running.end.is_some()
             && let Some(running) = self.goals.remove(&leaf)

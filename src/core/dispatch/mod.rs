@@ -2,7 +2,9 @@
 
 mod attachment;
 mod command_queue;
+mod drops;
 mod goals;
+mod script;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -11,7 +13,9 @@ use std::time::Duration;
 use attachment::Attachment;
 pub use attachment::start_states;
 use command_queue::CommandQueue;
+use drops::Drops;
 use goals::Running;
+pub use script::Script;
 
 use ambidex_model::{
     Change, CommandId, ControllerId, ControllerMessage, ControllerState, End, FromController, Goal, Loss, MissionSpec,
@@ -54,6 +58,8 @@ pub enum Effect {
     Ended(NodeId, Outcome),
     /// Where the base is while it drives.
     Observed(Change),
+    /// An object has left its gripper on purpose: where it is now.
+    Dropped(Change),
     /// A controller is away: what it moves cannot be used.
     Lost(ControllerId, Loss),
     /// A controller that was away is attached and configured again: what it says of the world.
@@ -102,6 +108,9 @@ pub struct Dispatch {
     is_ready: bool,
     is_ending: bool,
     is_safe: bool,
+    /// What goes wrong on purpose.
+    script: Script,
+    drops: Drops,
     effects: Vec<Effect>,
 }
 
@@ -119,8 +128,15 @@ impl Dispatch {
             is_ready: false,
             is_ending: false,
             is_safe: false,
+            script: Script::default(),
+            drops: Drops::default(),
             effects: Vec::new(),
         }
+    }
+
+    /// Lets goals go wrong on purpose from now on.
+    pub fn follow(&mut self, script: Script) {
+        self.script = script;
     }
 
     /// Takes an input at a moment of robot time.
@@ -131,11 +147,15 @@ impl Dispatch {
             Input::Refused(id, refusal) => self.refused(now, id, refusal),
             Input::Closed(id, command) => self.closed(now, id, command),
             Input::Lost(id, why) => self.lost(now, id, why),
-            Input::Start(goal) => self.start(now, goal),
-            Input::Stop(leaf) => self.stop(now, leaf, End::Canceled),
+            Input::Start(goal) => self.attempt(now, goal),
+            Input::Stop(leaf) => {
+                self.stop_waiting(|waiting| waiting == leaf);
+                self.stop(now, leaf, End::Canceled);
+            }
             Input::Woke => self.woke(now),
             Input::Shutdown => {
                 self.is_ending = true;
+                self.stop_waiting(|_| true);
                 for leaf in self.goals.keys().copied().collect::<Vec<_>>() {
                     self.stop(now, leaf, End::Canceled);
                 }
@@ -194,7 +214,7 @@ impl Dispatch {
             self.states[id.index()] = state.at_rest();
         }
         match message {
-            FromController::Configured { state, .. } => self.configured(id, state),
+            FromController::Configured { state, .. } => self.configured(now, id, state),
             FromController::Accepted { .. } => self.queues[id.index()].accepted(),
             FromController::Rejected { why, .. } => self.rejected(now, id, why),
             FromController::Feedback { state, .. } => self.observe(state),
@@ -219,10 +239,12 @@ impl Dispatch {
         self.effects.extend(state.changes([]).into_iter().map(Effect::Observed));
     }
 
-    fn configured(&mut self, id: ControllerId, state: ControllerState) {
+    fn configured(&mut self, now: Time, id: ControllerId, state: ControllerState) {
         self.attachments[id.index()].configured(state);
         self.effects.push(Effect::Configured(id));
-        if self.is_ready {
+        if self.drops.is_letting_go(id) {
+            self.let_go(now, id, Some(state));
+        } else if self.is_ready {
             let changes = state.changes(self.mission.robot.moved_by(id));
             self.effects.push(Effect::Returned(id, changes));
         } else {
@@ -250,6 +272,7 @@ impl Dispatch {
         // Before the ends that follow from it, so that nothing is granted what is away.
         self.effects.push(if self.is_ready { Effect::Lost(id, why) } else { Effect::Missing(id) });
         self.queue_lost(now, id);
+        self.let_go(now, id, None);
     }
 
     /// It does what nobody wants of it any more, so that it is not to be used before it is configured anew.

@@ -5,12 +5,14 @@ mod plant;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use crate::dispatch::{self, Dispatch, Limits};
+use crate::dispatch::{self, Dispatch, Limits, Script};
 use crate::replay::Resumed;
 use crate::tree::{Effect, Input, Node, Outbox, Settings};
 use ambidex_model::motion::{self, STEP};
 use ambidex_model::session::Attendance;
-use ambidex_model::{Change, ControllerId, MissionEnd, MissionSpec, NodeId, Record, Time, ToController, Told};
+use ambidex_model::{
+    Change, ControllerId, Failures, Mishap, MissionEnd, MissionSpec, NodeId, Record, Time, ToController, Told,
+};
 pub use plant::Body;
 use plant::Plant;
 
@@ -23,10 +25,23 @@ pub enum Event {
     Lose(ControllerId),
     /// The process of a controller is there and does nothing any more.
     Hang(ControllerId),
+    /// A lost controller is started again, one that hangs goes on.
+    Return(ControllerId),
     /// The world changes from outside.
     World(Change),
     /// The mission is told to end.
     Cancel,
+}
+
+impl From<Mishap> for Event {
+    fn from(mishap: Mishap) -> Self {
+        match mishap {
+            Mishap::Lose(id) => Self::Lose(id),
+            Mishap::Hang(id) => Self::Hang(id),
+            Mishap::Return(id) => Self::Return(id),
+            Mishap::World(change) => Self::World(change),
+        }
+    }
 }
 
 /// A message on its way. None is handled within another: what one causes waits behind those that came before.
@@ -74,6 +89,24 @@ pub fn simulate_bodies(
 ) -> MissionEnd {
     journal(&Record::Header(Box::new(settings.header(mission))));
     Simulation::new(mission, Resumed::fresh(mission, settings), bodies, events, journal).run()
+}
+
+/// Runs a mission in which things go wrong on purpose.
+pub fn simulate_failures(
+    mission: &Arc<MissionSpec>,
+    settings: &Settings,
+    failures: &Failures,
+    journal: &mut dyn FnMut(&Record),
+) -> MissionEnd {
+    let bodies = mission.robot.controllers.iter().map(|spec| motion::simulated(&spec.kind)).collect();
+    // Attached first, also where something goes wrong at once.
+    let attach = (0..mission.robot.controllers.len()).map(|index| (Time::ZERO, Event::Attach(index.into())));
+    let mishaps = failures.mishaps.iter().map(|(at, mishap)| (*at, Event::from(*mishap)));
+    let events = attach.chain(mishaps).collect();
+    journal(&Record::Header(Box::new(settings.header(mission))));
+    let mut simulation = Simulation::new(mission, Resumed::fresh(mission, settings), bodies, events, journal);
+    simulation.dispatch.follow(Script::new(failures.flaws.clone()));
+    simulation.run()
 }
 
 /// Goes on with a mission as a log leaves it; what is written to `journal` belongs behind that log.
@@ -142,7 +175,7 @@ impl<'a> Simulation<'a> {
 
     fn happen(&mut self, event: Event) {
         match event {
-            Event::Attach(id) => {
+            Event::Attach(id) | Event::Return(id) => {
                 self.plants[id.index()].start();
                 self.exchange(id, None);
             }
@@ -220,6 +253,7 @@ impl<'a> Simulation<'a> {
             dispatch::Effect::Ended(leaf, outcome) => {
                 self.deliveries.push_back(Delivery::Node(leaf, Input::Ended(Box::new(outcome))));
             }
+            dispatch::Effect::Dropped(change) => self.tell_root(Told::World { change }),
             dispatch::Effect::Observed(change) => {
                 self.deliveries.push_back(Delivery::Node(NodeId(0), Input::Observed(change)));
             }

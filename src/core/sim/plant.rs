@@ -16,6 +16,11 @@ pub(super) struct Plant {
     session: Session<Body>,
     presence: Presence,
     life: Life,
+    /// What it is told while it hangs, for when it goes on.
+    unheard: Vec<ToController>,
+    /// The attachment that it was told of last, and the last one that is over: what it says of that goes nowhere.
+    generation: u32,
+    over: u32,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,10 +41,22 @@ pub(super) struct Exchanged {
 
 impl Plant {
     pub(super) fn new(body: Body) -> Self {
-        Self { session: Session::new(body), presence: Presence::new(EPOCH), life: Life::Absent }
+        Self {
+            session: Session::new(body),
+            presence: Presence::new(EPOCH),
+            life: Life::Absent,
+            unheard: Vec::new(),
+            generation: 0,
+            over: 0,
+        }
     }
 
+    /// Its process is there: started, started again, or one that hung and goes on.
     pub(super) fn start(&mut self) {
+        match self.life {
+            Life::Absent | Life::Ended => self.session.restart(),
+            Life::Alive | Life::Hung => {}
+        }
         self.life = Life::Alive;
     }
 
@@ -49,6 +66,7 @@ impl Plant {
 
     pub(super) fn end(&mut self) {
         self.life = Life::Ended;
+        self.unheard.clear();
     }
 
     /// Whether it moves, so that it must be stepped.
@@ -71,15 +89,28 @@ impl Plant {
     pub(super) fn exchange(&mut self, now: Time, message: Option<ToController>) -> Exchanged {
         let now_ns = now.0 * 1000;
         let mut replies = Vec::new();
+        if matches!(self.life, Life::Alive | Life::Hung) {
+            self.unheard.extend(message);
+        }
         if self.life == Life::Alive {
             self.session.hear_beat(Beat { pid: PID, epoch: EPOCH, sent_ns: now_ns });
-            if let Some(message) = message {
+            for message in self.unheard.drain(..) {
+                if let ToController::Configure { generation, .. } = message {
+                    self.generation = generation;
+                }
                 self.session.take(Received { message, epoch: EPOCH, origin: ClockOrigin(0) }, now_ns);
             }
             self.session.tick(now_ns);
-            replies.extend(self.session.replies().into_iter().map(|reply| reply.message));
+            let said = self.session.replies().into_iter().map(|reply| reply.message);
+            replies.extend(said.filter(|message| message.id().is_none_or(|id| id.generation > self.over)));
             self.presence.hear(&StampedPulse { pid: PID, sent_ns: now_ns, pulse: self.session.pulse() }, now_ns);
         }
-        Exchanged { replies, attendance: self.presence.attend(now_ns, self.life == Life::Ended) }
+        let attendance = self.presence.attend(now_ns, self.life == Life::Ended);
+        if matches!(attendance, Some(Attendance::Lost(_))) {
+            // What was meant for an attachment that is over is not told to the next.
+            self.unheard.clear();
+            self.over = self.generation;
+        }
+        Exchanged { replies, attendance }
     }
 }

@@ -136,6 +136,7 @@ pub fn import(
                 Format::Mission => "this is a mission of Ambidex already",
                 Format::Robot => "this is a robot file of Ambidex already",
                 Format::Behaviors => "this is a library of Ambidex already",
+                Format::Failures => "this is a failure file of Ambidex already",
             };
             faults.push((main.span, ""), what.to_owned());
             failed(faults)
@@ -179,7 +180,7 @@ fn robot_of(sources: &dyn Sources, path: Option<&Path>, faults: &mut Faults) -> 
     match what(main, faults)? {
         What::Robot => RobotDraft::read(main, &file_name(path), &stem(path), faults).map(Robot::New),
         What::Ours(Format::Robot) => crate::robot_of(main, faults).map(|robot| Robot::There(robot, path.to_owned())),
-        What::Task | What::Ours(Format::Mission | Format::Behaviors) => {
+        What::Task | What::Ours(Format::Mission | Format::Behaviors | Format::Failures) => {
             faults.push((main.span, ""), "this is no robot file");
             None
         }

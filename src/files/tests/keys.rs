@@ -83,6 +83,19 @@ controllers:
   wheels: {base: {speed: 1, acceleration: 1, turn_speed: 1, turn_acceleration: 1, cancel_grace: 2 s}}
 ";
 
+const FAILURES: &str = "\
+failures:
+  - {at: 1 s, lose: left_arm}
+  - {at: 2 s, return: left_arm}
+  - {at: 3 s, hang: wheels}
+  - {at: 4 s, set: clean}
+  - {at: 5 s, clear: dusty}
+  - {at: 6 s, lies: {object: cup, at: shelf}}
+  - {behavior: rest, attempt: every, fails: aborted}
+  - {behavior: rest, attempt: 2, hangs: true}
+  - {behavior: rest, drops: all}
+";
+
 /// One key in one map of a file.
 #[derive(Debug)]
 struct Use {
@@ -209,6 +222,7 @@ fn every_described_key_is_read() {
         ("mission.yaml", MISSION, Format::Mission),
         ("library.yaml", LIBRARY, Format::Behaviors),
         ("robot.yaml", ROBOT, Format::Robot),
+        ("failures.yaml", FAILURES, Format::Failures),
     ] {
         described(format.shape(), &mut all);
         let (path, node) = (Path::new(path), parse(0, text).unwrap());
@@ -219,6 +233,7 @@ fn every_described_key_is_read() {
                 Format::Mission => || Format::Mission.shape(),
                 Format::Behaviors => || Format::Behaviors.shape(),
                 Format::Robot => || Format::Robot.shape(),
+                Format::Failures => || Format::Failures.shape(),
             }),
             &node,
             &mut Vec::new(),
@@ -235,8 +250,9 @@ fn every_described_key_is_read() {
             }
             let lacks = format!("{what} lacks the key `{key}`");
             let left_out = said(path, with(&node, way, &|_, _| None));
-            // Without that key nobody can tell that the file is a library.
-            let lacks = if *key == "library" { "a mission lacks the key `mission`" } else { &lacks };
+            // Without that key nobody can tell what the file is.
+            let is_sign = ["library", "failures"].contains(key);
+            let lacks = if is_sign { "a mission lacks the key `mission`" } else { &lacks };
             if left_out.iter().any(|(_, said)| said.contains(lacks)) != *is_required {
                 wrong.push(format!("{what}: {key} left out: {left_out:?}"));
             }

@@ -1,6 +1,7 @@
 //! What the tests of files share: a mission and a robot without mistakes.
 
 mod declared;
+mod failures;
 mod hostile;
 mod keys;
 mod lint;

@@ -68,6 +68,11 @@ impl<C: Controller> Executor<C> {
         }
     }
 
+    /// Forgets what is under way, as a process that is started anew.
+    pub fn forget(&mut self) {
+        self.active = None;
+    }
+
     /// Moves on by one step that ends at `now`; the result of the command if it ended in it.
     pub fn step(&mut self, now: Time) -> Option<FromController> {
         let active = self.active.as_mut()?;

@@ -89,6 +89,14 @@ impl<C: Controller> Session<C> {
         self.executor.cancel();
     }
 
+    /// The controller's process is started anew: it serves nobody and does nothing.
+    pub fn restart(&mut self) {
+        self.executor.forget();
+        (self.daemon, self.attached, self.next) = (None, None, None);
+        (self.is_stopping, self.told_ns) = (false, 0);
+        self.replies.clear();
+    }
+
     /// Takes a message from a daemon.
     pub fn take(&mut self, received: Received, now_ns: u64) {
         let Received { message, epoch, origin } = received;

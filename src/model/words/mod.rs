@@ -2,6 +2,7 @@
 
 mod claim;
 mod deadlock;
+mod failure;
 mod goal;
 mod header;
 mod ids;
@@ -25,6 +26,7 @@ mod world_state;
 
 pub use claim::{Access, Claim, Retention, Selector};
 pub use deadlock::{Deadlock, Standstill};
+pub use failure::{Failures, Flaw, FlawKind, Mishap};
 pub use goal::{Command, End, Fault, Goal, Mode, Outcome, Part};
 pub use header::{EntryKind, Header, JOURNAL_VERSION, NodeEntry};
 pub use ids::{ChannelId, CommandId, ControllerId, FactId, NodeId, ObjectId, PlaceId, ResourceId, TypeId};

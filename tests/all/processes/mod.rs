@@ -3,6 +3,7 @@
 mod by_hand;
 mod deaths;
 mod exits;
+mod failing;
 mod kills;
 mod logs;
 mod runs;

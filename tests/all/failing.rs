@@ -1,0 +1,228 @@
+//! What goes wrong on purpose in simulations of shipped missions: what comes of it, and that it can be verified.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use ambidex::files::{self, InMemory};
+use ambidex::model::{
+    Change, ControllerId, ControllerMessage, End, Fault, Location, MissionEnd, MissionSpec, NodeId, Reason, Record,
+    Time,
+};
+use ambidex::replay::Replay;
+use ambidex::sim::{self, Event};
+use ambidex::tree::Settings;
+
+use crate::fixtures::{experiment_file, file, load, simulate};
+use crate::home::Home;
+
+/// Simulates a mission with failures; every decision follows from the log.
+fn failing(mission: &Arc<MissionSpec>, failures: &str) -> (MissionEnd, Vec<Record>) {
+    let mut files = InMemory::default();
+    files.insert("failures.yaml", format!("failures:\n{failures}"));
+    let failures = files::load_failures(&files, Path::new("failures.yaml"), mission);
+    let failures = failures.unwrap_or_else(|error| panic!("{:#?}", error.faults()));
+    let mut records = Vec::new();
+    let end =
+        sim::simulate_failures(mission, &Settings::default(), &failures, &mut |record| records.push(record.clone()));
+    let mut replay = Replay::new(mission, &Settings::default());
+    records.iter().for_each(|record| replay.take(record).expect("every decision follows"));
+    (end, records)
+}
+
+/// How the goals of a behavior ended, each with its moment.
+fn ends(mission: &MissionSpec, records: &[Record], name: &str) -> Vec<(End, f64)> {
+    let ends = records.iter().filter_map(|record| match record {
+        Record::Released { at, leaf, end, .. } if mission.names.node(*leaf) == name => Some((*end, at.seconds())),
+        _ => None,
+    });
+    ends.collect()
+}
+
+fn controller(mission: &MissionSpec, name: &str) -> ControllerId {
+    mission.names.controllers.iter().position(|known| known == name).expect("such a controller").into()
+}
+
+/// Why a behavior did not run when root last said so.
+fn reason(mission: &MissionSpec, records: &[Record], name: &str) -> Option<Reason> {
+    records.iter().rev().find_map(|record| match record {
+        Record::Decided { refused, .. } => {
+            let blocked = refused.iter().find(|blocked| mission.names.node(blocked.leaf) == name)?;
+            Some(blocked.reason.clone())
+        }
+        _ => None,
+    })
+}
+
+#[test]
+fn what_fails_is_tried_again() {
+    let mission = load(&file("config/missions/desk.yaml"));
+    let (end, records) = failing(&mission, "  - {behavior: inspect tray, fails: aborted}\n");
+    assert_eq!(end, MissionEnd::Done);
+    let aborted = End::Failed(Fault::Aborted(controller(&mission, "head")));
+    let ends = ends(&mission, &records, "inspect tray");
+    assert_eq!(ends.iter().map(|(end, _)| *end).collect::<Vec<_>>(), [aborted, End::Succeeded]);
+    assert_eq!(ends[0].1, 3.0, "it gives up in the end");
+    let (end, records) = failing(&mission, "  - {behavior: inspect tray, attempt: every, fails: aborted}\n");
+    let tray = mission.names.nodes.iter().position(|name| name == "inspect tray").map(NodeId::from);
+    assert_eq!(Some(end), tray.map(MissionEnd::Failed), "no attempt is left");
+    assert_eq!(self::ends(&mission, &records, "inspect tray").len(), 3, "two retries");
+}
+
+#[test]
+fn what_hangs_is_ended_by_its_timeout() {
+    let mission = load(&file("config/missions/desk.yaml"));
+    let (end, records) = failing(&mission, "  - {behavior: inspect pad, attempt: 1, hangs: true}\n");
+    assert_eq!(end, MissionEnd::Done);
+    let ends = ends(&mission, &records, "inspect pad");
+    let [(first, at), (End::Succeeded, later)] = ends[..] else { panic!("{ends:?}") };
+    assert_eq!(first, End::Failed(Fault::TimedOut));
+    assert!((123.0..124.0).contains(&at) && later > at, "two minutes from its beginning: {ends:?}");
+}
+
+#[test]
+fn a_hanging_behavior_is_canceled_where_its_controllers_still_work() {
+    let mission = load(&experiment_file(1));
+    let (_, records) = failing(&mission, "  - {behavior: pick 2, hangs: true}\n");
+    let [(End::Failed(Fault::TimedOut), _)] = ends(&mission, &records, "pick 2")[..] else { panic!("it timed out") };
+    // The arm had done its part, and what it holds is known.
+    assert!(ends(&mission, &records, "place 2").iter().any(|(end, _)| *end == End::Succeeded));
+}
+
+#[test]
+fn what_is_dropped_lies_at_the_nearest_place() {
+    let mission = load(&experiment_file(1));
+    for drops in ["1", "all"] {
+        let (end, records) = failing(&mission, &format!("  - {{behavior: move 1-2, drops: {drops}}}\n"));
+        let dropped: Vec<Change> = records
+            .iter()
+            .filter_map(|record| match record {
+                Record::World { change, .. } => Some(*change),
+                _ => None,
+            })
+            .collect();
+        let at_shelf = |object: usize| Change::Object(object.into(), Location::At(0.into()));
+        // The left arm comes first.
+        let expected = if drops == "all" { vec![at_shelf(1), at_shelf(0)] } else { vec![at_shelf(0)] };
+        assert_eq!(dropped, expected, "{drops}");
+        assert_eq!(ends(&mission, &records, "move 1-2")[0].0, End::Succeeded, "it goes on");
+        // What was picked is done; that it is lost, nobody takes up.
+        assert_eq!(end, MissionEnd::Stalled);
+        assert_eq!(reason(&mission, &records, "place 1"), Some(Reason::NotHeld { object: 0.into() }));
+    }
+}
+
+#[test]
+fn the_world_changes_from_outside() {
+    let mission = load(&file("config/missions/desk.yaml"));
+    let undisturbed = simulate(&mission, &Settings::default(), Vec::new()).0;
+    assert_eq!(ends(&mission, &undisturbed, "inspect pad").len(), 1);
+    let (end, records) = failing(&mission, "  - {at: 1 s, set: seen pad}\n  - {at: 2 s, clear: seen tray}\n");
+    assert_eq!(end, MissionEnd::Done);
+    assert_eq!(ends(&mission, &records, "inspect pad"), [], "somebody has done it");
+}
+
+fn second(seconds: f64) -> Time {
+    Time::ZERO + Duration::from_secs_f64(seconds)
+}
+
+/// When an undisturbed mission ends that begins at a moment.
+fn ended(records: &[Record]) -> (f64, f64) {
+    let began = records.iter().find_map(|record| match record {
+        Record::Began { at, .. } => Some(at.seconds()),
+        _ => None,
+    });
+    let end = records.iter().find_map(|record| match record {
+        Record::Ended { at, end: MissionEnd::Done } => Some(at.seconds()),
+        _ => None,
+    });
+    (began.expect("it began"), end.expect("it is done"))
+}
+
+#[test]
+fn a_controller_that_was_lost_or_hung_attaches_anew() {
+    let mission = load(&experiment_file(1));
+    let (_, undisturbed) = ended(&simulate(&mission, &Settings::default(), Vec::new()).0);
+    let attach = |id, at| (second(at), Event::Attach(ControllerId(id)));
+    for gone in [Event::Lose(ControllerId(0)), Event::Hang(ControllerId(0))] {
+        // The others come when it is known to be gone, so that the mission does not begin without it.
+        let mut events = vec![attach(0, 0.0), (second(1.0), gone.clone())];
+        events.extend((1..4).map(|id| attach(id, 3.0)));
+        events.push((second(5.0), Event::Return(ControllerId(0))));
+        let (records, _) = simulate(&mission, &Settings::default(), events);
+        let (began, end) = ended(&records);
+        assert_eq!(began, 5.0, "{gone:?}");
+        assert!((end - began - undisturbed).abs() < 0.02, "{gone:?}: {began} to {end}, not {undisturbed}");
+    }
+}
+
+#[test]
+fn who_hangs_for_a_moment_only_goes_on_where_it_was() {
+    let mission = load(&experiment_file(1));
+    let (_, undisturbed) = ended(&failing(&mission, "  - {at: 500 s, lose: base}\n").1);
+    for (from, to) in [(3.0, 3.9), (0.0, 0.5), (6.5, 7.3)] {
+        let failures = format!("  - {{at: {from} s, hang: base}}\n  - {{at: {to} s, return: base}}\n");
+        let (end, records) = failing(&mission, &failures);
+        assert_eq!(end, MissionEnd::Done, "{failures}");
+        let (_, end) = ended(&records);
+        assert!((undisturbed..undisturbed + 1.0).contains(&end), "{failures}: {end}, not {undisturbed}");
+    }
+}
+
+#[test]
+fn a_controller_is_lost_at_its_moment() {
+    let mission = load(&experiment_file(1));
+    for (failure, at) in [("lose", 3.0), ("hang", 4.0)] {
+        let (_, records) = failing(&mission, &format!("  - {{at: 3 s, {failure}: base}}\n"));
+        let lost = ends(&mission, &records, "move 2-1");
+        assert_eq!(lost, [(End::Failed(Fault::Lost(controller(&mission, "base"))), at)], "{failure}");
+    }
+}
+
+#[test]
+fn a_mission_goes_on_with_what_is_back() {
+    let mission = load(&experiment_file(1));
+    for failures in [
+        "  - {at: 8 s, lose: left_arm}\n  - {at: 20 s, return: left_arm}\n",
+        "  - {at: 3 s, lose: base}\n  - {at: 5 s, return: base}\n",
+        "  - {at: 3 s, hang: base}\n  - {at: 8 s, return: base}\n",
+        "  - {at: 8 s, hang: right_arm}\n  - {at: 9500 ms, lose: right_arm}\n  - {at: 11 s, return: right_arm}\n",
+    ] {
+        let (end, records) = failing(&mission, failures);
+        assert_eq!(end, MissionEnd::Done, "{failures}");
+        let is_refusal =
+            |record: &&Record| matches!(record, Record::Controller { message: ControllerMessage::Refused { .. }, .. });
+        assert_eq!(records.iter().find(is_refusal), None, "{failures}: what is over is not heard of again");
+    }
+}
+
+#[test]
+fn the_verb_tells_what_was_done_on_purpose() {
+    let home = Home::new();
+    let (mission, log) = (file("config/missions/desk.yaml"), home.path("run.jsonl"));
+    let text = "failures:\n  - {at: 1 s, set: seen pad}\n  - {behavior: inspect tray, fails: aborted}\n";
+    let failures = home.write("failures.yaml", text);
+    let args = |verb: &'static str| [verb.as_ref(), mission.as_os_str(), "--fail".as_ref(), failures.as_os_str()];
+    let simulate = |more: &[&'static str]| {
+        let more = more.iter().map(AsRef::as_ref);
+        home.start(args("simulate").into_iter().chain(["--log".as_ref(), log.as_os_str()]).chain(more)).ends(0).stderr
+    };
+    let said = simulate(&[]);
+    let lines = [
+        "0.00 s  on purpose: inspect tray gives up in the end, attempt 1",
+        "1.00 s  on purpose: somebody sets seen pad",
+    ];
+    assert!(lines.iter().all(|line| said.contains(line)), "{said}");
+    assert!(home.start(["verify".as_ref(), log.as_os_str()]).ends(0).stdout.starts_with("same: "));
+    assert_eq!(simulate(&["--quiet"]), "");
+    let wrong = home.write("failures.yaml", "failures:\n  - {at: 1 s, lose: neck}\n  - {at: 1 s, set: seen pads}\n");
+    for verb in ["simulate", "run"] {
+        let finished = home.start(args(verb)).ends(2);
+        let words = ["there is no controller `neck`", "did you mean `seen pad`?", "failures.yaml:3:20"];
+        assert!(words.iter().all(|words| finished.words().contains(words)), "{}", finished.stderr);
+    }
+    assert!(home.start(args("daemon")).ends(2).stderr.contains("unexpected argument '--fail'"));
+    let resumed = ["run".as_ref(), "--resume".as_ref(), log.as_os_str(), "--fail".as_ref(), wrong.as_os_str()];
+    assert!(home.start(resumed).ends(2).stderr.contains("cannot be used with"));
+    home.is_empty();
+}
