@@ -9,11 +9,9 @@ use std::time::{Duration, Instant};
 
 use ambidex::link::Instance;
 use ambidex::model::RobotSpec;
-use ambidex::runtime::{Control, process_end};
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, Result};
 use rustix::process::{Pid, Signal, kill_process};
-use tokio::sync::mpsc;
 
 use crate::terminal::Terminal;
 use crate::values::LogFormat;
@@ -27,6 +25,8 @@ pub struct Children {
     recipe: Recipe,
     children: Vec<Child>,
     names: Vec<String>,
+    /// Those that were ended on purpose.
+    meant: Vec<bool>,
     voices: Vec<JoinHandle<()>>,
 }
 
@@ -56,34 +56,36 @@ impl Children {
             format,
             terminal: terminal.clone(),
         };
-        let mut children = Self { recipe, children: Vec::new(), names: Vec::new(), voices: Vec::new() };
+        let mut children =
+            Self { recipe, children: Vec::new(), names: Vec::new(), meant: Vec::new(), voices: Vec::new() };
         for controller in &robot.controllers {
             let (child, voice) = children.recipe.start(&controller.name).into_diagnostic()?;
             children.voices.extend(voice);
             children.children.push(child);
             children.names.push(controller.name.clone());
+            children.meant.push(false);
         }
         Ok(children)
     }
 
-    /// A child that ends before the mission begins will not attach: says so, and that nobody need wait for it.
-    pub fn watch_all(&self, run: &mpsc::UnboundedSender<Control>) {
-        (0..self.children.len()).for_each(|index| self.watch(index, run));
+    /// The processes, by controller.
+    pub fn pids(&self) -> Vec<u32> {
+        self.children.iter().map(Child::id).collect()
     }
 
-    /// The same for one of them.
-    pub fn watch(&self, index: usize, run: &mpsc::UnboundedSender<Control>) {
-        let (pid, terminal) = (self.children[index].id(), self.recipe.terminal.clone());
-        let (run, name) = (run.clone(), self.names[index].clone());
-        tokio::spawn(async move {
-            if process_end(pid).await.is_ok() && run.send(Control::GiveUp).is_ok() {
-                terminal.say(&format!("the process of {name} has ended"));
-            }
-        });
+    /// What a child is called.
+    pub fn name(&self, index: usize) -> &str {
+        &self.names[index]
+    }
+
+    /// Whether a child was ended on purpose, so that it is not to be missed.
+    pub fn is_meant(&self, index: usize) -> bool {
+        self.meant[index]
     }
 
     /// Ends a child at once.
     pub fn kill(&mut self, index: usize) {
+        self.meant[index] = true;
         let child = &mut self.children[index];
         // One that has ended by itself is as dead.
         drop(child.kill());
@@ -106,7 +108,9 @@ impl Children {
     /// When it cannot be started.
     pub fn restart(&mut self, index: usize) -> io::Result<()> {
         let (child, voice) = self.recipe.start(&self.names[index])?;
-        self.children[index] = child;
+        // What is left of the one before it.
+        drop(self.children[index].wait());
+        (self.children[index], self.meant[index]) = (child, false);
         self.voices.extend(voice);
         Ok(())
     }

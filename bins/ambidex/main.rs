@@ -10,6 +10,7 @@ mod exit;
 mod explain;
 mod following;
 mod import;
+mod keeping;
 mod log;
 mod mission;
 mod observer;

@@ -12,12 +12,13 @@ use ambidex::replay::Resumed;
 use ambidex::runtime::{self, Clock, Ended, Options, Sink};
 use ambidex::tree::Settings;
 use miette::{IntoDiagnostic, Result};
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::{mpsc, watch};
 
 use crate::args::{DaemonArgs, LiveArgs, Messages, MissionArgs, OnStall, RunArgs};
 use crate::children::Children;
 use crate::diagnostics::{report_all, say_all};
 use crate::exit::Exit;
+use crate::keeping::Keeper;
 use crate::observer::Observer;
 use crate::purpose::{self, Doing, Purpose};
 use crate::resume::{Resume, RobotFile, resume};
@@ -129,12 +130,12 @@ fn go(
     let observer = Arc::new(Mutex::new(observer));
     let start = || Children::start(&job.mission.robot, &job.robot_path, instance, args.log_format, &terminal);
     let children = has_children.then(start).transpose()?.map(|children| Arc::new(Mutex::new(children)));
-    let (to_doing, begun) = oneshot::channel();
+    let (to_keeper, begun) = watch::channel(None);
     let script = Script::new(failures.flaws.clone());
     if let Some(children) = children.clone() {
-        lock(&children).watch_all(&to_run);
-        let (names, terminal) = (job.mission.names.clone(), terminal.clone());
-        let doing = Doing { failures, names, begun, clock, children, run: to_run, terminal, is_quiet: args.quiet };
+        let keeper = Keeper { children, begun, run: to_run, terminal: terminal.clone() };
+        keeper.keep_all();
+        let doing = Doing { failures, names: job.mission.names.clone(), clock, keeper, is_quiet: args.quiet };
         runtime.spawn(doing.done());
     }
     let options = Options {
@@ -142,7 +143,7 @@ fn go(
         clock,
         attach_timeout,
         grace: GRACE,
-        journal: Some(Box::new(Watcher { observer: Arc::clone(&observer), begun: Some(to_doing) })),
+        journal: Some(Box::new(Watcher { observer: Arc::clone(&observer), begun: to_keeper })),
         resumed,
         script,
     };
@@ -220,17 +221,19 @@ fn tell_end(ended: &Ended, observer: &Mutex<Observer>, mission: &MissionSpec, te
 struct Watcher {
     observer: Arc<Mutex<Observer>>,
     /// Who waits for the mission to begin.
-    begun: Option<oneshot::Sender<Time>>,
+    begun: watch::Sender<Option<Time>>,
 }
 
 impl Sink for Watcher {
     fn take(&mut self, record: &Record) {
         lock(&self.observer).take(record);
-        if let Record::Began { at, .. } = record
-            && let Some(begun) = self.begun.take()
-        {
-            // Nobody may wait any more.
-            let _ = begun.send(*at);
+        // One that is resumed has begun before.
+        if let Record::Began { at, .. } | Record::Decided { at, .. } = record {
+            self.begun.send_if_modified(|begun| {
+                let is_first = begun.is_none();
+                begun.get_or_insert(*at);
+                is_first
+            });
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::Path;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::PoisonError;
 
 use ambidex::files::{self, Disk};
 use ambidex::model::{
@@ -10,12 +10,10 @@ use ambidex::model::{
 };
 use ambidex::runtime::{Clock, Control};
 use miette::Result;
-use tokio::sync::{mpsc, oneshot};
 use tokio::time::sleep_until;
 
-use crate::children::Children;
 use crate::diagnostics::report_all;
-use crate::terminal::Terminal;
+use crate::keeping::Keeper;
 
 /// What is told of failures as the records of a run come by.
 #[derive(Debug, Default)]
@@ -31,12 +29,9 @@ pub struct Purpose {
 pub struct Doing {
     pub failures: Failures,
     pub names: Names,
-    /// Tells when the mission has begun, which is when their time begins.
-    pub begun: oneshot::Receiver<Time>,
     pub clock: Clock,
-    pub children: Arc<Mutex<Children>>,
-    pub run: mpsc::UnboundedSender<Control>,
-    pub terminal: Terminal,
+    /// With the children, and the moment at which the mission began, which is when their time begins.
+    pub keeper: Keeper,
     pub is_quiet: bool,
 }
 
@@ -94,15 +89,16 @@ impl Purpose {
 impl Doing {
     /// Does every mishap at its moment.
     pub async fn done(self) {
-        let names = &self.names;
-        let Ok(begun) = self.begun.await else { return };
+        let (names, terminal) = (&self.names, &self.keeper.terminal);
+        let mut begun = self.keeper.begun.clone();
+        let Some(begun) = begun.wait_for(Option::is_some).await.ok().and_then(|begun| *begun) else { return };
         let mut lost = BTreeSet::new();
         for ((at, mishap), text) in self.failures.mishaps.iter().zip(said(&self.failures, names)) {
             sleep_until(self.clock.instant(begun + at.since(Time::ZERO))).await;
             if !self.is_quiet {
-                self.terminal.say(&line(*at, &text));
+                terminal.say(&line(*at, &text));
             }
-            let mut children = self.children.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut children = self.keeper.children.lock().unwrap_or_else(PoisonError::into_inner);
             match *mishap {
                 Mishap::Lose(id) => {
                     lost.insert(id);
@@ -111,12 +107,10 @@ impl Doing {
                 Mishap::Hang(id) => children.hold(id.index()),
                 Mishap::Return(id) if !lost.remove(&id) => children.release(id.index()),
                 Mishap::Return(id) => match children.restart(id.index()) {
-                    Ok(()) => children.watch(id.index(), &self.run),
-                    Err(error) => {
-                        self.terminal.say(&format!("error: {} is not started: {error}", names.controller(id)))
-                    }
+                    Ok(()) => self.keeper.keep(id.index(), children.pids()[id.index()]),
+                    Err(error) => terminal.say(&format!("error: {} is not started: {error}", names.controller(id))),
                 },
-                Mishap::World(change) => drop(self.run.send(Control::World(change))),
+                Mishap::World(change) => drop(self.keeper.run.send(Control::World(change))),
             }
         }
     }
