@@ -29,43 +29,67 @@ fn controllers(home: &Home) -> Vec<Process> {
     CONTROLLERS.iter().map(|name| home.controller(name, &[])).collect()
 }
 
+/// The controller of a daemon, which nobody starts again.
 fn check_controller(name: &str, with: Signal, when: &str) {
     let home = Home::new();
-    let mut run = run(&home);
-    run.says(when);
-    signal(home.process(&format!("controller {name}")), with);
+    let controllers = controllers(&home);
+    let mut daemon = daemon(&home, "5");
+    daemon.says(when);
+    let index = CONTROLLERS.iter().position(|other| *other == name).expect("a controller");
+    controllers[index].signal(with);
     let told = Instant::now();
-    run.says(&format!("{name} is unavailable"));
+    daemon.says(&format!("{name} is unavailable"));
     assert!(told.elapsed() < NOTICED, "{:?}", told.elapsed());
-    let finished = run.ends(4);
+    let finished = daemon.ends(4);
     let said = format!("× the controller {name} is gone");
     assert!(finished.stderr.contains(&said), "{}", finished.stderr);
     assert_eq!(report(&finished)["outcome"], "failed");
     let log = home.log();
     assert!(log.contains("controller_lost") && log.contains("\"lost\""), "the log tells it");
-    home.is_empty();
+    controllers[index].signal(Signal::CONT);
 }
 
 #[test]
-fn a_killed_controller_ends_the_run_with_its_name() {
+fn a_killed_controller_ends_the_mission_with_its_name() {
     check_controller("base", Signal::KILL, "step 1");
+}
+
+#[test]
+fn a_stopped_controller_ends_the_mission_with_its_name() {
+    thread::scope(|scope| {
+        scope.spawn(|| check_controller("base", Signal::STOP, "step 1"));
+        scope.spawn(|| check_controller("head", Signal::STOP, "step 2"));
+    });
 }
 
 /// The other arm goes on.
 #[test]
 fn an_arm_that_is_killed_is_not_missed() {
     let home = Home::new();
-    let args = ["run", "--json", "--speed", "20"].map(AsRef::as_ref);
-    let mut run = home.start(args.into_iter().chain([experiment_file(1).as_os_str()]));
-    run.says("step 1");
-    signal(home.process("controller left_arm"), Signal::KILL);
-    let finished = run.ends(0);
+    let controllers = controllers(&home);
+    let mut daemon = home.daemon(&experiment_file(1), &["--json", "--speed", "20"]);
+    daemon.says("step 1");
+    controllers[0].signal(Signal::KILL);
+    let finished = daemon.ends(0);
     assert_eq!(report(&finished)["outcome"], "done");
     let log = home.log();
-    assert!(log.contains("\"unavailable\""), "the log tells it");
+    assert!(log.contains("\"unavailable\"") && !log.contains("\"available\""), "it did not come back");
     let path = home.write("run.jsonl", &log);
     let verified = home.start(["verify".as_ref(), path.as_os_str()]).ends(0);
     assert!(verified.stdout.starts_with("same: "), "{}", verified.stdout);
+}
+
+/// A run starts its own again, with what they held.
+#[test]
+fn a_run_starts_its_controllers_again() {
+    let home = Home::new();
+    let mut run = run(&home);
+    run.says("done pick 2");
+    signal(home.process("controller left_arm"), Signal::KILL);
+    run.says("the process of left_arm has ended and is started again");
+    let finished = run.ends(0);
+    assert_eq!(report(&finished)["outcome"], "done");
+    assert!(home.log().contains("\"service\":\"available\""), "the log tells it");
     home.is_empty();
 }
 
@@ -83,14 +107,6 @@ fn a_controller_that_comes_back_is_used_again() {
     assert_eq!(report(&finished)["outcome"], "done");
     let log = home.log();
     assert!(log.contains("\"service\":\"available\""), "the log tells it");
-}
-
-#[test]
-fn a_stopped_controller_ends_the_run_with_its_name() {
-    thread::scope(|scope| {
-        scope.spawn(|| check_controller("base", Signal::STOP, "step 1"));
-        scope.spawn(|| check_controller("head", Signal::STOP, "step 2"));
-    });
 }
 
 #[test]
