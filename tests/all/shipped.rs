@@ -67,6 +67,18 @@ const STEPS: &[(&str, &[&str])] = &[
             "place 1 + place 2 + place 3",
         ],
     ),
+    (
+        "two-hands",
+        &[
+            "go to the jam",
+            "pick jam",
+            "open jam",
+            "pick honey + put down jam",
+            "open honey",
+            "bring honey",
+            "put down honey",
+        ],
+    ),
 ];
 
 #[test]
