@@ -1,6 +1,6 @@
 //! Who held a resource when, and on which channel it was shared.
 
-use ambidex_model::{ChannelId, Lease, LeaseKind, NodeId, Resource, Time};
+use ambidex_model::{ChannelId, Lease, LeaseKind, Loss, NodeId, Resource, Time};
 
 /// What became of a resource.
 #[derive(Debug, Clone, Default)]
@@ -9,6 +9,7 @@ pub struct Lane {
     open: Vec<Held>,
     channels: Vec<(ChannelId, Time, Option<Time>)>,
     channel: Option<ChannelId>,
+    outages: Vec<(Loss, Time, Option<Time>)>,
 }
 
 /// A lease from its beginning to its end.
@@ -35,7 +36,18 @@ impl Lane {
         &self.channels
     }
 
+    /// When it was unavailable and why; no end where it is when the records end.
+    pub fn outages(&self) -> &[(Loss, Time, Option<Time>)] {
+        &self.outages
+    }
+
     pub(super) fn change(&mut self, at: Time, state: &Resource) {
+        let is_out = self.outages.last().is_some_and(|(.., to)| to.is_none());
+        match (state.service().outage(), self.outages.last_mut()) {
+            (Some(why), _) if !is_out => self.outages.push((why, at, None)),
+            (None, Some(last)) if is_out => last.2 = Some(at),
+            (Some(_) | None, _) => {}
+        }
         let key = |lease: &Lease| -> (NodeId, NodeId, LeaseKind) { (lease.holder, lease.behavior, lease.kind) };
         let is_kept = |held: &Held| state.leases().iter().any(|lease| key(lease) == key(&held.lease));
         let (open, gone): (Vec<Held>, Vec<Held>) = self.open.drain(..).partition(is_kept);

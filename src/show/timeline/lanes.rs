@@ -15,6 +15,8 @@ use ambidex_record::{Held, Lane};
 const TRACK: f64 = 13.0;
 /// Height of the strip for channels.
 const STRIP: f64 = 12.0;
+/// The class of a resource that nobody can be granted.
+pub(super) const UNAVAILABLE: &str = "leaf-failed";
 /// Free space below a lane.
 const GAP: f64 = 6.0;
 
@@ -69,9 +71,27 @@ impl Place<'_> {
         let width = scale.x(self.end) - scale.left;
         let free = Frame { x: scale.left, y: top, width, height: self.tracks() as f64 * TRACK - 1.0 };
         let mut shapes = vec![Shape::rect("free", free, 0.0)];
+        shapes.extend(self.outages(header, scale, free));
         shapes.extend(strip);
         shapes.extend(leases.iter().map(|held| self.lease(header, held, scale, top)));
         (Shape::group("lane", shapes), is_less || is_strip_less)
+    }
+
+    /// When nobody could be granted it.
+    pub(super) fn is_ever_out(&self) -> bool {
+        !self.lane.outages().is_empty()
+    }
+
+    fn outages(&self, header: &Header, scale: &Scale, free: Frame) -> Vec<Shape> {
+        let outages = self.lane.outages().iter().map(|(why, from, to)| {
+            let x = scale.x(*from);
+            let until = to.map_or_else(|| "the end".to_owned(), |to| to.to_string());
+            let resource = header.names.resource(self.resource);
+            let said = format!("{resource}: unavailable (its controller: {why}), from {from} to {until}");
+            let frame = Frame { x, width: self.x(scale, *to) - x, ..free };
+            Shape::rect(UNAVAILABLE, frame, 1.5).titled(&said)
+        });
+        outages.collect()
     }
 
     fn x(&self, scale: &Scale, to: Option<Time>) -> f64 {

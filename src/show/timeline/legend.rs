@@ -25,6 +25,7 @@ enum Sample {
     Sign(Mark),
     Lease(LeaseKind),
     Channel,
+    Unavailable,
     Step,
     Round,
 }
@@ -87,10 +88,11 @@ fn samples(panels: &[Panel]) -> Vec<Sample> {
     // What runs is active, as everywhere.
     let kept = holds.into_iter().filter(|hold| *hold != LeaseKind::Running).map(Sample::Lease);
     let channel = lanes().any(Place::is_shared).then_some(Sample::Channel);
+    let outage = lanes().any(Place::is_ever_out).then_some(Sample::Unavailable);
     let has = |any: &dyn Fn(&Panel) -> bool| panels.iter().any(any);
     let step = has(&|panel| !panel.history.steps().is_empty()).then_some(Sample::Step);
     let round = has(&|panel| !panel.history.round_times().is_empty()).then_some(Sample::Round);
-    bars.chain(signs).chain(kept).chain(channel).chain(step).chain(round).collect()
+    bars.chain(signs).chain(kept).chain(channel).chain(outage).chain(step).chain(round).collect()
 }
 
 impl Sample {
@@ -119,6 +121,7 @@ impl Sample {
             Self::Lease(LeaseKind::Physical) => "kept: an object is in it",
             Self::Lease(LeaseKind::Intention) => "kept for what comes next",
             Self::Channel => "shared on a channel",
+            Self::Unavailable => "unavailable",
             Self::Step => "step begins",
             Self::Round => "round",
         }
@@ -135,6 +138,7 @@ impl Sample {
             Self::Sign(sign) => mark(sign, (middle, y), 4.2),
             Self::Lease(hold) => wide(lanes::class(hold), 9.0, 1.5),
             Self::Channel => Shape::line("channel", (x, y), (x + SAMPLE - 4.0, y)),
+            Self::Unavailable => wide(lanes::UNAVAILABLE, 9.0, 1.5),
             Self::Step => Shape::line("step", (middle, y - 5.5), (middle, y + 5.5)),
             Self::Round => Shape::line("round", (middle, y - 3.5), (middle, y + 3.5)),
         }
