@@ -1,9 +1,9 @@
 //! The resource table as root told it (III-B), and the world, with names.
 
-use ambidex_model::{Lease, Location, Resource, ResourceId};
+use ambidex_model::{Lease, Location, Resource, ResourceId, Service};
 use ambidex_record::History;
 
-use super::snapshot::{FactRow, HolderRow, ObjectRow, ResourceRow, WorldRow};
+use super::snapshot::{FactRow, HolderRow, ObjectRow, Outage, ResourceRow, WorldRow};
 
 /// Every resource in resource order.
 pub(super) fn rows(history: &History) -> Vec<ResourceRow> {
@@ -26,10 +26,20 @@ fn row(history: &History, id: ResourceId, state: &Resource) -> ResourceRow {
         owners: state.owners(),
         channel: state.channel().map(|channel| names.channel(channel).to_owned()),
         locked: state.is_locked(),
+        unavailable: outage(history, state.service()),
         holders: state.leases().iter().map(holder).collect(),
         holds: history.world().held_by(id).map(|object| names.object(object).to_owned()),
         controller: mover.map(|controller| names.controller(controller).to_owned()),
     }
+}
+
+fn outage(history: &History, service: Service) -> Option<Outage> {
+    let (why, since) = match service {
+        Service::Available => return None,
+        Service::Unavailable { why, since } | Service::Gone { why, since } => (why, since),
+    };
+    let since_s = history.moment(since).seconds();
+    Some(Outage { why: why.to_string(), since_s, awaited: service.is_awaited() })
 }
 
 /// Base, objects and facts.

@@ -134,12 +134,25 @@ pub struct ResourceRow {
     pub channel: Option<String>,
     /// Whether it is in use.
     pub locked: bool,
+    /// Why nobody can be granted it, and since when; none of one that is there.
+    pub unavailable: Option<Outage>,
     /// Its leases, by holder.
     pub holders: Vec<HolderRow>,
     /// The object in it.
     pub holds: Option<String>,
     /// The controller that moves it; none of one that only counts.
     pub controller: Option<String>,
+}
+
+/// How a controller came to be away.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Outage {
+    /// Of its controller: "its process ended".
+    pub why: String,
+    /// Robot time since the mission began, seconds.
+    pub since_s: f64,
+    /// Whether the mission still waits for it.
+    pub awaited: bool,
 }
 
 /// An owner of a resource.

@@ -84,7 +84,7 @@ impl Snapshot {
         ];
         table.push(Column::wide("held by", rest(&table, width)));
         let row = |resource: &ResourceRow| Row {
-            rank: u8::from(!resource.locked),
+            rank: u8::from(!resource.locked && resource.unavailable.is_none()),
             text: line(&table, &resource_cells(resource, palette)),
         };
         let rows = self.resources.iter().map(row);
@@ -117,14 +117,17 @@ fn resource_cells(row: &ResourceRow, palette: &Palette) -> [Cell; 6] {
         (None, true) => "alone".into(),
         (None, false) => String::new(),
     };
+    let outage = row.unavailable.as_ref().map(|outage| format!("unavailable since {:.1} s", outage.since_s));
+    let style = if outage.is_some() { palette.failed } else { style };
     let held = [row.holds.iter().map(|object| format!("holds {object}")).collect(), holders(&row.holders)];
+    let held = outage.into_iter().chain(held);
     [
         (plain, row.name.clone()),
         (palette.faint, row.ty.clone()),
         (plain, row.owners.to_string()),
         (plain, channel),
         (if row.locked { plain } else { palette.faint }, if row.locked { "yes" } else { "no" }.into()),
-        (style, held.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")),
+        (style, held.filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")),
     ]
 }
 

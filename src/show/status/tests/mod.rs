@@ -212,6 +212,7 @@ fn json_has_the_five_properties_and_the_words_of_the_report() {
         told["resources"][3],
         serde_json::json!({
             "name": "right_gripper", "type": "gripper", "owners": 1, "channel": null, "locked": true,
+            "unavailable": null,
             "holders": [{"node": "object 4", "behavior": "pick 4", "kind": "physical"}],
             "holds": "object 4", "controller": "right_arm",
         })
