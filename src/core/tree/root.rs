@@ -283,6 +283,7 @@ impl Root {
         for change in changes {
             self.change_world(now, self.understood(change), out);
         }
+        self.serve_all(now, out);
         self.interrupt(now, out);
     }
 

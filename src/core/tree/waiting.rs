@@ -3,14 +3,16 @@
 use std::sync::Arc;
 
 use super::{Outbox, Root};
-use ambidex_model::{ControllerId, Loss, MissionEnd, NodeId, Record, Service, Time};
+use ambidex_model::{ControllerId, Loss, MissionEnd, NodeId, Record, ResourceId, Service, Time};
 
 impl Root {
     /// When it has to be told [`Told::Woke`](ambidex_model::Told::Woke).
     pub fn deadline(&self) -> Option<Time> {
         let is_waiting = !self.is_over() && !self.is_suspended && self.ending.is_none();
         let waits = self.state.waits().first().map(|(until, _)| *until);
-        waits.into_iter().chain(self.state.awaited_until()).min().filter(|_| is_waiting)
+        let is_awaited = self.state.table().iter().any(|(_, resource)| resource.service().is_awaited());
+        let awaited = self.state.awaited_until().filter(|_| is_awaited);
+        waits.into_iter().chain(awaited).min().filter(|_| is_waiting)
     }
 
     /// Nothing can go on. Who is away may come back; whoever was awaited in vain is what the mission failed for.
@@ -33,6 +35,17 @@ impl Root {
         let service = outage.map_or(Service::Available, |why| Service::Unavailable { why, since: now });
         self.is_wanted = true;
         self.edit(Record::Served { at: now, controller, resources, service }, out);
+    }
+
+    /// Every controller is there, whatever was before.
+    pub(super) fn serve_all(&mut self, now: Time, out: &mut Outbox) {
+        let mission = Arc::clone(&self.mission);
+        for controller in (0..mission.robot.controllers.len()).map(ControllerId::from) {
+            let is_out = |id: ResourceId| !self.state.table().resource(id).service().is_available();
+            if mission.robot.moved_by(controller).any(is_out) {
+                self.serve(now, controller, None, out);
+            }
+        }
     }
 
     /// A moment came: who waited asks again, and who was awaited too long is awaited no more.
