@@ -107,9 +107,10 @@ impl Children {
     /// # Errors
     /// When it cannot be started.
     pub fn restart(&mut self, index: usize) -> io::Result<()> {
-        let (child, voice) = self.recipe.start(&self.names[index])?;
-        // What is left of the one before it.
+        // What is left of the one before it; never two at once.
+        drop(self.children[index].kill());
         drop(self.children[index].wait());
+        let (child, voice) = self.recipe.start(&self.names[index])?;
         (self.children[index], self.meant[index]) = (child, false);
         self.voices.extend(voice);
         Ok(())

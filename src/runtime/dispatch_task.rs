@@ -27,7 +27,9 @@ impl DispatchTask {
     pub(super) async fn run(mut self) {
         loop {
             let due = self.dispatch.deadline().map(|at| self.clock.instant(at));
+            // What came in time is not late because it was not taken up yet.
             let input = tokio::select! {
+                biased;
                 input = self.inbox.recv() => match input {
                     Some(input) => input,
                     None => return,

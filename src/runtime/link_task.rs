@@ -62,7 +62,11 @@ impl LinkTask {
                         is_void &= !matches!(message, ToController::Configure { .. });
                         waiting.extend((!is_void).then_some(message));
                     }
-                    Some(Order::Reset) => presence = Presence::new(self.link.epoch()),
+                    Some(Order::Reset) => {
+                        presence = Presence::new(self.link.epoch());
+                        waiting.clear();
+                        is_void = true;
+                    }
                     None => return Ok(()),
                 },
                 () = async { sleep_until(silent_at.expect("guarded")).await }, if silent_at.is_some() => {}

@@ -123,9 +123,17 @@ impl Dispatch {
     }
 
     pub(super) fn rejected(&mut self, now: Time, controller: ControllerId, why: Rejection) {
-        self.drop_current(now, controller, End::Failed(Fault::Rejected(controller, why)));
-        if why == Rejection::Busy {
-            self.hang(now, controller);
+        let end = End::Failed(Fault::Rejected(controller, why));
+        match why {
+            Rejection::Busy => self.hang(now, controller, end),
+            Rejection::Version
+            | Rejection::Stale
+            | Rejection::Unknown
+            | Rejection::Malformed
+            | Rejection::NotFinite
+            | Rejection::NotConfigured
+            | Rejection::Unsupported
+            | Rejection::OutOfReach => self.drop_current(now, controller, end),
         }
     }
 
@@ -156,13 +164,14 @@ impl Dispatch {
         self.next(now, controller);
     }
 
-    pub(super) fn queue_lost(&mut self, now: Time, controller: ControllerId) {
+    /// What is under way ends so, what waits as lost.
+    pub(super) fn queue_lost(&mut self, now: Time, controller: ControllerId, end: End) {
         let fault = End::Failed(Fault::Lost(controller));
         for (leaf, part) in std::mem::take(&mut self.queues[controller.index()].waiting) {
             self.forget_part(leaf, part.resource, part.mode);
             self.stop(now, leaf, fault);
         }
-        self.drop_current(now, controller, fault);
+        self.drop_current(now, controller, end);
     }
 
     fn begin(&mut self, now: Time, controller: ControllerId, leaf: NodeId, part: Part) {
@@ -178,6 +187,10 @@ impl Dispatch {
 
     /// Sends the next command of a controller that is free.
     fn next(&mut self, now: Time, controller: ControllerId) {
+        // What is away gets nothing; what waits for it is given up with it.
+        if !self.attachments[controller.index()].is_ready() {
+            return;
+        }
         if self.queues[controller.index()].current.is_some() {
             return;
         }
@@ -228,8 +241,7 @@ impl Dispatch {
         if !active.is_canceled {
             self.tell(now, controller, None, ToController::Cancel { id });
         }
-        self.drop_current(now, controller, End::Failed(Fault::Unanswered(controller)));
-        self.hang(now, controller);
+        self.hang(now, controller, End::Failed(Fault::Unanswered(controller)));
     }
 
     /// Gives up what a controller is doing; whatever it says of it later is stale.

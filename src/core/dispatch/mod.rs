@@ -18,8 +18,8 @@ use goals::Running;
 pub use script::Script;
 
 use ambidex_model::{
-    Change, CommandId, ControllerId, ControllerMessage, ControllerState, End, FromController, Goal, Loss, MissionSpec,
-    NodeId, Outcome, Part, Record, Refusal, Rejection, Time, ToController,
+    Change, CommandId, ControllerId, ControllerMessage, ControllerState, End, Fault, FromController, Goal, Loss,
+    MissionSpec, NodeId, Outcome, Part, Record, Refusal, Rejection, Time, ToController,
 };
 
 /// What reaches the dispatch.
@@ -267,17 +267,22 @@ impl Dispatch {
     }
 
     fn lost(&mut self, now: Time, id: ControllerId, why: Loss) {
+        self.gone(now, id, why, End::Failed(Fault::Lost(id)));
+    }
+
+    /// A controller is away; what it was doing ends so.
+    fn gone(&mut self, now: Time, id: ControllerId, why: Loss, end: End) {
         self.attachments[id.index()].lose();
         self.record(now, id, ControllerMessage::Lost { why });
         // Before the ends that follow from it, so that nothing is granted what is away.
         self.effects.push(if self.is_ready { Effect::Lost(id, why) } else { Effect::Missing(id) });
-        self.queue_lost(now, id);
+        self.queue_lost(now, id, end);
         self.let_go(now, id, None);
     }
 
     /// It does what nobody wants of it any more, so that it is not to be used before it is configured anew.
-    fn hang(&mut self, now: Time, id: ControllerId) {
-        self.lost(now, id, Loss::Hung);
+    fn hang(&mut self, now: Time, id: ControllerId, end: End) {
+        self.gone(now, id, Loss::Hung, end);
         self.effects.push(Effect::Reset(id));
     }
 

@@ -90,7 +90,7 @@ pub struct Root {
     /// The table as the records tell it.
     last_recorded: Arc<ResourceTable>,
     /// What came since the last turn.
-    told: Vec<Told>,
+    pub(super) told: Vec<Told>,
     /// Where the base was seen last since then.
     observed: Option<Change>,
     open: Option<Arc<View>>,
@@ -227,6 +227,10 @@ impl Root {
                 None => drop(self.reasons.remove(&leaf)),
             }
         }
+    }
+
+    pub(super) fn is_between_rounds(&self) -> bool {
+        self.open.is_none()
     }
 
     pub(super) fn is_over(&self) -> bool {

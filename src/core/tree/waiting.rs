@@ -3,12 +3,14 @@
 use std::sync::Arc;
 
 use super::{Outbox, Root};
-use ambidex_model::{ControllerId, Loss, MissionEnd, NodeId, Record, ResourceId, Service, Time};
+use ambidex_model::{ControllerId, Loss, MissionEnd, NodeId, Record, ResourceId, Service, Time, Told};
 
 impl Root {
-    /// When it has to be told [`Told::Woke`](ambidex_model::Told::Woke).
+    /// When it has to be told [`Told::Woke`].
     pub fn deadline(&self) -> Option<Time> {
-        let is_waiting = !self.is_over() && !self.is_suspended && self.ending.is_none();
+        // Told once, it is taken up in the next turn.
+        let is_told = !self.is_between_rounds() || self.told.contains(&Told::Woke);
+        let is_waiting = !is_told && !self.is_over() && !self.is_suspended && self.ending.is_none();
         let waits = self.state.waits().first().map(|(until, _)| *until);
         let is_awaited = self.state.table().iter().any(|(_, resource)| resource.service().is_awaited());
         let awaited = self.state.awaited_until().filter(|_| is_awaited);
@@ -32,6 +34,11 @@ impl Root {
     /// What a controller moves is away, or can be granted again.
     pub(super) fn serve(&mut self, now: Time, controller: ControllerId, outage: Option<Loss>, out: &mut Outbox) {
         let resources: Vec<_> = self.mission.robot.moved_by(controller).collect();
+        let is_out = |id: &ResourceId| !self.state.table().resource(*id).service().is_available();
+        // One that is away may be lost again while it attaches; it is awaited no longer for that.
+        if outage.is_some() && resources.first().is_some_and(is_out) {
+            return;
+        }
         let service = outage.map_or(Service::Available, |why| Service::Unavailable { why, since: now });
         self.is_wanted = true;
         self.edit(Record::Served { at: now, controller, resources, service }, out);

@@ -67,6 +67,7 @@ impl State {
     }
 
     fn wait(&mut self, leaf: NodeId, wait: Wait) {
+        self.wake(leaf);
         Arc::make_mut(&mut self.waits).insert((wait.until, leaf));
         self.status_mut(leaf).wait = Some(Box::new(wait));
     }
@@ -127,6 +128,14 @@ impl State {
             self.status_mut(child).phase = Phase::Done;
         }
         self.forget_needs(skip.from..skip.to);
+        self.forget_waits(skip.from..skip.to);
+    }
+
+    /// Behaviors that are done or have failed wait for nothing more.
+    fn forget_waits(&mut self, nodes: std::ops::Range<NodeId>) {
+        let waiting: Vec<NodeId> =
+            self.waits.iter().map(|(_, leaf)| *leaf).filter(|leaf| nodes.contains(leaf)).collect();
+        each(&waiting, |leaf| self.wake(*leaf));
     }
 
     /// Behaviors that were sent back are done again, or will not be.
@@ -222,6 +231,7 @@ impl State {
             self.status_mut(node).phase = Phase::Done;
         }
         self.forget_needs(top..self.topology.end(top));
+        self.forget_waits(top..self.topology.end(top));
         let status = self.status_mut(leaf);
         if !std::mem::replace(&mut status.has_completed, true) {
             self.progress += 1;
@@ -235,10 +245,7 @@ impl State {
         }
         let parent = self.topology.parent(top);
         self.status_mut(parent).way = None;
-        let below = top..self.topology.end(top);
-        let waiting: Vec<NodeId> =
-            self.waits.iter().map(|(_, leaf)| *leaf).filter(|leaf| below.contains(leaf)).collect();
-        each(&waiting, |leaf| self.wake(*leaf));
+        self.forget_waits(top..self.topology.end(top));
     }
 
     fn change(&mut self, changes: &[Change]) -> bool {

@@ -108,8 +108,15 @@ impl Certificate {
         let mut budget = EXPANSIONS;
         let mut offered: Option<Vec<Arc<Request>>> = None;
         let mut served: BTreeMap<NodeId, Arc<Request>> = BTreeMap::new();
+        // Most rounds grant nothing that matters, and an order is long.
+        let is_tried = chosen.granted.iter().any(|grant| matters(&needs, grant));
+        let carried = is_tried.then(|| self.order.clone());
         while let Err(refusal) = self.judge(&needs, &view.state, &chosen.granted, &mut budget) {
             let leaf = refusal.grant.leaf();
+            // What was tried led on from there.
+            if let Some(carried) = &carried {
+                self.order.clone_from(carried);
+            }
             let offered = offered.get_or_insert_with(|| requests.to_vec());
             let is_first = !served.contains_key(&leaf);
             match refusal.instead.filter(|_| is_first) {

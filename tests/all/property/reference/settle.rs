@@ -51,6 +51,9 @@ impl Model<'_> {
 
     /// A controller is away, or back; a round follows.
     pub fn service(&mut self, controller: ControllerId, outage: Option<Loss>) -> bool {
+        if outage.is_some() && self.away.contains_key(&controller) {
+            return false;
+        }
         self.awaited = None;
         match outage {
             Some(why) => drop(self.away.insert(controller, (why, true))),
@@ -207,8 +210,9 @@ impl Model<'_> {
         }
     }
 
-    /// What was sent back there is done again.
+    /// What was sent back there is done again, and nothing waits there any more.
     fn forget_needs(&mut self, nodes: NodeRange) {
+        self.waits.retain(|leaf, _| !nodes.contains(*leaf));
         let there = self.redone.iter_mut().filter(|(leaf, _)| nodes.contains(**leaf));
         there.for_each(|(_, (_, by))| *by = None);
     }
