@@ -78,9 +78,9 @@ impl Children {
         &self.names[index]
     }
 
-    /// Whether a child was ended on purpose, so that it is not to be missed.
-    pub fn is_meant(&self, index: usize) -> bool {
-        self.meant[index]
+    /// Whether a process that ended is still the child, and was not ended on purpose.
+    pub fn is_missed(&self, index: usize, pid: u32) -> bool {
+        !self.meant[index] && self.children.get(index).is_some_and(|child| child.id() == pid)
     }
 
     /// Ends a child at once.
@@ -102,18 +102,18 @@ impl Children {
         let _ = kill_process(Pid::from_child(&self.children[index]), Signal::CONT);
     }
 
-    /// Starts a child that has ended once more.
+    /// Starts a child that has ended once more; gives its process.
     ///
     /// # Errors
     /// When it cannot be started.
-    pub fn restart(&mut self, index: usize) -> io::Result<()> {
+    pub fn restart(&mut self, index: usize) -> io::Result<u32> {
         // What is left of the one before it; never two at once.
         drop(self.children[index].kill());
         drop(self.children[index].wait());
         let (child, voice) = self.recipe.start(&self.names[index])?;
         (self.children[index], self.meant[index]) = (child, false);
         self.voices.extend(voice);
-        Ok(())
+        Ok(self.children[index].id())
     }
 
     /// Tells all to end and waits for it; kills those that have not when the time is over.

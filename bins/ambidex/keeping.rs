@@ -47,7 +47,7 @@ impl Keeper {
     /// again.
     async fn kept(self, index: usize, mut pid: u32) {
         let mut restarts = VecDeque::new();
-        while process_end(pid).await.is_ok() && self.is_missed(index, pid) {
+        while process_end(pid).await.is_ok() && self.children().is_missed(index, pid) {
             let name = self.children().name(index).to_owned();
             if self.begun.borrow().is_none() && self.run.send(Control::GiveUp).is_ok() {
                 self.terminal.say(&format!("the process of {name} has ended"));
@@ -67,29 +67,22 @@ impl Keeper {
             let restarted = {
                 let mut children = self.children();
                 // It may have been ended on purpose meanwhile, or started again.
-                let is_missed = !children.is_meant(index) && children.pids()[index] == pid;
-                is_missed.then(|| children.restart(index))
+                children.is_missed(index, pid).then(|| children.restart(index))
             };
             match restarted {
                 None => return,
-                Some(Ok(())) => {}
+                Some(Ok(next)) => pid = next,
                 Some(Err(error)) => {
                     self.terminal.say(&format!("error: {name} is not started: {error}"));
                     return;
                 }
             }
             self.terminal.say(&format!("the process of {name} has ended and is started again"));
-            pid = self.children().pids()[index];
         }
     }
 
-    /// Whether a process that ended is still the child, and was not ended on purpose.
-    fn is_missed(&self, index: usize, pid: u32) -> bool {
-        let children = self.children();
-        !children.is_meant(index) && children.pids()[index] == pid
-    }
-
-    fn children(&self) -> MutexGuard<'_, Children> {
+    /// The children, for as long as nobody else is to see them.
+    pub fn children(&self) -> MutexGuard<'_, Children> {
         self.children.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

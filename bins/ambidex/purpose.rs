@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::Path;
-use std::sync::PoisonError;
 
 use ambidex::files::{self, Disk};
 use ambidex::model::{
@@ -35,6 +34,15 @@ pub struct Doing {
     pub is_quiet: bool,
 }
 
+/// What is done to a controller's process, or to the world.
+enum Deed {
+    Kill(ControllerId),
+    Hold(ControllerId),
+    Restart(ControllerId),
+    Release(ControllerId),
+    Change(Change),
+}
+
 /// Loads what goes wrong on purpose in a mission; nothing without a file.
 pub fn load(file: Option<&Path>, mission: &MissionSpec) -> Result<Failures> {
     let loaded = file.map(|file| files::load_failures(&Disk, file, mission));
@@ -49,8 +57,8 @@ impl Purpose {
 
     /// In a simulation nobody else does.
     pub fn of_simulation(failures: &Failures, names: &Names) -> Self {
-        let moments = failures.mishaps.iter().map(|(at, _)| *at);
-        Self { mishaps: moments.zip(said(failures, names)).collect(), ..Self::of_run(failures) }
+        let mishaps = deeds(failures).map(|(at, deed)| (at, deed.words(names))).collect();
+        Self { mishaps, ..Self::of_run(failures) }
     }
 
     /// What is to be told before a record: what happened until then.
@@ -92,48 +100,58 @@ impl Doing {
         let (names, terminal) = (&self.names, &self.keeper.terminal);
         let mut begun = self.keeper.begun.clone();
         let Some(begun) = begun.wait_for(Option::is_some).await.ok().and_then(|begun| *begun) else { return };
-        let mut lost = BTreeSet::new();
-        for ((at, mishap), text) in self.failures.mishaps.iter().zip(said(&self.failures, names)) {
+        for (at, deed) in deeds(&self.failures) {
             sleep_until(self.clock.instant(begun + at.since(Time::ZERO))).await;
             if !self.is_quiet {
-                terminal.say(&line(*at, &text));
+                terminal.say(&line(at, &deed.words(names)));
             }
-            let mut children = self.keeper.children.lock().unwrap_or_else(PoisonError::into_inner);
-            match *mishap {
-                Mishap::Lose(id) => {
-                    lost.insert(id);
-                    children.kill(id.index());
-                }
-                Mishap::Hang(id) => children.hold(id.index()),
-                Mishap::Return(id) if !lost.remove(&id) => children.release(id.index()),
-                Mishap::Return(id) => match children.restart(id.index()) {
-                    Ok(()) => self.keeper.keep(id.index(), children.pids()[id.index()]),
+            let mut children = self.keeper.children();
+            match deed {
+                Deed::Kill(id) => children.kill(id.index()),
+                Deed::Hold(id) => children.hold(id.index()),
+                Deed::Release(id) => children.release(id.index()),
+                Deed::Restart(id) => match children.restart(id.index()) {
+                    Ok(pid) => self.keeper.keep(id.index(), pid),
                     Err(error) => terminal.say(&format!("error: {} is not started: {error}", names.controller(id))),
                 },
-                Mishap::World(change) => drop(self.keeper.run.send(Control::World(change))),
+                Deed::Change(change) => drop(self.keeper.run.send(Control::World(change))),
             }
         }
     }
 }
 
-fn line(at: Time, text: &str) -> String {
-    format!("{:>7.2} s  on purpose: {text}", at.seconds())
+impl Deed {
+    fn words(&self, names: &Names) -> String {
+        match *self {
+            Self::Kill(id) => format!("{} is killed", names.controller(id)),
+            Self::Hold(id) => format!("{} is stopped", names.controller(id)),
+            Self::Restart(id) => format!("{} is started again", names.controller(id)),
+            Self::Release(id) => format!("{} goes on", names.controller(id)),
+            Self::Change(change) => changed(change, names),
+        }
+    }
 }
 
-/// Every mishap in words.
-fn said(failures: &Failures, names: &Names) -> Vec<String> {
-    let mut lost: BTreeSet<ControllerId> = BTreeSet::new();
-    let mut said = |mishap: &Mishap| match *mishap {
-        Mishap::Lose(id) => {
-            lost.insert(id);
-            format!("{} is killed", names.controller(id))
-        }
-        Mishap::Hang(id) => format!("{} is stopped", names.controller(id)),
-        Mishap::Return(id) if lost.remove(&id) => format!("{} is started again", names.controller(id)),
-        Mishap::Return(id) => format!("{} goes on", names.controller(id)),
-        Mishap::World(change) => changed(change, names),
-    };
-    failures.mishaps.iter().map(|(_, mishap)| said(mishap)).collect()
+/// What every mishap takes: who was killed returns by a restart, who was only held goes on.
+fn deeds(failures: &Failures) -> impl Iterator<Item = (Time, Deed)> {
+    let mut killed = BTreeSet::new();
+    failures.mishaps.iter().map(move |&(at, mishap)| {
+        let deed = match mishap {
+            Mishap::Lose(id) => {
+                killed.insert(id);
+                Deed::Kill(id)
+            }
+            Mishap::Hang(id) => Deed::Hold(id),
+            Mishap::Return(id) if killed.remove(&id) => Deed::Restart(id),
+            Mishap::Return(id) => Deed::Release(id),
+            Mishap::World(change) => Deed::Change(change),
+        };
+        (at, deed)
+    })
+}
+
+fn line(at: Time, text: &str) -> String {
+    format!("{:>7.2} s  on purpose: {text}", at.seconds())
 }
 
 fn changed(change: Change, names: &Names) -> String {

@@ -24,7 +24,7 @@ use tokio::sync::mpsc;
 
 use crate::digests::decisions;
 use crate::driver::Rng;
-use crate::fixtures::{file, load};
+use crate::fixtures::{file, load, simulate_failures};
 use memory::Memory;
 use scripted::Scripted;
 
@@ -76,8 +76,7 @@ fn what_goes_wrong_on_purpose_does_so_in_both() {
         let mission = load(&path);
         let flaws = flaws(&mission, seed);
         let failures = Failures { mishaps: Vec::new(), flaws: flaws.clone() };
-        let mut simulated = Vec::new();
-        sim::simulate_failures(&mission, &Settings::default(), &failures, &mut |record| simulated.push(record.clone()));
+        let (_, simulated) = simulate_failures(&mission, &failures);
         if has_ends_at_once(&simulated) {
             continue;
         }

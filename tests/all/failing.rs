@@ -9,10 +9,10 @@ use ambidex::model::{
     Change, ControllerId, ControllerMessage, End, Fault, Location, MissionEnd, MissionSpec, NodeId, Record, Time,
 };
 use ambidex::replay::Replay;
-use ambidex::sim::{self, Event};
+use ambidex::sim::Event;
 use ambidex::tree::Settings;
 
-use crate::fixtures::{experiment_file, file, load, simulate};
+use crate::fixtures::{experiment_file, file, load, simulate, simulate_failures};
 use crate::home::Home;
 
 /// Simulates a mission with failures; every decision follows from the log.
@@ -21,9 +21,7 @@ fn failing(mission: &Arc<MissionSpec>, failures: &str) -> (MissionEnd, Vec<Recor
     files.insert("failures.yaml", format!("failures:\n{failures}"));
     let failures = files::load_failures(&files, Path::new("failures.yaml"), mission);
     let failures = failures.unwrap_or_else(|error| panic!("{:#?}", error.faults()));
-    let mut records = Vec::new();
-    let end =
-        sim::simulate_failures(mission, &Settings::default(), &failures, &mut |record| records.push(record.clone()));
+    let (end, records) = simulate_failures(mission, &failures);
     let mut replay = Replay::new(mission, &Settings::default());
     records.iter().for_each(|record| replay.take(record).expect("every decision follows"));
     (end, records)

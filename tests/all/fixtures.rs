@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use ambidex::files;
-use ambidex::model::{MissionSpec, Record};
+use ambidex::model::{Failures, MissionEnd, MissionSpec, Record};
 use ambidex::record::{History, MissionReport};
 use ambidex::sim::{self, Event};
 use ambidex::tree::Settings;
@@ -142,6 +142,14 @@ pub fn simulate(
     sim::simulate(mission, settings, events, &mut |record| records.push(record.clone()));
     let report = history(&records).report().expect("a simulation ends");
     (records, report)
+}
+
+/// Simulates a mission in which things go wrong on purpose.
+pub fn simulate_failures(mission: &Arc<MissionSpec>, failures: &Failures) -> (MissionEnd, Vec<Record>) {
+    let mut records = Vec::new();
+    let mut take = |record: &Record| records.push(record.clone());
+    let end = sim::simulate_failures(mission, &Settings::default(), failures, &mut take);
+    (end, records)
 }
 
 /// What records from a header on come to.

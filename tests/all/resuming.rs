@@ -12,7 +12,7 @@ use ambidex::replay::Replay;
 use ambidex::sim;
 use ambidex::tree::Settings;
 
-use crate::fixtures::{file, load, simulate};
+use crate::fixtures::{file, load, simulate, simulate_failures};
 
 fn replayed(mission: &Arc<MissionSpec>, records: &[Record]) -> Replay {
     let mut replay = Replay::new(mission, &Settings::default());
@@ -55,9 +55,7 @@ fn runs() -> Vec<(PathBuf, Arc<MissionSpec>, Vec<Record>)> {
         let mission = load(&file(&format!("config/missions/{mission}.yaml")));
         let path = file(&format!("config/failures/{failures}.yaml"));
         let failures = files::load_failures(&Disk, &path, &mission).expect("it is sound");
-        let mut records = Vec::new();
-        let mut take = |record: &Record| records.push(record.clone());
-        sim::simulate_failures(&mission, &Settings::default(), &failures, &mut take);
+        let records = simulate_failures(&mission, &failures).1;
         (path, mission, records)
     });
     undisturbed.chain(failing).collect()

@@ -108,34 +108,15 @@ impl Run {
     /// The last reason of a leaf.
     pub fn reason(&self, name: &str) -> Option<Reason> {
         let leaf = self.node(name);
-        let mut refused = self.driver.records.iter().filter_map(|record| match record {
-            Record::Decided { refused, .. } => refused.iter().find(|blocked| blocked.leaf == leaf),
-            Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => None,
-            Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::Released { .. } => None,
-            Record::World { .. }
-            | Record::Resource { .. }
-            | Record::Woke { .. }
-            | Record::Served { .. }
-            | Record::Awaited { .. }
-            | Record::Controller { .. }
-            | Record::Ended { .. } => None,
-        });
-        refused.next_back().map(|blocked| blocked.reason.clone())
+        let mut refused = self.driver.records.iter().flat_map(Record::refusals);
+        refused.rfind(|blocked| blocked.leaf == leaf).map(|blocked| blocked.reason.clone())
     }
 
     /// Rounds of which it is recorded why something does not run.
     pub fn told_rounds(&self) -> Vec<u32> {
-        let told = self.driver.records.iter().filter_map(|record| match record {
-            Record::Decided { round, refused, .. } => Some(*round).filter(|_| !refused.is_empty()),
-            Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => None,
-            Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::Released { .. } => None,
-            Record::World { .. }
-            | Record::Resource { .. }
-            | Record::Woke { .. }
-            | Record::Served { .. }
-            | Record::Awaited { .. }
-            | Record::Controller { .. }
-            | Record::Ended { .. } => None,
+        let told = self.driver.records.iter().filter_map(|record| {
+            let Record::Decided { round, refused, .. } = record else { return None };
+            (!refused.is_empty()).then_some(*round)
         });
         told.collect()
     }

@@ -44,18 +44,21 @@ pub fn check(condition: &Condition, view: &View, line: &Lineage<'_>, known: &mut
     }
 }
 
-/// The first part of a condition that is not so, each part alone.
-pub(crate) fn first_unmet<'a>(condition: &'a Condition, view: &View, line: &Lineage<'_>) -> Option<&'a Condition> {
-    match condition {
-        Condition::All(parts) => parts.iter().find_map(|part| first_unmet(part, view, line)),
-        Condition::Never
-        | Condition::At { .. }
-        | Condition::Path { .. }
-        | Condition::Held(_)
-        | Condition::Free(_)
-        | Condition::Lies(..)
-        | Condition::Fact(..) => check(condition, view, line, &mut KnownPaths::default()).is_err().then_some(condition),
-    }
+/// A condition in its single parts, in their order.
+fn singles(condition: &Condition) -> impl Iterator<Item = &Condition> {
+    let mut rest = vec![condition];
+    std::iter::from_fn(move || {
+        while let Some(next) = rest.pop() {
+            let Condition::All(parts) = next else { return Some(next) };
+            rest.extend(parts.iter().rev());
+        }
+        None
+    })
+}
+
+/// Why a single condition is not met; paths are searched anew.
+fn unmet(single: &Condition, view: &View, line: &Lineage<'_>) -> Option<Reason> {
+    check(single, view, line, &mut KnownPaths::default()).err()
 }
 
 /// Whether success makes a single condition true, by what the kind promises; a base stands where it was to drive.
@@ -74,35 +77,19 @@ pub(crate) fn makes_so(spec: &BehaviorSpec, condition: &Condition) -> bool {
     })
 }
 
-/// Whether some part of a condition is not so that success of a behavior makes so.
-fn lacks_of(spec: &BehaviorSpec, condition: &Condition, view: &View, line: &Lineage<'_>) -> bool {
-    match condition {
-        Condition::All(parts) => parts.iter().any(|part| lacks_of(spec, part, view, line)),
-        Condition::Never
-        | Condition::At { .. }
-        | Condition::Path { .. }
-        | Condition::Held(_)
-        | Condition::Free(_)
-        | Condition::Lies(..)
-        | Condition::Fact(..) => {
-            makes_so(spec, condition) && check(condition, view, line, &mut KnownPaths::default()).is_err()
-        }
-    }
-}
-
 /// What a blocked leaf lacks of its precondition, if that is the reason that it gave.
 pub(crate) fn lacking<'a>(spec: &'a BehaviorSpec, view: &View, leaf: NodeId, reason: &Reason) -> Option<&'a Condition> {
     let line = Lineage { topology: &view.mission.tree.topology, node: leaf, skips: &[] };
-    let unmet = first_unmet(&spec.precondition, view, &line)?;
-    let said = check(unmet, view, &line, &mut KnownPaths::default()).err()?;
-    (said == *reason).then_some(unmet)
+    let first = singles(&spec.precondition).find_map(|single| Some((single, unmet(single, view, &line)?)));
+    first.filter(|(_, said)| said == reason).map(|(single, _)| single)
 }
 
 /// Whether a leaf that sent a behavior back still lacks what that makes so.
 pub(crate) fn is_needed(maker: &BehaviorSpec, view: &View, leaf: NodeId) -> bool {
     let line = Lineage { topology: &view.mission.tree.topology, node: leaf, skips: &[] };
     let spec = view.mission.tree.behavior(leaf).filter(|_| !view.state.is_done(leaf));
-    spec.is_some_and(|spec| lacks_of(maker, &spec.precondition, view, &line))
+    let lacks = |single: &Condition| makes_so(maker, single) && unmet(single, view, &line).is_some();
+    spec.is_some_and(|spec| singles(&spec.precondition).any(lacks))
 }
 
 fn unreached(no_path: NoPath, place: PlaceId) -> Reason {

@@ -75,8 +75,7 @@ pub fn simulate(
     events: Vec<(Time, Event)>,
     journal: &mut dyn FnMut(&Record),
 ) -> MissionEnd {
-    let bodies = mission.robot.controllers.iter().map(|spec| motion::simulated(&spec.kind)).collect();
-    simulate_bodies(mission, settings, bodies, events, journal)
+    simulate_bodies(mission, settings, bodies(mission), events, journal)
 }
 
 /// The same with controllers of your own, by controller.
@@ -87,8 +86,7 @@ pub fn simulate_bodies(
     events: Vec<(Time, Event)>,
     journal: &mut dyn FnMut(&Record),
 ) -> MissionEnd {
-    journal(&Record::Header(Box::new(settings.header(mission))));
-    Simulation::new(mission, Resumed::fresh(mission, settings), bodies, events, journal).run()
+    Simulation::fresh(mission, settings, bodies, events, journal).run()
 }
 
 /// Runs a mission in which things go wrong on purpose.
@@ -98,28 +96,43 @@ pub fn simulate_failures(
     failures: &Failures,
     journal: &mut dyn FnMut(&Record),
 ) -> MissionEnd {
-    let bodies = mission.robot.controllers.iter().map(|spec| motion::simulated(&spec.kind)).collect();
     // Attached first, also where something goes wrong at once.
-    let attach = (0..mission.robot.controllers.len()).map(|index| (Time::ZERO, Event::Attach(index.into())));
     let mishaps = failures.mishaps.iter().map(|(at, mishap)| (*at, Event::from(*mishap)));
-    let events = attach.chain(mishaps).collect();
-    journal(&Record::Header(Box::new(settings.header(mission))));
-    let mut simulation = Simulation::new(mission, Resumed::fresh(mission, settings), bodies, events, journal);
+    let events = all_attach(Time::ZERO, mission.robot.controllers.len()).chain(mishaps).collect();
+    let mut simulation = Simulation::fresh(mission, settings, bodies(mission), events, journal);
     simulation.dispatch.follow(Script::new(failures.flaws.clone()));
     simulation.run()
 }
 
 /// Goes on with a mission as a log leaves it; what is written to `journal` belongs behind that log.
 pub fn resume(mission: &Arc<MissionSpec>, mut resumed: Resumed, journal: &mut dyn FnMut(&Record)) -> MissionEnd {
-    let bodies = mission.robot.controllers.iter().map(|spec| motion::simulated(&spec.kind)).collect();
     std::mem::take(&mut resumed.missing).iter().for_each(&mut *journal);
     if let Some(end) = resumed.end {
         return end;
     }
-    Simulation::new(mission, resumed, bodies, Vec::new(), journal).run()
+    Simulation::new(mission, resumed, bodies(mission), Vec::new(), journal).run()
+}
+
+fn bodies(mission: &MissionSpec) -> Vec<Body> {
+    mission.robot.controllers.iter().map(|spec| motion::simulated(&spec.kind)).collect()
+}
+
+fn all_attach(at: Time, controllers: usize) -> impl Iterator<Item = (Time, Event)> {
+    (0..controllers).map(move |index| (at, Event::Attach(ControllerId::from(index))))
 }
 
 impl<'a> Simulation<'a> {
+    fn fresh(
+        mission: &Arc<MissionSpec>,
+        settings: &Settings,
+        bodies: Vec<Body>,
+        events: Vec<(Time, Event)>,
+        journal: &'a mut dyn FnMut(&Record),
+    ) -> Self {
+        journal(&Record::Header(Box::new(settings.header(mission))));
+        Self::new(mission, Resumed::fresh(mission, settings), bodies, events, journal)
+    }
+
     fn new(
         mission: &Arc<MissionSpec>,
         begun: Resumed,
@@ -128,8 +141,7 @@ impl<'a> Simulation<'a> {
         journal: &'a mut dyn FnMut(&Record),
     ) -> Self {
         if !events.iter().any(|(_, event)| matches!(event, Event::Attach(_))) {
-            let all = (0..bodies.len()).map(|index| (begun.at, Event::Attach(ControllerId::from(index))));
-            events.extend(all);
+            events.extend(all_attach(begun.at, bodies.len()));
         }
         events.sort_by_key(|(at, _)| *at);
         Self {

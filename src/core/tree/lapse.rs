@@ -1,24 +1,12 @@
 //! When an intention lapses (`semantics` 2).
 
-use std::collections::BTreeMap;
+use super::reopening::RoundEnd;
+use ambidex_model::{Blocked, Cause, LeaseKind, NodeId, Reason, Reopened};
 
-use crate::world::View;
-use ambidex_model::state::State;
-use ambidex_model::{Blocked, Cause, LeaseKind, NodeId, Reason, Reopened, TreeSpec};
-
-/// What root knows at the end of a round.
-pub(super) struct LapseCheck<'a> {
-    pub(super) tree: &'a TreeSpec,
-    pub(super) view: &'a View,
-    /// The state with this round's grants.
-    pub(super) state: &'a State,
-    pub(super) refused: &'a BTreeMap<NodeId, Reason>,
-}
-
-impl LapseCheck<'_> {
+impl RoundEnd<'_> {
     /// The last intention lease in tree order for which waiting would not help, if there is one.
     pub(super) fn lapse(&self) -> Option<Reopened> {
-        let intentions = self.state.table().leases().filter(|(_, lease)| lease.kind == LeaseKind::Intention);
+        let intentions = self.view.state.table().leases().filter(|(_, lease)| lease.kind == LeaseKind::Intention);
         let mut lapsing: Vec<_> = intentions
             .filter_map(|(resource, lease)| {
                 let lacks = self.lacks(lease.holder)?;
@@ -33,8 +21,8 @@ impl LapseCheck<'_> {
 
     /// The first heir below a holder with what it lacks; none while an heir runs or waits for something that runs.
     fn lacks(&self, holder: NodeId) -> Option<Blocked> {
-        let below = holder..self.tree.topology.end(holder);
-        if self.state.is_busy(holder) {
+        let below = holder..self.view.state.topology().end(holder);
+        if self.view.state.is_busy(holder) {
             return None;
         }
         let heirs = || self.refused.range(below.clone());
@@ -47,11 +35,12 @@ impl LapseCheck<'_> {
 
     /// Whether it was refused for what a running behavior holds, so that waiting may help.
     fn can_wait(&self, reason: &Reason) -> bool {
-        let runs_on = |resource| self.state.table().resource(resource).is_running();
+        let state = &self.view.state;
+        let runs_on = |resource| state.table().resource(resource).is_running();
         match reason {
             Reason::Held { resource, .. } => runs_on(*resource),
             // Root may bind the other request to another resource than the AND that compared the two.
-            Reason::Outbid { resource, by, .. } => runs_on(*resource) || self.state.running().contains_key(by),
+            Reason::Outbid { resource, by, .. } => runs_on(*resource) || state.running().contains_key(by),
             Reason::NoneFree { of } | Reason::TooFew { of, .. } | Reason::NothingAvailable { of } => {
                 self.view.mission.robot.of_type(*of).any(runs_on)
             }
@@ -59,9 +48,9 @@ impl LapseCheck<'_> {
             | Reason::Clash { with: by }
             | Reason::WholeRobot { by }
             | Reason::Outdone { by }
-            | Reason::Driving { by } => self.state.running().contains_key(by),
+            | Reason::Driving { by } => state.running().contains_key(by),
             Reason::BackingOff { .. } => true,
-            Reason::WouldDeadlock { .. } => !self.state.running().is_empty(),
+            Reason::WouldDeadlock { .. } => !state.running().is_empty(),
             Reason::Satisfied
             | Reason::Unwanted
             | Reason::Unavailable { .. }

@@ -14,6 +14,7 @@ mod offers;
 mod ordering;
 mod packing;
 mod redo;
+mod reopening;
 mod root;
 mod topics;
 mod waiting;

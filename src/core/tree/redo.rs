@@ -1,22 +1,12 @@
 //! Undone work is done again: a behavior whose precondition is not met any more sends back the one that made it so
 //! (`semantics` 2).
 
-use std::collections::BTreeMap;
-
 use super::ordering::Ordering;
+use super::reopening::RoundEnd;
 use crate::behavior;
-use crate::world::View;
-use ambidex_model::{Cause, Kept, LeaseKind, NodeId, Reason, Reopened, TreeSpec};
+use ambidex_model::{Cause, Kept, LeaseKind, NodeId, Reason, Reopened};
 
-/// What root knows at the end of a round.
-pub(super) struct RedoCheck<'a> {
-    pub(super) tree: &'a TreeSpec,
-    /// With this round's grants.
-    pub(super) view: &'a View,
-    pub(super) refused: &'a BTreeMap<NodeId, Reason>,
-}
-
-impl RedoCheck<'_> {
+impl RoundEnd<'_> {
     /// The first blocked leaf in tree order for which something earlier can be done again, and the nearest such thing.
     pub(super) fn redo(&self) -> Option<Reopened> {
         self.refused.iter().filter(|(_, reason)| is_of_precondition(reason)).find_map(|(&leaf, reason)| {
@@ -28,7 +18,7 @@ impl RedoCheck<'_> {
 
     /// What was kept for nodes below a THEN.
     fn kept_below(&self, then: NodeId) -> Vec<Kept> {
-        let is_below = |holder| holder != then && self.tree.topology.is_within(holder, then);
+        let is_below = |holder| holder != then && self.view.state.topology().is_within(holder, then);
         let leases = self.view.state.table().leases();
         let kept = leases.filter(|(_, lease)| lease.kind == LeaseKind::Intention && is_below(lease.holder));
         kept.map(|(resource, lease)| Kept { resource, holder: lease.holder, behavior: lease.behavior }).collect()
@@ -36,15 +26,15 @@ impl RedoCheck<'_> {
 
     /// The nearest earlier behavior of a THEN above a leaf that makes so what the leaf lacks, and that THEN.
     fn sent_back_by(&self, leaf: NodeId, reason: &Reason) -> Option<(NodeId, NodeId)> {
-        let topology = &self.tree.topology;
-        let lacking = behavior::lacking(self.tree.behavior(leaf)?, self.view, leaf, reason)?;
+        let tree = &self.view.mission.tree;
+        let lacking = behavior::lacking(tree.behavior(leaf)?, self.view, leaf, reason)?;
         let mut child = leaf;
-        for node in topology.path(leaf).skip(1) {
-            if Ordering::of(&self.tree.nodes[node.index()]) == Some(Ordering::Then) {
+        for node in tree.topology.path(leaf).skip(1) {
+            if Ordering::of(&tree.nodes[node.index()]) == Some(Ordering::Then) {
                 // Backwards through what stands before the leaf in this THEN.
                 let earlier = (node.0 + 1..child.0).rev().map(NodeId);
                 let makes_it_so = |earlier: &NodeId| {
-                    let spec = self.tree.behavior(*earlier).filter(|_| self.view.state.is_done(*earlier));
+                    let spec = tree.behavior(*earlier).filter(|_| self.view.state.is_done(*earlier));
                     spec.is_some_and(|spec| behavior::makes_so(spec, lacking)) && self.is_on_its_way(*earlier, node)
                 };
                 if let Some(maker) = earlier.into_iter().find(makes_it_so) {
@@ -58,20 +48,20 @@ impl RedoCheck<'_> {
 
     /// Whether every OR between a behavior and a node above it has chosen the way to it.
     fn is_on_its_way(&self, leaf: NodeId, up_to: NodeId) -> bool {
-        let path: Vec<NodeId> = self.tree.topology.path(leaf).take_while(|node| *node >= up_to).collect();
+        let tree = &self.view.mission.tree;
+        let path: Vec<NodeId> = tree.topology.path(leaf).take_while(|node| *node >= up_to).collect();
         path.windows(2).all(|pair| {
-            let is_or = Ordering::of(&self.tree.nodes[pair[1].index()]) == Some(Ordering::Or);
+            let is_or = Ordering::of(&tree.nodes[pair[1].index()]) == Some(Ordering::Or);
             !is_or || self.view.state.status(pair[1]).way == Some(pair[0])
         })
     }
 
     /// Once in each progress, and not while something of the THEN runs or waits.
     fn can_go_back(&self, leaf: NodeId, then: NodeId) -> bool {
-        let was =
-            self.view.state.redone().get(&leaf).is_some_and(|redone| redone.progress == self.view.state.progress());
-        let below = then..self.tree.topology.end(then);
-        let is_idle =
-            !self.view.state.is_busy(then) && !self.view.state.waits().iter().any(|(_, leaf)| below.contains(leaf));
+        let state = &self.view.state;
+        let was = state.redone().get(&leaf).is_some_and(|redone| redone.progress == state.progress());
+        let below = then..state.topology().end(then);
+        let is_idle = !state.is_busy(then) && !state.waits().iter().any(|(_, leaf)| below.contains(leaf));
         !was && is_idle
     }
 }

@@ -5,9 +5,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::certificate::{Certificate, Safe};
-use super::lapse::LapseCheck;
-use super::ordering::{Settled, settle, undecided};
-use super::redo::RedoCheck;
+use super::ordering::{Settled, settle};
+use super::reopening::RoundEnd;
 use super::topics::{Topic, Touches};
 use super::winners::{winner, with_winner};
 use super::{Activation, Allocator, Answer, Down, Effect, Greedy, News, Outbox, Scope, Verdict};
@@ -353,9 +352,8 @@ impl Root {
             refused: Vec::new(),
             reopened: None,
         };
-        let mut after = self.state.clone();
-        after.apply(&decided);
-        let found = if answer.is_satisfied || is_hiding { None } else { self.reopen(view, after) };
+        let goes_on = !answer.is_satisfied && !is_hiding;
+        let found = goes_on.then(|| self.reopen(view, &decided)).flatten();
         let found = found.map(|found| with_winner(self.state.running(), &verdict, found));
         // Where nothing goes on any more, the reasons are the news.
         let is_nothing = verdict.granted.is_empty() && found.is_none() && !is_hiding;
@@ -378,33 +376,19 @@ impl Root {
         verdict
     }
 
+    /// What is reopened once the grants of a decision are made.
+    fn reopen(&self, view: &View, decided: &Record) -> Option<Reopened> {
+        let mut view = View { state: self.state.clone(), ..View::clone(view) };
+        view.state.apply(decided);
+        RoundEnd { view: &view, refused: &self.reasons }.reopen()
+    }
+
     fn bar(&mut self, is_hiding: bool, refused: &[Blocked]) {
         if is_hiding {
             self.certificate.bar(refused);
             let touches = self.touches.iter_mut();
             touches.for_each(|touches| refused.iter().for_each(|blocked| touches.note_bar(blocked.leaf)));
         }
-    }
-
-    /// At most one in a round; `after` is the state with the grants of this round.
-    fn reopen(&self, view: &View, mut after: State) -> Option<Reopened> {
-        let tree = &self.mission.tree;
-        let (state, refused) = (&after, &self.reasons);
-        // By what is so with the grants of this round.
-        let now = View { state: after.clone(), ..View::clone(view) };
-        let redo = RedoCheck { tree, view: &now, refused }.redo();
-        let mut reopened = redo.or_else(|| LapseCheck { tree, view, state, refused }.lapse())?;
-        if reopened.lapsed().is_some() {
-            after.apply(&Record::Decided {
-                at: view.now,
-                round: view.round,
-                granted: Vec::new(),
-                refused: Vec::new(),
-                reopened: Some(reopened.clone()),
-            });
-            reopened.undecided = undecided(tree, &after, reopened.node);
-        }
-        Some(reopened)
     }
 
     fn release(&mut self, now: Time, leaf: NodeId, outcome: Outcome, out: &mut Outbox) {

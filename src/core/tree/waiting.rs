@@ -1,9 +1,7 @@
 //! What root waits for: behaviors that failed and ask again later, and controllers that are away (`semantics` 6).
 
-use std::sync::Arc;
-
 use super::{Outbox, Root};
-use ambidex_model::{ControllerId, Loss, MissionEnd, NodeId, Record, ResourceId, Service, Time, Told};
+use ambidex_model::{ControllerId, Loss, MissionEnd, NodeId, Record, Service, Time, Told};
 
 impl Root {
     /// When it has to be told [`Told::Woke`].
@@ -33,26 +31,33 @@ impl Root {
 
     /// What a controller moves is away, or can be granted again.
     pub(super) fn serve(&mut self, now: Time, controller: ControllerId, outage: Option<Loss>, out: &mut Outbox) {
-        let resources: Vec<_> = self.mission.robot.moved_by(controller).collect();
-        let is_out = |id: &ResourceId| !self.state.table().resource(*id).service().is_available();
         // One that is away may be lost again while it attaches; it is awaited no longer for that.
-        if outage.is_some() && resources.first().is_some_and(is_out) {
+        if outage.is_some() && self.service(controller).is_some_and(|service| !service.is_available()) {
             return;
         }
         let service = outage.map_or(Service::Available, |why| Service::Unavailable { why, since: now });
         self.is_wanted = true;
-        self.edit(Record::Served { at: now, controller, resources, service }, out);
+        self.set_service(now, controller, service, out);
     }
 
     /// Every controller is there, whatever was before.
     pub(super) fn serve_all(&mut self, now: Time, out: &mut Outbox) {
-        let mission = Arc::clone(&self.mission);
-        for controller in (0..mission.robot.controllers.len()).map(ControllerId::from) {
-            let is_out = |id: ResourceId| !self.state.table().resource(id).service().is_available();
-            if mission.robot.moved_by(controller).any(is_out) {
+        for controller in (0..self.mission.robot.controllers.len()).map(ControllerId::from) {
+            if self.service(controller).is_some_and(|service| !service.is_available()) {
                 self.serve(now, controller, None, out);
             }
         }
+    }
+
+    /// The service of what a controller moves, which all has the same; none of one that moves nothing.
+    fn service(&self, controller: ControllerId) -> Option<Service> {
+        let first = self.mission.robot.moved_by(controller).next()?;
+        Some(self.state.table().resource(first).service())
+    }
+
+    fn set_service(&mut self, now: Time, controller: ControllerId, service: Service, out: &mut Outbox) {
+        let resources = self.mission.robot.moved_by(controller).collect();
+        self.edit(Record::Served { at: now, controller, resources, service }, out);
     }
 
     /// A moment came: who waited asks again, and who was awaited too long is awaited no more.
@@ -66,13 +71,9 @@ impl Root {
         }
         if self.state.awaited_until().is_some_and(|until| until <= now) {
             self.is_wanted = true;
-            let robot = Arc::clone(&self.mission);
-            for controller in (0..robot.robot.controllers.len()).map(ControllerId::from) {
-                let resources: Vec<_> = robot.robot.moved_by(controller).collect();
-                let first = resources.first().map(|id| self.state.table().resource(*id).service());
-                if let Some(Service::Unavailable { why, since }) = first {
-                    let service = Service::Gone { why, since };
-                    self.edit(Record::Served { at: now, controller, resources, service }, out);
+            for controller in (0..self.mission.robot.controllers.len()).map(ControllerId::from) {
+                if let Some(Service::Unavailable { why, since }) = self.service(controller) {
+                    self.set_service(now, controller, Service::Gone { why, since }, out);
                 }
             }
         }
