@@ -5,7 +5,7 @@ use std::fmt::{self, Display, Formatter};
 use serde::Serialize;
 
 use ambidex_model::{
-    Access, Binding, Blocked, Change, Command, CommandId, End, Fault, Location, Names, NodeId, Reason, Request,
+    Access, Binding, Blocked, Change, Command, CommandId, End, Fault, Location, Names, NodeId, PartEnd, Reason, Request,
 };
 
 /// Text made when it is asked for.
@@ -117,15 +117,26 @@ pub fn changes(changes: &[Change], names: &Names) -> impl Display {
 /// A command with its object, lengths in meters.
 pub fn command(command: &Command, names: &Names) -> impl Display {
     lazy(move |f| match command {
-        Command::Drive { path } => match path.last() {
+        Command::Drive { path, .. } => match path.last() {
             Some(goal) => write!(f, "drive to ({:.2}, {:.2})", goal.at.x, goal.at.y),
             None => f.write_str("drive nowhere"),
         },
         Command::Stand => f.write_str("stand"),
         Command::Grasp { object, .. } => write!(f, "grasp {}", names.thing(*object)),
         Command::Put { object, .. } => write!(f, "put {}", names.thing(*object)),
-        Command::Look { at } => write!(f, "look at ({:.2}, {:.2}, {:.2})", at.x, at.y, at.z),
+        Command::Look { at, .. } => write!(f, "look at ({:.2}, {:.2}, {:.2})", at.x, at.y, at.z),
+        Command::Call(call) => write!(f, "call {call}"),
     })
+}
+
+/// How a command ended.
+pub fn part_end(end: PartEnd) -> &'static str {
+    match end {
+        PartEnd::Succeeded => "succeeded",
+        PartEnd::Aborted => "aborted",
+        PartEnd::Canceled => "canceled",
+        PartEnd::Inhibited(_) => "inhibited",
+    }
 }
 
 /// Identity of a command: generation and number.
@@ -167,7 +178,7 @@ mod tests {
     #[test]
     fn words_are_those_of_the_journal() {
         let check = |word: String, expected: &str| assert_eq!(word, expected);
-        check(word(PartEnd::Canceled).to_string(), "canceled");
+        check(part_end(PartEnd::Canceled).to_string(), "canceled");
         check(word(Mode::Maintain).to_string(), "maintain");
         check(word(Rejection::OutOfReach).to_string(), "out_of_reach");
     }

@@ -155,7 +155,7 @@ fn live(mission: &Arc<MissionSpec>, seed: u64, controls: Vec<Control>, script: S
     let to_records = Arc::clone(&records);
     let ended = executor.expect("an executor").block_on(async {
         let clock = Clock::start(1.0);
-        let link = |body| Box::new(Memory::new(body, clock)) as Box<dyn Port>;
+        let link = |body| Box::new(Memory::new(body, &mission.names, clock)) as Box<dyn Port>;
         let links = bodies(mission, seed).into_iter().map(link).collect();
         let (control, controlled) = mpsc::unbounded_channel();
         controls.into_iter().for_each(|told| control.send(told).expect("it is not over"));

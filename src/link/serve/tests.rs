@@ -1,11 +1,12 @@
 //! A daemon's port against a controller's loop in another thread, over real shared memory.
 
+use std::sync::Arc;
 use std::thread::JoinHandle;
 
 use super::super::stop::Stopper;
 use super::*;
 use crate::{DaemonPort, Heard, Link};
-use ambidex_model::motion::Progress;
+use ambidex_model::motion::{self, Progress};
 use ambidex_model::session::{ClockOrigin, Presence};
 use ambidex_model::{
     BaseSpec, Command, CommandId, ControllerKind, ControllerState, FromController, Mode, PartEnd, Pose, Refusal,
@@ -31,16 +32,16 @@ impl Cart {
 }
 
 impl Controller for Cart {
-    fn configure(&mut self, _limits: &ControllerKind, start: ControllerState) -> ControllerState {
-        let ControllerState::Base { pose, .. } = start else {
+    fn configure(&mut self, _limits: &ControllerKind, start: motion::ControllerState) -> motion::ControllerState {
+        let motion::ControllerState::Base { pose, .. } = start else {
             unreachable!("a cart is a base");
         };
         self.x = pose.at.x;
         self.state()
     }
 
-    fn start(&mut self, command: &Command, mode: Mode) -> Result<(), Rejection> {
-        if !matches!(command, Command::Drive { .. } | Command::Stand) {
+    fn start(&mut self, command: &motion::Command, mode: Mode) -> Result<(), Rejection> {
+        if !matches!(command, motion::Command::Drive { .. } | motion::Command::Stand) {
             return Err(Rejection::Unsupported);
         }
         (self.steps_left, self.brakes) = (200, false);
@@ -65,9 +66,9 @@ impl Controller for Cart {
         }
     }
 
-    fn state(&self) -> ControllerState {
+    fn state(&self) -> motion::ControllerState {
         let vx = if self.steps_left > 0 { 1.0 } else { 0.0 };
-        ControllerState::Base { pose: Pose::new(self.x, 0.0, 0.0), velocity: Vector3::new(vx, 0.0, 0.0) }
+        motion::ControllerState::Base { pose: Pose::new(self.x, 0.0, 0.0), velocity: Vector3::new(vx, 0.0, 0.0) }
     }
 }
 
@@ -80,7 +81,7 @@ pub(super) struct Daemon {
 impl Daemon {
     pub(super) fn new(instance: &Instance, epoch: u64) -> Self {
         let node = IpcNode::open(instance.lock_daemon().unwrap()).unwrap();
-        let port = DaemonPort::open(&node, "cart", epoch, ClockOrigin(monotonic_ns())).unwrap();
+        let port = DaemonPort::open(&node, "cart", &Arc::default(), epoch, ClockOrigin(monotonic_ns())).unwrap();
         Self { port, presence: Presence::new(epoch), generation: 0 }
     }
 
@@ -157,7 +158,7 @@ impl Daemon {
 }
 
 pub(super) fn drive() -> Command {
-    Command::Drive { path: vec![Pose::new(6.0, 0.0, 0.0)] }
+    Command::Drive { path: vec![Pose::new(6.0, 0.0, 0.0)], place: None }
 }
 
 fn cart(instance: &Instance, once: bool) -> (JoinHandle<Result<Exit, ServeError>>, Stopper) {
@@ -198,7 +199,7 @@ fn a_goal_is_accepted_followed_and_ends() {
         matches!(messages[messages.len() - 1], FromController::Result { state: ControllerState::Base { pose, .. }, .. } if (pose.at.x - 6.0).abs() < 1e-9)
     );
 
-    let refused = daemon.goal(2, Mode::Achieve, Command::Look { at: nalgebra::Point3::origin() });
+    let refused = daemon.goal(2, Mode::Achieve, Command::Look { at: nalgebra::Point3::origin(), place: None });
     daemon.until("a rejection", |heard| {
         *heard == Heard::Message(FromController::Rejected { id: refused, why: Rejection::Unsupported })
     });
@@ -212,11 +213,11 @@ fn a_goal_is_accepted_followed_and_ends() {
 struct Astray;
 
 impl Controller for Astray {
-    fn configure(&mut self, _limits: &ControllerKind, start: ControllerState) -> ControllerState {
+    fn configure(&mut self, _limits: &ControllerKind, start: motion::ControllerState) -> motion::ControllerState {
         start
     }
 
-    fn start(&mut self, _: &Command, _: Mode) -> Result<(), Rejection> {
+    fn start(&mut self, _: &motion::Command, _: Mode) -> Result<(), Rejection> {
         Ok(())
     }
 
@@ -226,8 +227,8 @@ impl Controller for Astray {
         Progress::Ended(PartEnd::Succeeded)
     }
 
-    fn state(&self) -> ControllerState {
-        ControllerState::Base { pose: Pose::new(f64::NAN, 0.0, 0.0), velocity: Vector3::zeros() }
+    fn state(&self) -> motion::ControllerState {
+        motion::ControllerState::Base { pose: Pose::new(f64::NAN, 0.0, 0.0), velocity: Vector3::zeros() }
     }
 }
 

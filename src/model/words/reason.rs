@@ -191,6 +191,9 @@ impl Reason {
                 )
             }
             Self::NoneFree { of } => format!("every {} is held or full", names.ty(*of)),
+            Self::Unavailable { resource, why: Loss::Inhibited(why) } => {
+                format!("{} is unavailable (its controller is inhibited: {why})", names.resource(*resource))
+            }
             Self::Unavailable { resource, why } => {
                 format!("{} is unavailable (its controller: {why})", names.resource(*resource))
             }

@@ -48,7 +48,7 @@ pub(super) fn ended(history: &History, at: Time, leaf: NodeId, end: End, consequ
     let mut said = vec![match end {
         End::Succeeded => format!("is done{after}."),
         End::Canceled => format!("is canceled{after}."),
-        End::Interrupted => format!("is interrupted{after}, since its runtime was gone."),
+        End::Interrupted => format!("is interrupted{after}: its runtime was gone, or its controller is inhibited."),
         End::Failed(fault) => format!("fails{after}: {}.", fault.sentence(names)),
     }];
     if let Some(done) = consequences.completed.filter(|done| done.node != leaf) {

@@ -7,8 +7,8 @@ use std::task::{Context, Poll, Waker};
 use std::time::Duration;
 
 use ambidex::link::{Heard, Link, LinkError};
-use ambidex::model::ToController;
 use ambidex::model::session::{Beat, Received, Session, StampedPulse};
+use ambidex::model::{Labels, Names, Refusal, ToController};
 use ambidex::motion::STEP;
 use ambidex::runtime::{Clock, Port, Wake};
 use ambidex::sim::Body;
@@ -19,6 +19,7 @@ const PID: u32 = 1;
 
 pub struct Memory {
     session: Session<Body>,
+    labels: Labels,
     clock: Clock,
     start: Instant,
     orders: VecDeque<ToController>,
@@ -28,10 +29,11 @@ pub struct Memory {
 }
 
 impl Memory {
-    pub fn new(body: Body, clock: Clock) -> Self {
+    pub fn new(body: Body, names: &Names, clock: Clock) -> Self {
         let start = Instant::now();
         let (session, next) = (Session::new(body), Box::pin(sleep_until(start)));
-        Self { session, clock, start, orders: VecDeque::new(), heard: Vec::new(), next, waker: None }
+        let labels = Labels::new(names);
+        Self { session, labels, clock, start, orders: VecDeque::new(), heard: Vec::new(), next, waker: None }
     }
 
     /// What the loop of a controller's process does when it wakes.
@@ -39,10 +41,17 @@ impl Memory {
         let now_ns = self.clock.now_ns();
         self.session.hear_beat(Beat { pid: PID, epoch: EPOCH, sent_ns: now_ns });
         for message in std::mem::take(&mut self.orders) {
+            let message = self.labels.told(&message);
             self.session.take(Received { message, epoch: EPOCH, origin: self.clock.origin() }, now_ns);
         }
         self.session.tick(now_ns);
-        self.heard.extend(self.session.replies().into_iter().map(|reply| Heard::Message(reply.message)));
+        self.heard.extend(self.session.replies().into_iter().map(|reply| {
+            let (id, is_last) = (reply.message.id(), reply.message.is_last());
+            match self.labels.heard(reply.message) {
+                Ok(message) => Heard::Message(message),
+                Err(why) => Heard::Refused(Refusal { id, why, is_last }),
+            }
+        }));
         self.heard.push(Heard::Pulse(StampedPulse { pid: PID, sent_ns: now_ns, pulse: self.session.pulse() }));
     }
 }

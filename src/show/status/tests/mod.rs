@@ -98,7 +98,7 @@ fn picking() -> Vec<Record> {
         Record::World { at: seconds(7.4), change: Change::Object(ObjectId(3), Location::In(ResourceId(3))) },
         goal(0, "pick 1", Mode::Maintain, Command::Stand),
         controller(7.4, 0, ControllerMessage::Joined { leaf: named("pick 2"), id: id(1) }),
-        goal(2, "pick 1", Mode::Achieve, Command::Grasp { object: ObjectId(0), at }),
+        goal(2, "pick 1", Mode::Achieve, Command::Grasp { object: ObjectId(0), at, place: None }),
         feedback(8.0, 0, 1.0),
         feedback(8.0, 2, 0.45),
     ]);
