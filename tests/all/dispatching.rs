@@ -1,6 +1,7 @@
 //! The dispatch alone: sharing, and controllers that are lost, silent or incredible; losses simulated too.
 
 mod dropping;
+mod inhibited;
 
 use std::time::Duration;
 

@@ -184,6 +184,88 @@ fn a_mission_goes_on_with_what_is_back() {
 }
 
 #[test]
+fn an_inhibited_controller_is_awaited_and_used_again() {
+    let mission = load(&file("config/missions/scan.yaml"));
+    let (end, records) = failing(&mission, "  - {at: 6 s, inhibit: scanner}\n  - {at: 60 s, return: scanner}\n");
+    assert_eq!(end, MissionEnd::Done);
+    let scanned = ends(&mission, &records, "scan blood");
+    // The lamp, which lights what is scanned, takes a step to go out.
+    let [(End::Interrupted, 6.01), (End::Succeeded, later)] = scanned[..] else { panic!("{scanned:?}") };
+    assert!(later > 60.0, "however long it takes: {later}");
+    let is_awaited = |record: &&Record| matches!(record, Record::Awaited { until: None, .. });
+    assert_eq!(records.iter().filter(is_awaited).count(), 1, "told once");
+    // What one arm cannot do the other does.
+    let (end, records) = failing(&mission, "  - {at: 1 s, inhibit: left_arm}\n  - {at: 8 s, return: left_arm}\n");
+    let fetched = ends(&mission, &records, "fetch blood");
+    assert_eq!((end, fetched[0]), (MissionEnd::Done, (End::Interrupted, 1.0)), "{fetched:?}");
+    assert!(ends(&mission, &records, "scan water")[0].1 < 8.0, "the other arm carries on");
+    // An interruption is no failure: it costs no retry.
+    let stop =
+        |time: u32| format!("  - {{at: 4.{time} s, inhibit: left_arm}}\n  - {{at: 4.{time}5 s, return: left_arm}}\n");
+    let (end, records) = failing(&mission, &(0..6).map(stop).collect::<String>());
+    let shaken = ends(&mission, &records, "shake blood");
+    assert_eq!((end, shaken.len()), (MissionEnd::Done, 7), "{shaken:?}");
+}
+
+#[test]
+fn one_that_stays_inhibited_is_a_stall_with_its_reason() {
+    let mission = load(&file("config/missions/scan.yaml"));
+    let (end, records) = failing(&mission, "  - {at: 1 s, inhibit: scanner}\n");
+    assert_eq!(end, MissionEnd::Stalled);
+    assert!(matches!(records.last(), Some(Record::Ended { end: MissionEnd::Stalled, .. })), "{:?}", records.last());
+    let reasons = records.iter().filter_map(|record| match record {
+        Record::Decided { refused, .. } => Some(refused),
+        _ => None,
+    });
+    let said: Vec<_> = reasons.flatten().map(|blocked| blocked.reason.sentence(&mission.names)).collect();
+    let expected = "scanner is unavailable (its controller is inhibited: emergency stop)";
+    assert!(said.iter().any(|said| said == expected), "{said:#?}");
+    // Whoever is lost beside it is awaited for its time, and the other goes on being awaited.
+    let (end, records) = failing(
+        &mission,
+        "  - {at: 1 s, inhibit: scanner}\n  - {at: 1 s, inhibit: left_arm}\n  - {at: 2 s, lose: right_arm}\n  - {at: 90 s, return: left_arm}\n",
+    );
+    assert_eq!(end, MissionEnd::Stalled);
+    let awaited: Vec<_> = records
+        .iter()
+        .filter_map(|record| match record {
+            Record::Awaited { until, .. } => Some(until.map(|until| until.seconds())),
+            _ => None,
+        })
+        .collect();
+    assert!(matches!(awaited[..], [Some(_), None, None]), "{awaited:?}");
+    let fetched = ends(&mission, &records, "fetch blood");
+    assert!(matches!(fetched[..], [(End::Interrupted, _), (End::Succeeded, _)]), "{fetched:?}");
+}
+
+#[test]
+fn one_that_dies_while_it_is_inhibited_is_awaited_like_any_other() {
+    let mission = load(&file("config/missions/scan.yaml"));
+    let (end, records) = failing(&mission, "  - {at: 1 s, inhibit: scanner}\n  - {at: 20 s, lose: scanner}\n");
+    assert_eq!(end, MissionEnd::ControllerLost(controller(&mission, "scanner")));
+    let awaited = records.iter().rev().find_map(|record| match record {
+        Record::Awaited { until, .. } => *until,
+        _ => None,
+    });
+    assert_eq!(awaited.map(Time::seconds), Some(30.0), "from its end on");
+}
+
+#[test]
+fn calls_fail_and_hang_on_purpose() {
+    let mission = load(&file("config/missions/scan.yaml"));
+    let (end, records) = failing(
+        &mission,
+        "  - {behavior: scan water, fails: aborted}\n  - {behavior: shake blood, attempt: 1, hangs: true}\n",
+    );
+    assert_eq!(end, MissionEnd::Done);
+    let scanned = ends(&mission, &records, "scan water");
+    let aborted = End::Failed(Fault::Aborted(controller(&mission, "scanner")));
+    assert_eq!(scanned.iter().map(|(end, _)| *end).collect::<Vec<_>>(), [aborted, End::Succeeded]);
+    let shaken = ends(&mission, &records, "shake blood");
+    assert!(matches!(shaken[..], [(End::Failed(Fault::TimedOut), _), (End::Succeeded, _)]), "{shaken:?}");
+}
+
+#[test]
 fn the_verb_tells_what_was_done_on_purpose() {
     let home = Home::new();
     let (mission, log) = (file("config/missions/desk.yaml"), home.path("run.jsonl"));

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::bind::Bound;
-use super::terms::{CallValue, WITH};
+use super::terms::CallValue;
 use crate::document::Node;
 use crate::fault::Faults;
 use crate::parameter::{Argument, Meaning, Parameter, example_value};
@@ -29,7 +29,7 @@ impl Bound<'_, '_> {
         for parameter in &offer.parameters {
             let given = with.iter().find(|(given, _)| given.value == parameter.name.value);
             let value = match given {
-                Some((_, value)) => self.value(value.as_ref()?, parameter.ty),
+                Some((key, value)) => self.value(key, value.as_ref()?, parameter.ty),
                 None => self.default(&offer, parameter, name),
             };
             arguments.extend(value.map(|value| (parameter.name.value.clone(), value)));
@@ -85,7 +85,7 @@ impl Bound<'_, '_> {
         controllers
     }
 
-    fn value(&mut self, value: &CallValue, ty: Type) -> Option<Value> {
+    fn value(&mut self, key: &Name, value: &CallValue, ty: Type) -> Option<Value> {
         let argument = match value {
             CallValue::Told(index, written) => {
                 let found = self.kind.parameters[*index].ty;
@@ -105,7 +105,7 @@ impl Bound<'_, '_> {
                 let value = self.binder.known.named(&name, ty, self.faults)?;
                 Argument { text: name.value, value }
             }
-            CallValue::Written(node) => self.binder.known.argument(Item::of(WITH, node), ty, self.faults)?,
+            CallValue::Written(node) => self.binder.known.argument(Item::of(&key.value, node), ty, self.faults)?,
         };
         Some(json(&argument))
     }

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use ambidex::link::{Heard, Link, LinkError};
 use ambidex::model::session::{Beat, Received, Session, StampedPulse};
-use ambidex::model::{Labels, Names, Refusal, ToController};
+use ambidex::model::{Inhibition, Labels, Names, Refusal, ToController};
 use ambidex::motion::STEP;
 use ambidex::runtime::{Clock, Port, Wake};
 use ambidex::sim::Body;
@@ -26,19 +26,28 @@ pub struct Memory {
     heard: Vec<Heard>,
     next: Pin<Box<Sleep>>,
     waker: Option<Waker>,
+    /// When it comes to be inhibited, and when it may move again.
+    stops: VecDeque<(Instant, Option<Inhibition>)>,
 }
 
+/// When something inhibits a controller or does so no more, from the start on.
+pub type Stop = (Duration, Option<Inhibition>);
+
 impl Memory {
-    pub fn new(body: Body, names: &Names, clock: Clock) -> Self {
+    pub fn new(body: Body, names: &Names, stops: &[Stop], clock: Clock) -> Self {
         let start = Instant::now();
         let (session, next) = (Session::new(body), Box::pin(sleep_until(start)));
         let labels = Labels::new(names);
-        Self { session, labels, clock, start, orders: VecDeque::new(), heard: Vec::new(), next, waker: None }
+        let stops = stops.iter().map(|(at, why)| (start + *at, *why)).collect();
+        Self { session, labels, clock, start, orders: VecDeque::new(), heard: Vec::new(), next, waker: None, stops }
     }
 
     /// What the loop of a controller's process does when it wakes.
     fn turn(&mut self) {
         let now_ns = self.clock.now_ns();
+        while let Some((_, why)) = self.stops.pop_front_if(|(at, _)| *at <= Instant::now()) {
+            self.session.inhibit(why);
+        }
         self.session.hear_beat(Beat { pid: PID, epoch: EPOCH, sent_ns: now_ns });
         for message in std::mem::take(&mut self.orders) {
             let message = self.labels.told(&message);
@@ -91,7 +100,8 @@ impl Port for Memory {
         let steps = passed.as_nanos() / STEP.as_nanos() + 1;
         let step = STEP * u32::try_from(steps).expect("no mission lasts for a year");
         let rest = if self.session.is_at_rest() { passed + Duration::from_millis(100) } else { step };
-        self.next.as_mut().reset(self.start + rest);
+        let next = self.start + rest;
+        self.next.as_mut().reset(self.stops.front().map_or(next, |(at, _)| next.min(*at)));
         Poll::Ready(Ok(Wake::Heard))
     }
 
