@@ -35,9 +35,8 @@ fn health(history: &History, id: ControllerId, phase: Phase, now: Time) -> (Heal
     };
     match (view.presence, phase) {
         (Presence::Lost, _) => {
-            if let Some((since, Loss::Inhibited(why))) = history.lost(id) {
-                let since = history.moment(since);
-                return (Health::Error, format!("inhibited since {since}: {why}"));
+            if let Some((_, Loss::Inhibited(why))) = history.lost(id) {
+                return (Health::Error, format!("inhibited since {}: {why}", view.since));
             }
             let why = history.lost(id).map_or(String::new(), |(_, why)| format!(": {why}"));
             return (Health::Error, format!("lost at {}{why}", view.since));

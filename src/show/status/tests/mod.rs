@@ -182,6 +182,9 @@ fn health_is_told_in_the_words_of_diagnostics() {
     let with = |more: &[Record]| [picking(), more.to_vec()].concat();
     let lost = with(&[controller(8.1, 2, ControllerMessage::Lost { why: ambidex_model::Loss::Ended })]);
     check(&lost, LIVES, 8.1, 2, Health::Error, "lost at 8.10 s: its process ended");
+    let why = Loss::Inhibited(Inhibition::EmergencyStop);
+    let inhibited = with(&[controller(8.1, 2, ControllerMessage::Lost { why })]);
+    check(&inhibited, LIVES, 8.1, 2, Health::Error, "inhibited since 8.10 s: emergency stop");
     let why = Rejection::OutOfReach;
     let rejected = with(&[heard(8.1, 2, FromController::Rejected { id: id(1), why })]);
     check(&rejected, LIVES, 8.1, 2, Health::Warn, "rejected pick 1: the point is out of reach");
