@@ -173,7 +173,7 @@ pub fn word(value: impl Serialize) -> impl Display {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ambidex_model::{Mode, PartEnd, Rejection};
+    use ambidex_model::{Mode, PartEnd, Record, Rejection, Time};
 
     #[test]
     fn words_are_those_of_the_journal() {
@@ -181,5 +181,17 @@ mod tests {
         check(part_end(PartEnd::Canceled).to_string(), "canceled");
         check(word(Mode::Maintain).to_string(), "maintain");
         check(word(Rejection::OutOfReach).to_string(), "out_of_reach");
+    }
+
+    /// Logs of before names and inhibited controllers are read as ever, and what has no place tells none.
+    #[test]
+    fn what_older_logs_lack_is_none() {
+        let look = r#"{"look":{"at":[0.5,0.0,0.75]}}"#;
+        let read: Command = serde_json::from_str(look).expect("a command");
+        assert!(matches!(read, Command::Look { place: None, .. }));
+        assert_eq!(serde_json::to_string(&read).expect("text"), look);
+        let awaited = r#"{"record":"awaited","at":5,"until":7}"#;
+        let read: Record = serde_json::from_str(awaited).expect("a record");
+        assert_eq!(read, Record::Awaited { at: Time(5), until: Some(Time(7)) });
     }
 }

@@ -32,6 +32,9 @@ use scripted::Scripted;
 
 const CASES: u64 = 60;
 
+/// By controller.
+type Stops = BTreeMap<usize, Vec<Stop>>;
+
 fn seeds() -> std::ops::Range<u64> {
     let number = |name| std::env::var(name).ok()?.parse::<u64>().ok();
     match number("AMBIDEX_SEED") {
@@ -125,9 +128,9 @@ fn who_is_inhibited_is_so_in_both() {
 }
 
 /// Every controller twice at moments on no grid, so that nothing else happens at them; for the simulation and for links.
-fn inhibitions(mission: &MissionSpec, seed: u64) -> (Vec<(Time, Event)>, BTreeMap<usize, Vec<Stop>>) {
+fn inhibitions(mission: &MissionSpec, seed: u64) -> (Vec<(Time, Event)>, Stops) {
     let mut rng = Rng::of(&[seed, 23]);
-    let (mut events, mut stops) = (Vec::new(), BTreeMap::<usize, Vec<Stop>>::new());
+    let (mut events, mut stops) = (Vec::new(), Stops::new());
     for index in 0..mission.robot.controllers.len() {
         let mut at_us = 0;
         for why in [Inhibition::EmergencyStop, Inhibition::Fault] {
@@ -207,7 +210,7 @@ fn has_ends_at_once(records: &[Record]) -> bool {
 }
 
 fn live(mission: &Arc<MissionSpec>, seed: u64, controls: Vec<Control>, script: Script) -> (Ended, Vec<Record>) {
-    live_with(mission, seed, controls, script, &BTreeMap::new())
+    live_with(mission, seed, controls, script, &Stops::new())
 }
 
 fn live_with(
@@ -215,7 +218,7 @@ fn live_with(
     seed: u64,
     controls: Vec<Control>,
     script: Script,
-    stops: &BTreeMap<usize, Vec<Stop>>,
+    stops: &Stops,
 ) -> (Ended, Vec<Record>) {
     let executor = tokio::runtime::Builder::new_current_thread().enable_all().start_paused(true).build();
     let records = Arc::new(Mutex::new(Vec::new()));

@@ -57,7 +57,8 @@ pub trait Controller {
     /// State at the end of the last step.
     fn state(&self) -> ControllerState;
 
-    /// Why it may not move at present; none if it may. Asked whenever its process wakes, so that it must not block.
+    /// Why it may not move at present; none if it may. Asked in every step while a command is under way, else several times
+    /// a second; it must not block.
     ///
     /// What is under way ends with that, and is not stepped any more: whoever is inhibited stands, or is brought to stand
     /// by what inhibits it. Once it may move again it is configured anew.

@@ -66,7 +66,7 @@ fn a_controller_that_stays_stopped_holds_up_no_end() {
 #[test]
 fn an_emergency_stop_stops_one_arm_only() {
     let home = Home::new();
-    let failures = "  - {at: 1 s, inhibit: left_arm}\n  - {at: 8 s, return: left_arm}\n";
+    let failures = "  - {at: 1 s, inhibit: left_arm}\n  - {at: 6 s, return: left_arm}\n";
     let (finished, log) = run(&home, &file("config/missions/scan.yaml"), failures, &[]);
     assert_eq!(finished.code, Some(0), "{}", finished.stderr);
     says(
