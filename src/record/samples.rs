@@ -329,6 +329,7 @@ fn controller_messages() -> Vec<ControllerMessage> {
         ControllerMessage::Lost { why: Loss::Unanswered },
         ControllerMessage::Lost { why: Loss::Broken },
         ControllerMessage::Lost { why: Loss::Inhibited(Inhibition::ByHand) },
+        ControllerMessage::Lost { why: Loss::HoldsUnknown },
     ];
     messages.extend(states().map(|start| ControllerMessage::Told {
         leaf: None,

@@ -6,10 +6,12 @@ use std::time::Duration;
 
 use ambidex::files::{self, InMemory};
 use ambidex::model::{
-    Change, ControllerId, ControllerMessage, End, Fault, Location, MissionEnd, MissionSpec, NodeId, Record, Time,
+    Change, ControllerId, ControllerKind, ControllerMessage, End, Fault, Location, Loss, MissionEnd, MissionSpec, Mode,
+    Name, NodeId, Record, Rejection, Time,
 };
+use ambidex::motion::{self, Command, Controller, ControllerState, Progress};
 use ambidex::replay::Replay;
-use ambidex::sim::Event;
+use ambidex::sim::{self, Body, Event};
 use ambidex::tree::Settings;
 
 use crate::fixtures::{experiment_file, file, load, simulate, simulate_failures};
@@ -248,6 +250,62 @@ fn one_that_dies_while_it_is_inhibited_is_awaited_like_any_other() {
         _ => None,
     });
     assert_eq!(awaited.map(Time::seconds), Some(30.0), "from its end on");
+}
+
+/// An arm that finds a key in its gripper once it has taken something, and does not get rid of it.
+struct Surprised {
+    body: Body,
+    has_key: bool,
+}
+
+impl Controller for Surprised {
+    fn configure(&mut self, limits: &ControllerKind, start: ControllerState) -> ControllerState {
+        self.body.configure(limits, start);
+        self.state()
+    }
+
+    fn start(&mut self, command: &Command, mode: Mode) -> Result<(), Rejection> {
+        self.body.start(command, mode)
+    }
+
+    fn cancel(&mut self) {
+        self.body.cancel();
+    }
+
+    fn step(&mut self) -> Progress {
+        let progress = self.body.step();
+        self.has_key |= self.body.state().holds().is_some();
+        progress
+    }
+
+    fn state(&self) -> ControllerState {
+        match self.body.state() {
+            ControllerState::Arm { gripper, velocity, .. } if self.has_key => {
+                ControllerState::Arm { gripper, velocity, holds: Name::from("key").ok() }
+            }
+            other => other,
+        }
+    }
+}
+
+#[test]
+fn who_holds_what_the_mission_does_not_know_is_not_used() {
+    let mission = load(&file("config/missions/scan.yaml"));
+    let mut bodies: Vec<Body> = mission.robot.controllers.iter().map(|spec| motion::simulated(&spec.kind)).collect();
+    let left = bodies.remove(0);
+    bodies.insert(0, Box::new(Surprised { body: left, has_key: false }));
+    let mut records = Vec::new();
+    let end = sim::simulate_bodies(&mission, &Settings::default(), bodies, Vec::new(), &mut |record: &Record| {
+        records.push(record.clone());
+    });
+    let fetched = ends(&mission, &records, "fetch blood");
+    let refused = End::Failed(Fault::Rejected(controller(&mission, "left_arm"), Rejection::NoSuchName));
+    assert_eq!((end, fetched[0].0), (MissionEnd::Done, refused), "the other arm does it: {fetched:?}");
+    let away = records.iter().find_map(|record| match record {
+        Record::Served { service, .. } => service.outage(),
+        _ => None,
+    });
+    assert_eq!(away, Some(Loss::HoldsUnknown));
 }
 
 #[test]

@@ -230,7 +230,11 @@ impl Dispatch {
     fn refused(&mut self, now: Time, id: ControllerId, refusal: Refusal) {
         self.record(now, id, ControllerMessage::Refused { id: refusal.id, why: refusal.why });
         let is_over = refusal.is_last && refusal.id.is_some_and(|command| self.queues[id.index()].knows(command));
-        if is_over {
+        if is_over && refusal.why == Rejection::NoSuchName {
+            // It holds something, whatever the goal came to: it is not to be used before it holds what is known.
+            self.gone(now, id, Loss::HoldsUnknown, End::Failed(Fault::Rejected(id, refusal.why)));
+            self.effects.push(Effect::Reset(id));
+        } else if is_over {
             self.rejected(now, id, refusal.why);
         }
     }

@@ -94,7 +94,11 @@ impl Bound<'_, '_> {
                     self.faults.push(written, message);
                     return None;
                 }
-                self.arguments[*index].clone()?
+                let told = self.arguments[*index].clone();
+                if told.is_none() {
+                    self.faults.push(written, format!("`{}` stands for nothing here", written.value));
+                }
+                told?
             }
             CallValue::Made(text) => {
                 if matches!(ty, Type::Number | Type::Offset) {

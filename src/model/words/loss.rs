@@ -23,6 +23,8 @@ pub enum Loss {
     Broken,
     /// It hangs: it did not end in time what it was told to end, or was busy with it later.
     Hung,
+    /// It says to hold something that the mission does not have, so that nobody knows what its gripper can be used for.
+    HoldsUnknown,
     /// It lives, and may not move.
     Inhibited(Inhibition),
 }
@@ -44,7 +46,13 @@ impl Loss {
     pub fn is_inhibition(self) -> bool {
         match self {
             Self::Inhibited(_) => true,
-            Self::Ended | Self::Silent | Self::Left { .. } | Self::Unanswered | Self::Broken | Self::Hung => false,
+            Self::Ended
+            | Self::Silent
+            | Self::Left { .. }
+            | Self::Unanswered
+            | Self::Broken
+            | Self::Hung
+            | Self::HoldsUnknown => false,
         }
     }
 }
@@ -71,6 +79,7 @@ impl Display for Loss {
             Self::Unanswered => f.write_str("it did not answer its configuration"),
             Self::Broken => f.write_str("the link to it broke"),
             Self::Hung => f.write_str("it did not end what it was told to end"),
+            Self::HoldsUnknown => f.write_str("it says to hold what the mission does not have"),
             Self::Inhibited(why) => write!(f, "it is inhibited: {why}"),
         }
     }

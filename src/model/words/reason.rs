@@ -256,7 +256,13 @@ impl Reason {
 fn away(why: Loss) -> String {
     match why {
         Loss::Inhibited(why) => format!("its controller is inhibited: {why}"),
-        Loss::Ended | Loss::Silent | Loss::Left { .. } | Loss::Unanswered | Loss::Broken | Loss::Hung => {
+        Loss::Ended
+        | Loss::Silent
+        | Loss::Left { .. }
+        | Loss::Unanswered
+        | Loss::Broken
+        | Loss::Hung
+        | Loss::HoldsUnknown => {
             format!("its controller: {why}")
         }
     }
