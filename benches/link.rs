@@ -19,11 +19,11 @@ use ambidex::link::wire::{WireRequest, WireResponse};
 use ambidex::link::{DaemonPort, Instance, IpcNode, fresh_epoch, monotonic_ns, sweep};
 use ambidex::link::{ServeOptions, serve};
 use ambidex::model::{
-    self, Access, Claim, CommandTerm, Condition, ControllerId, ControllerKind, ControllerSpec, ControllerState,
-    HeadSpec, MissionEnd, MissionSpec, Mode, NodeId, NodeKind, PartEnd, Potential, Rejection, ResourceId, ResourceSpec,
+    self, Access, Claim, CommandTerm, Condition, ControllerId, ControllerKind, ControllerSpec, HeadSpec, Labels,
+    MissionEnd, MissionSpec, Mode, NodeId, NodeKind, PartEnd, Potential, Rejection, ResourceId, ResourceSpec,
     Retention, Selector, Task, TypeId,
 };
-use ambidex::motion::{Controller, Progress};
+use ambidex::motion::{self, Controller, ControllerState, Progress};
 use ambidex::runtime::log::{JournalFile, emit};
 use ambidex::runtime::{self, Clock, Ended, Options, Port, Readable, Sink};
 use ambidex::tree::Settings;
@@ -165,7 +165,7 @@ impl Controller for Player<'_> {
         start
     }
 
-    fn start(&mut self, _: &model::Command, _: Mode) -> Result<(), Rejection> {
+    fn start(&mut self, _: &motion::Command, _: Mode) -> Result<(), Rejection> {
         self.moments.seen_ns.push(monotonic_ns());
         self.is_busy = true;
         Ok(())
@@ -210,8 +210,9 @@ fn measure_runtime(histogram: &mut Histogram<u64>, has_journal: bool) {
         let lock = instance.lock_daemon().expect("a fresh instance");
         let node = IpcNode::open(lock).expect("shared memory");
         let epoch = fresh_epoch();
+        let labels = Arc::new(Labels::new(&mission.names));
         let links = NAMES.map(|name| {
-            let port = DaemonPort::open(&node, name, epoch, clock.origin());
+            let port = DaemonPort::open(&node, name, &labels, epoch, clock.origin());
             Box::new(Readable::new(port.expect("a port"))) as Box<dyn Port>
         });
         let options = Options {

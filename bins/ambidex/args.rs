@@ -55,6 +55,8 @@ pub enum Verb {
     /// Run a mission with controllers that others start.
     Daemon(DaemonArgs),
     /// Be one controller of the robot, simulated.
+    ///
+    /// SIGUSR1 presses its emergency stop, SIGUSR2 releases it.
     Controller(ControllerArgs),
     /// Run a mission under a virtual clock, without processes.
     Simulate(SimulateArgs),

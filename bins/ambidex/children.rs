@@ -102,6 +102,16 @@ impl Children {
         let _ = kill_process(Pid::from_child(&self.children[index]), Signal::CONT);
     }
 
+    /// Presses the emergency stop of a child.
+    pub fn press_stop(&self, index: usize) {
+        let _ = kill_process(Pid::from_child(&self.children[index]), Signal::USR1);
+    }
+
+    /// Releases the emergency stop of a child.
+    pub fn release_stop(&self, index: usize) {
+        let _ = kill_process(Pid::from_child(&self.children[index]), Signal::USR2);
+    }
+
     /// Starts a child that has ended once more; gives its process.
     ///
     /// # Errors

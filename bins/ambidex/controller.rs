@@ -5,13 +5,14 @@ use std::time::Duration;
 
 use ambidex::files::{self, Disk};
 use ambidex::link::{ServeEvent, ServeOptions, Stop, Watcher, serve};
-use ambidex::model::{Command, CommandId, FromController, PartEnd, ToController};
-use ambidex::motion;
+use ambidex::model::{CommandId, PartEnd};
+use ambidex::motion::{self, Command, FromController, ToController};
 use miette::{IntoDiagnostic, Result, miette};
 use nalgebra::Point3;
 
 use crate::args::ControllerArgs;
 use crate::diagnostics::report_all;
+use crate::emergency_stop::EmergencyStop;
 use crate::exit::Exit;
 use crate::terminal::{Patience, QUIET, TALKING, Terminal};
 use crate::values::LogFormat;
@@ -41,7 +42,8 @@ pub fn controller(args: &ControllerArgs) -> Result<Exit> {
     let is_watched = args.parent.is_none() && args.log_format == LogFormat::Text;
     let watcher = is_watched.then(|| watcher(args, terminal.clone()));
     let options = ServeOptions { once: args.once, parent: args.parent, stop: Some(stop), watcher };
-    let ended = serve(&args.instance, &args.name, motion::simulated(&spec.kind), options).into_diagnostic();
+    let body = EmergencyStop::on_signals(motion::simulated(&spec.kind)).into_diagnostic()?;
+    let ended = serve(&args.instance, &args.name, body, options).into_diagnostic();
     terminal.finish(TALK_GRACE);
     ended.map(|_| Exit::Done)
 }
@@ -64,6 +66,7 @@ fn watcher(args: &ControllerArgs, terminal: Terminal) -> Watcher {
                 PartEnd::Succeeded => "succeeded",
                 PartEnd::Aborted => "gave up",
                 PartEnd::Canceled => "canceled",
+                PartEnd::Inhibited(_) => "inhibited",
             };
             if let Some(goal) = goals.remove(id) {
                 terminal.say(&format!("{:>9.2} s  {goal}: {end} after {took:.2} s", ended.seconds()));
@@ -80,17 +83,18 @@ fn watcher(args: &ControllerArgs, terminal: Terminal) -> Watcher {
     })
 }
 
-/// A command in words; objects have but numbers here.
+/// A command in words.
 fn goal(command: &Command) -> String {
     let point = |at: &Point3<f64>| format!("({:.2}, {:.2}, {:.2})", at.x, at.y, at.z);
     match command {
-        Command::Drive { path } => match path.last() {
+        Command::Drive { path, .. } => match path.last() {
             Some(to) => format!("drive to ({:.2}, {:.2})", to.at.x, to.at.y),
             None => "drive nowhere".to_owned(),
         },
         Command::Stand => "stand still".to_owned(),
-        Command::Grasp { object, at } => format!("grasp object #{} at {}", object.0, point(at)),
-        Command::Put { object, at } => format!("put object #{} down at {}", object.0, point(at)),
-        Command::Look { at } => format!("look at {}", point(at)),
+        Command::Grasp { object, at, .. } => format!("grasp {object} at {}", point(at)),
+        Command::Put { object, at, .. } => format!("put {object} down at {}", point(at)),
+        Command::Look { at, .. } => format!("look at {}", point(at)),
+        Command::Call(call) => call.to_string(),
     }
 }

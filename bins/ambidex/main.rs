@@ -6,6 +6,7 @@ mod children;
 mod controller;
 mod descriptors;
 mod diagnostics;
+mod emergency_stop;
 mod exit;
 mod explain;
 mod following;

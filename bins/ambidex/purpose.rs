@@ -38,6 +38,8 @@ pub struct Doing {
 enum Deed {
     Kill(ControllerId),
     Hold(ControllerId),
+    PressStop(ControllerId),
+    ReleaseStop(ControllerId),
     Restart(ControllerId),
     Release(ControllerId),
     Change(Change),
@@ -109,6 +111,8 @@ impl Doing {
             match deed {
                 Deed::Kill(id) => children.kill(id.index()),
                 Deed::Hold(id) => children.hold(id.index()),
+                Deed::PressStop(id) => children.press_stop(id.index()),
+                Deed::ReleaseStop(id) => children.release_stop(id.index()),
                 Deed::Release(id) => children.release(id.index()),
                 Deed::Restart(id) => match children.restart(id.index()) {
                     Ok(pid) => self.keeper.keep(id.index(), pid),
@@ -125,6 +129,8 @@ impl Deed {
         match *self {
             Self::Kill(id) => format!("{} is killed", names.controller(id)),
             Self::Hold(id) => format!("{} is stopped", names.controller(id)),
+            Self::PressStop(id) => format!("the emergency stop of {} is pressed", names.controller(id)),
+            Self::ReleaseStop(id) => format!("the emergency stop of {} is released", names.controller(id)),
             Self::Restart(id) => format!("{} is started again", names.controller(id)),
             Self::Release(id) => format!("{} goes on", names.controller(id)),
             Self::Change(change) => changed(change, names),
@@ -132,17 +138,23 @@ impl Deed {
     }
 }
 
-/// What every mishap takes: who was killed returns by a restart, who was only held goes on.
+/// What every mishap takes: who was killed returns by a restart, who was inhibited or only held goes on.
 fn deeds(failures: &Failures) -> impl Iterator<Item = (Time, Deed)> {
-    let mut killed = BTreeSet::new();
+    let (mut killed, mut stopped) = (BTreeSet::new(), BTreeSet::new());
     failures.mishaps.iter().map(move |&(at, mishap)| {
         let deed = match mishap {
             Mishap::Lose(id) => {
                 killed.insert(id);
+                stopped.remove(&id);
                 Deed::Kill(id)
+            }
+            Mishap::Inhibit(id) => {
+                stopped.insert(id);
+                Deed::PressStop(id)
             }
             Mishap::Hang(id) => Deed::Hold(id),
             Mishap::Return(id) if killed.remove(&id) => Deed::Restart(id),
+            Mishap::Return(id) if stopped.remove(&id) => Deed::ReleaseStop(id),
             Mishap::Return(id) => Deed::Release(id),
             Mishap::World(change) => Deed::Change(change),
         };

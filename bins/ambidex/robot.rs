@@ -1,7 +1,9 @@
 //! The daemon's way to the controllers of a robot.
 
+use std::sync::Arc;
+
 use ambidex::link::{DaemonPort, Instance, IpcError, IpcNode, fresh_epoch, sweep};
-use ambidex::model::MissionSpec;
+use ambidex::model::{Labels, MissionSpec};
 use ambidex::runtime::{Clock, Port, Readable};
 
 /// Sweeps what dead instances left, takes the instance, and opens a link to every controller.
@@ -13,6 +15,7 @@ pub fn links(mission: &MissionSpec, instance: &Instance, clock: &Clock) -> Resul
     let node = IpcNode::open(instance.lock_daemon()?)?;
     let controllers = mission.robot.controllers.iter();
     let epoch = fresh_epoch();
-    let open = |name: &str| DaemonPort::open(&node, name, epoch, clock.origin());
+    let labels = Arc::new(Labels::new(&mission.names));
+    let open = |name: &str| DaemonPort::open(&node, name, &labels, epoch, clock.origin());
     controllers.map(|spec| open(&spec.name).map(|port| Box::new(Readable::new(port)) as Box<dyn Port>)).collect()
 }

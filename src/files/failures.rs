@@ -51,7 +51,16 @@ described! {
     pub(crate) enum Event: "a mishap", "What happens." {
         Lose(Name) = ("lose", "The process of this controller ends.", CONTROLLER),
         Hang(Name) = ("hang", "This controller is there and does nothing any more.", CONTROLLER),
-        Return(Name) = ("return", "This controller, which was lost or hung, is there again.", CONTROLLER),
+        Inhibit(Name) = (
+            "inhibit",
+            "The emergency stop of this controller is pressed: it lives, and may not move.",
+            CONTROLLER
+        ),
+        Return(Name) = (
+            "return",
+            "This controller, which was lost, hung or inhibited, is there again and may move.",
+            CONTROLLER
+        ),
         Set(Name) = ("set", "The fact holds from now on.", Word("a fact")),
         Clear(Name) = ("clear", "The fact does not hold any more.", Word("a fact")),
         Lies(ObjectAt) = ("lies", "Somebody has laid the object there.", Map::<ObjectAt>::new()),
@@ -224,10 +233,11 @@ impl<'a> Names<'a> {
         let mishap = match &term.event {
             Event::Lose(name) => Mishap::Lose(self.leaving(name, "lost", term.at_s, lives, faults)?),
             Event::Hang(name) => Mishap::Hang(self.leaving(name, "hung", term.at_s, lives, faults)?),
+            Event::Inhibit(name) => Mishap::Inhibit(self.leaving(name, "inhibited", term.at_s, lives, faults)?),
             Event::Return(name) => {
                 let id = ControllerId::from(self.controllers.find(name, faults)?);
                 if lives.remove(&id).is_none() {
-                    let help = "it can return from what `lose` or `hang` did before";
+                    let help = "it can return from what `lose`, `hang` or `inhibit` did before";
                     faults.push_with(name, format!("`{}` is there at that moment", name.value), help);
                 }
                 Mishap::Return(id)
@@ -242,7 +252,7 @@ impl<'a> Names<'a> {
         Some((Time((term.at_s * 1e6).round() as u64), mishap))
     }
 
-    /// A controller that goes, or hangs, and has not before.
+    /// A controller that goes, hangs or is inhibited, and has not before.
     fn leaving(
         &self,
         name: &Name,

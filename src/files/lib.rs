@@ -229,7 +229,7 @@ fn with_robot(
     faults: &mut Faults,
 ) -> Option<MissionSpec> {
     let (kinds, mut subtrees) = declared(files, file.behaviors, file.subtrees, faults);
-    let robot_names = robot.as_ref().map(RobotNames::of);
+    let robot_names = robot.as_ref().map(|robot| RobotNames::of(&robot.names));
     let world_names = file.world.as_ref().map(WorldNames::of);
     let world = file.world.zip(world_names.as_ref()).and_then(|(raw, names)| world::build(raw, names, faults));
     let around = Surroundings {

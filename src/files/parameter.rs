@@ -8,12 +8,11 @@ use crate::fault::Faults;
 use crate::names::Register;
 use crate::quantity::{NEAR, POTENTIAL};
 use crate::reader::{Item, Name};
-use crate::robot::RobotFile;
 use crate::shape::Form;
 use crate::text::scalar;
 use crate::types::Type;
 use crate::world::WorldNames;
-use ambidex_model::{ObjectId, PlaceId, ResourceId, TypeId, suggestion};
+use ambidex_model::{Names, ObjectId, PlaceId, ResourceId, TypeId, suggestion};
 
 described! {
     /// A parameter with all that can be said of it.
@@ -35,8 +34,8 @@ pub(crate) const BEFORE: &str = "$before";
 /// The default that is where the object is at the start.
 pub(crate) const START: &str = "$start";
 
-/// A parameter of a behavior or a subtree.
-#[derive(Debug, Clone)]
+/// A parameter of a behavior, a subtree or a call.
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Parameter {
     pub(crate) name: Name,
     pub(crate) ty: Type,
@@ -81,12 +80,9 @@ pub(crate) struct RobotNames {
 
 impl RobotNames {
     /// Those of a robot file.
-    pub(crate) fn of(robot: &RobotFile) -> Self {
+    pub(crate) fn of(robot: &Names) -> Self {
         let register = |what, names: &[String]| Register::of(what, names.iter().map(String::as_str));
-        Self {
-            resources: register("resource", &robot.names.resources),
-            types: register("type of resource", &robot.names.types),
-        }
+        Self { resources: register("resource", &robot.resources), types: register("type of resource", &robot.types) }
     }
 }
 

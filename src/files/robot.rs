@@ -9,7 +9,8 @@ use nalgebra::Point3;
 use crate::describe::{At, Custom, Described, Each, Map, Point, Word, described};
 use crate::fault::Faults;
 use crate::names::Register;
-use crate::quantity::{ACCELERATION, EXTENT, GRACE, GRIP, LIFT, NEAR, SPEED, TURN_ACCELERATION, TURN_SPEED};
+use crate::parameter::{PARAMETERS, Parameter, refuse_open_defaults};
+use crate::quantity::{ACCELERATION, DURATION, EXTENT, GRACE, GRIP, LIFT, NEAR, SPEED, TURN_ACCELERATION, TURN_SPEED};
 use crate::reader::{Item, Name, Written};
 use crate::shape::Form;
 use ambidex_model::{
@@ -69,9 +70,63 @@ described! {
 described! {
     /// An entry of `controllers`.
     pub(crate) enum Controller: "a controller", "A process that moves one resource." {
-        Arm((ArmSpec, Option<f64>)) = ("arm", "An arm with a gripper.", REACHING_ARM),
+        Arm(ReachingArm) = ("arm", "An arm with a gripper.", REACHING_ARM),
         Base(Base) = ("base", "A base that drives in the plane.", Map::<Base>::new()),
         Head(Head) = ("head", "A head, or a camera, that pans and tilts.", Map::<Head>::new()),
+        Device(Device) = (
+            "device",
+            "Anything else: a scanner, a centrifuge, a lamp.",
+            Map::<Device>::new()
+        ),
+    }
+}
+
+/// The key of what a controller offers.
+const CALLS: &str = "calls";
+const CALLS_DOC: &str = "What else behaviors can call, by name.";
+const OFFERS: Each<Map<OfferTerm>> = Each("a map of calls", Map::new());
+
+/// Calls as they are written, by name.
+type Offers = Vec<(Name, Option<OfferTerm>)>;
+
+described! {
+    /// An entry of `calls`.
+    pub(crate) struct OfferTerm: "a call", "Something that a controller does when a behavior calls it." {
+        parameters: Vec<Parameter> = maybe_all("parameters", "What it is told, by name.", PARAMETERS),
+        takes_s: f64 = required("takes", "How long it takes; a simulated controller takes just that.", &DURATION),
+    }
+}
+
+described! {
+    /// `device` of a controller.
+    pub(crate) struct Device: "a device", "A device that does what it is called for, and of whose motion nothing is known." {
+        calls: Offers = required(CALLS, "What behaviors can call, by name.", OFFERS),
+        cancel_grace_s: Option<f64> = optional(CANCEL_GRACE, CANCEL_GRACE_DOC, &GRACE),
+    }
+}
+
+/// An arm, its grace and its calls.
+type ReachingArm = (ArmSpec, Option<f64>, Offers);
+
+/// A call that a controller offers.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Offer {
+    pub(crate) name: String,
+    pub(crate) parameters: Vec<Parameter>,
+    pub(crate) takes: Duration,
+}
+
+impl Offer {
+    /// Whether a behavior cannot tell the one from the other.
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        let parameters = |offer: &Self| {
+            let plain = offer.parameters.iter().map(|parameter| {
+                let default = parameter.plain_default().map(str::to_owned);
+                (parameter.name.value.clone(), parameter.ty, parameter.defaults.is_some(), default)
+            });
+            plain.collect::<Vec<_>>()
+        };
+        (&self.name, self.takes) == (&other.name, other.takes) && parameters(self) == parameters(other)
     }
 }
 
@@ -86,6 +141,7 @@ described! {
         grip_s: f64 = required("grip", "How long the gripper takes to close or open.", &GRIP),
         lift_m: f64 = required("lift", "How far it lifts after closing or opening.", &LIFT),
         cancel_grace_s: Option<f64> = optional(CANCEL_GRACE, CANCEL_GRACE_DOC, &GRACE),
+        calls: Offers = maybe_all(CALLS, CALLS_DOC, OFFERS),
     }
 }
 
@@ -97,6 +153,7 @@ described! {
         turn_speed: f64 = required("turn_speed", "Top turning speed.", &TURN_SPEED),
         turn_acceleration: f64 = required("turn_acceleration", "Top turning acceleration.", &TURN_ACCELERATION),
         cancel_grace_s: Option<f64> = optional(CANCEL_GRACE, CANCEL_GRACE_DOC, &GRACE),
+        calls: Offers = maybe_all(CALLS, CALLS_DOC, OFFERS),
     }
 }
 
@@ -107,33 +164,35 @@ described! {
         speed: f64 = required("speed", "Top speed of each axis.", &TURN_SPEED),
         acceleration: f64 = required("acceleration", "Top acceleration of each axis.", &TURN_ACCELERATION),
         cancel_grace_s: Option<f64> = optional(CANCEL_GRACE, CANCEL_GRACE_DOC, &GRACE),
+        calls: Offers = maybe_all(CALLS, CALLS_DOC, OFFERS),
     }
 }
 
 /// An arm that reaches where it rests.
-const REACHING_ARM: Custom<(ArmSpec, Option<f64>)> = Custom(
+const REACHING_ARM: Custom<ReachingArm> = Custom(
     || Form::Map(Arm::shape),
     |item, reading| {
-        let Arm { shoulder, tuck, reach_m, speed, acceleration, grip_s, lift_m, cancel_grace_s } =
+        let Arm { shoulder, tuck, reach_m, speed, acceleration, grip_s, lift_m, cancel_grace_s, calls } =
             Arm::read(item, reading)?;
         if (tuck.value - shoulder).norm() > reach_m {
             reading.faults.push(&tuck, "farther from the shoulder than the arm reaches");
         }
         let arm = ArmSpec { shoulder, tuck: tuck.value, reach_m, speed, acceleration, grip_s, lift_m };
-        Some((arm, cancel_grace_s))
+        Some((arm, cancel_grace_s, calls))
     },
 );
 
 impl Controller {
     fn kind(&self) -> ControllerKind {
         match *self {
-            Self::Arm((arm, _)) => ControllerKind::Arm(arm),
+            Self::Arm((arm, ..)) => ControllerKind::Arm(arm),
             Self::Base(Base { speed, acceleration, turn_speed, turn_acceleration, .. }) => {
                 ControllerKind::Base(BaseSpec { speed, acceleration, turn_speed, turn_acceleration })
             }
             Self::Head(Head { neck, speed, acceleration, .. }) => {
                 ControllerKind::Head(HeadSpec { neck, speed, acceleration })
             }
+            Self::Device(_) => ControllerKind::Device,
         }
     }
 }
@@ -141,11 +200,29 @@ impl Controller {
 impl Controller {
     fn cancel_grace(&self) -> Duration {
         let grace_s = match self {
-            Self::Arm((_, grace_s)) => *grace_s,
+            Self::Arm((_, grace_s, _)) => *grace_s,
             Self::Base(base) => base.cancel_grace_s,
             Self::Head(head) => head.cancel_grace_s,
+            Self::Device(device) => device.cancel_grace_s,
         };
         Duration::from_secs_f64(grace_s.unwrap_or(CANCEL_GRACE_S))
+    }
+
+    /// What it offers.
+    fn offers(&self, faults: &mut Faults) -> Vec<Offer> {
+        let calls = match self {
+            Self::Arm((.., calls)) => calls,
+            Self::Base(base) => &base.calls,
+            Self::Head(head) => &head.calls,
+            Self::Device(device) => &device.calls,
+        };
+        let offers = calls.iter().filter_map(|(name, term)| {
+            let OfferTerm { parameters, takes_s } = term.as_ref()?;
+            refuse_open_defaults("a call", parameters.iter(), faults);
+            let (name, takes) = (name.value.clone(), Duration::from_secs_f64(*takes_s));
+            Some(Offer { name, parameters: parameters.clone(), takes })
+        });
+        offers.collect()
     }
 }
 
@@ -156,6 +233,8 @@ pub struct RobotFile {
     pub robot: RobotSpec,
     /// Names of resources, types and controllers; the other lists are empty.
     pub names: Names,
+    /// What each controller offers beyond what its kind can do.
+    pub(crate) offers: Vec<Vec<Offer>>,
 }
 
 /// Reads and checks a robot file; `None` when it has faults.
@@ -182,8 +261,9 @@ fn build(raw: Robot, faults: &mut Faults) -> Option<RobotFile> {
     check_limits(&raw, &users, faults);
     check_mixed(&raw, faults);
 
-    let mut specs = Vec::new();
+    let (mut specs, mut offers) = (Vec::new(), Vec::new());
     for (name, kind) in &raw.controllers {
+        offers.extend(kind.as_ref().map(|kind| kind.offers(faults)));
         specs.extend(kind.as_ref().map(|kind| ControllerSpec {
             name: name.value.clone(),
             kind: kind.kind(),
@@ -192,6 +272,7 @@ fn build(raw: Robot, faults: &mut Faults) -> Option<RobotFile> {
     }
     let (name, radius_m) = (raw.robot?.value, raw.radius_m?);
     Some(RobotFile {
+        offers,
         robot: RobotSpec { name, resources, controllers: specs, radius_m },
         names: Names {
             resources: raw.resources.into_iter().map(|(name, _)| name.value).collect(),
@@ -223,12 +304,13 @@ fn check_kind(resource: &Resource, kind: &Option<Controller>, faults: &mut Fault
         return;
     };
     let (word, ty) = match kind {
-        Controller::Arm(_) => ("an arm", GRIPPER),
-        Controller::Base(_) => ("a base", BASE),
-        Controller::Head(_) => ("a head", HEAD),
+        Controller::Arm(_) => ("an arm", Some(GRIPPER)),
+        Controller::Base(_) => ("a base", Some(BASE)),
+        Controller::Head(_) => ("a head", Some(HEAD)),
+        Controller::Device(_) => ("a device", None),
     };
     let found = resource.ty.value.as_str();
-    if [GRIPPER, BASE, HEAD].contains(&found) && found != ty {
+    if [GRIPPER, BASE, HEAD].contains(&found) && Some(found) != ty {
         faults.push(name, format!("controller `{}` moves {word}, not a {found}", name.value));
     }
 }

@@ -6,14 +6,18 @@
 //!
 //! # The daemon's side
 //! ```no_run
+//! use std::sync::Arc;
+//!
 //! use ambidex_link::model::session::ClockOrigin;
+//! use ambidex_link::model::{Labels, MissionSpec};
 //! use ambidex_link::{DaemonPort, Instance, IpcNode, Link, fresh_epoch, monotonic_ns, sweep};
 //!
-//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # fn daemon(mission: MissionSpec) -> Result<(), Box<dyn std::error::Error>> {
 //! sweep()?;
+//! let labels = Arc::new(Labels::new(&mission.names));
 //! let instance = Instance::fresh();
 //! let node = IpcNode::open(instance.lock_daemon()?)?;
-//! let mut arm = DaemonPort::open(&node, "left_arm", fresh_epoch(), ClockOrigin(monotonic_ns()))?;
+//! let mut arm = DaemonPort::open(&node, "left_arm", &labels, fresh_epoch(), ClockOrigin(monotonic_ns()))?;
 //! loop {
 //!     arm.beat(); // every 300 ms
 //!     for heard in arm.drain() {

@@ -3,7 +3,8 @@
 use ambidex_model::session::StampedPulse;
 use ambidex_model::{CommandId, FromController, Refusal, ToController};
 
-/// One controller as the runtime sees it. No call blocks.
+/// One controller as the runtime sees it, by ids: what a link carries names for, it turns into ids and back by
+/// [`Labels`](ambidex_model::Labels). No call blocks.
 pub trait Link {
     /// Sends a message to the controller.
     ///
@@ -49,6 +50,14 @@ pub enum LinkError {
     /// The path is empty or longer than the wire carries.
     #[error("a path of {0} way points; the wire carries 1 to 64")]
     PathLength(usize),
+    /// A call whose name or arguments are longer than the wire carries.
+    #[error("a call of {name} bytes with {with} bytes of arguments; the wire carries 64 and 1024")]
+    CallLength {
+        /// Bytes of its name.
+        name: usize,
+        /// Bytes of its arguments.
+        with: usize,
+    },
     /// Only the generation of the last `Configure` can be spoken of.
     #[error("generation {0} is not the present one")]
     Generation(u32),

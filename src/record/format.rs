@@ -5,7 +5,7 @@ use std::fmt::{self, Display, Formatter};
 use serde::Serialize;
 
 use ambidex_model::{
-    Access, Binding, Blocked, Change, Command, CommandId, End, Fault, Location, Names, NodeId, Reason, Request,
+    Access, Binding, Blocked, Change, Command, CommandId, End, Fault, Location, Names, NodeId, PartEnd, Reason, Request,
 };
 
 /// Text made when it is asked for.
@@ -117,15 +117,26 @@ pub fn changes(changes: &[Change], names: &Names) -> impl Display {
 /// A command with its object, lengths in meters.
 pub fn command(command: &Command, names: &Names) -> impl Display {
     lazy(move |f| match command {
-        Command::Drive { path } => match path.last() {
+        Command::Drive { path, .. } => match path.last() {
             Some(goal) => write!(f, "drive to ({:.2}, {:.2})", goal.at.x, goal.at.y),
             None => f.write_str("drive nowhere"),
         },
         Command::Stand => f.write_str("stand"),
         Command::Grasp { object, .. } => write!(f, "grasp {}", names.thing(*object)),
         Command::Put { object, .. } => write!(f, "put {}", names.thing(*object)),
-        Command::Look { at } => write!(f, "look at ({:.2}, {:.2}, {:.2})", at.x, at.y, at.z),
+        Command::Look { at, .. } => write!(f, "look at ({:.2}, {:.2}, {:.2})", at.x, at.y, at.z),
+        Command::Call(call) => write!(f, "call {call}"),
     })
+}
+
+/// How a command ended.
+pub fn part_end(end: PartEnd) -> &'static str {
+    match end {
+        PartEnd::Succeeded => "succeeded",
+        PartEnd::Aborted => "aborted",
+        PartEnd::Canceled => "canceled",
+        PartEnd::Inhibited(_) => "inhibited",
+    }
 }
 
 /// Identity of a command: generation and number.
@@ -162,13 +173,25 @@ pub fn word(value: impl Serialize) -> impl Display {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ambidex_model::{Mode, PartEnd, Rejection};
+    use ambidex_model::{Mode, PartEnd, Record, Rejection, Time};
 
     #[test]
     fn words_are_those_of_the_journal() {
         let check = |word: String, expected: &str| assert_eq!(word, expected);
-        check(word(PartEnd::Canceled).to_string(), "canceled");
+        check(part_end(PartEnd::Canceled).to_string(), "canceled");
         check(word(Mode::Maintain).to_string(), "maintain");
         check(word(Rejection::OutOfReach).to_string(), "out_of_reach");
+    }
+
+    /// Logs of before names and inhibited controllers are read as ever, and what has no place tells none.
+    #[test]
+    fn what_older_logs_lack_is_none() {
+        let look = r#"{"look":{"at":[0.5,0.0,0.75]}}"#;
+        let read: Command = serde_json::from_str(look).expect("a command");
+        assert!(matches!(read, Command::Look { place: None, .. }));
+        assert_eq!(serde_json::to_string(&read).expect("text"), look);
+        let awaited = r#"{"record":"awaited","at":5,"until":7}"#;
+        let read: Record = serde_json::from_str(awaited).expect("a record");
+        assert_eq!(read, Record::Awaited { at: Time(5), until: Some(Time(7)) });
     }
 }

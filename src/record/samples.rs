@@ -1,6 +1,7 @@
 //! One record of every kind and every variant inside it, for the tests of this room.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use nalgebra::{Point3, Vector3};
 
@@ -208,7 +209,9 @@ fn turns() -> Vec<Record> {
         served(Service::Unavailable { why: Loss::Hung, since: at }),
         served(Service::Gone { why: Loss::Ended, since: at }),
         served(Service::Available),
-        Record::Awaited { at, until: Time(11_400_000) },
+        served(Service::Unavailable { why: Loss::Inhibited(Inhibition::EmergencyStop), since: at }),
+        Record::Awaited { at, until: Some(Time(11_400_000)) },
+        Record::Awaited { at, until: None },
     ]
 }
 
@@ -246,6 +249,7 @@ fn blocked() -> Vec<Blocked> {
         Reason::Held { resource, by: node, channel: Some(ChannelId(0)) },
         Reason::NoneFree { of },
         Reason::Unavailable { resource, why: Loss::Silent },
+        Reason::Unavailable { resource, why: Loss::Inhibited(Inhibition::Fault) },
         Reason::BackingOff { wait_ms: 500, fault: Fault::TimedOut },
         Reason::TooFew { of, wanted: 3, free: 2 },
         Reason::Unwanted,
@@ -280,12 +284,13 @@ fn blocked() -> Vec<Blocked> {
     reasons.map(|reason| Blocked { leaf, reason }).into()
 }
 
-fn states() -> [ControllerState; 3] {
+fn states() -> [ControllerState; 4] {
     let (at, velocity) = (Point3::new(0.5, 0.25, 1.0), Vector3::zeros());
     [
         ControllerState::Base { pose: Pose::new(7.0, 3.5, 0.0), velocity },
         ControllerState::Arm { gripper: at, velocity, holds: Some(ObjectId(0)) },
         ControllerState::Head { angles: [0.5, -0.25], velocity: [0.0, 0.0] },
+        ControllerState::Device,
     ]
 }
 
@@ -304,14 +309,15 @@ pub fn id() -> CommandId {
 
 fn controller_messages() -> Vec<ControllerMessage> {
     let at = Point3::new(0.5, 0.25, 1.0);
-    let object = ObjectId(0);
+    let (object, place) = (ObjectId(0), PlaceId(0));
     let path = vec![Pose::new(1.0, 2.0, 0.5)];
     let commands = [
-        Command::Drive { path },
+        Command::Drive { path, place: Some(place) },
         Command::Stand,
-        Command::Grasp { object, at },
-        Command::Put { object, at },
-        Command::Look { at },
+        Command::Grasp { object, at, place: None },
+        Command::Put { object, at, place: Some(place) },
+        Command::Look { at, place: Some(place) },
+        Command::Call(Call { name: "scan".into(), with: NO_ARGUMENTS.into(), takes: Duration::from_secs(2) }),
     ];
     let leaf = NodeId(2);
     let mut messages = vec![
@@ -322,6 +328,8 @@ fn controller_messages() -> Vec<ControllerMessage> {
         ControllerMessage::Lost { why: Loss::Left { away_ms: 1200 } },
         ControllerMessage::Lost { why: Loss::Unanswered },
         ControllerMessage::Lost { why: Loss::Broken },
+        ControllerMessage::Lost { why: Loss::Inhibited(Inhibition::ByHand) },
+        ControllerMessage::Lost { why: Loss::HoldsUnknown },
     ];
     messages.extend(states().map(|start| ControllerMessage::Told {
         leaf: None,

@@ -13,7 +13,7 @@ use super::port::{Port, Wake};
 use ambidex_core::dispatch::Input;
 use ambidex_link::{Heard, LinkError};
 use ambidex_model::session::{Attendance, BEAT_EVERY, Presence};
-use ambidex_model::{ControllerId, FromController, Rejection, ToController};
+use ambidex_model::{ControllerId, FromController, Loss, Rejection, ToController};
 
 /// A daemon that runs takes a turn more often than that, wall time: longer ago, its process was stopped.
 const AWAY: Duration = BEAT_EVERY.saturating_mul(2);
@@ -84,6 +84,13 @@ impl LinkTask {
                     self.link.watch(pid);
                     self.tell(Input::Attached(self.id));
                 }
+                Some(Attendance::Inhibited { pid, why }) => {
+                    self.link.watch(pid);
+                    self.link.forget();
+                    waiting.clear();
+                    is_void = true;
+                    self.tell(Input::Lost(self.id, Loss::Inhibited(why)));
+                }
                 Some(Attendance::Lost(why)) => {
                     self.link.unwatch();
                     self.link.forget();
@@ -117,7 +124,12 @@ impl LinkTask {
             match self.link.send(message) {
                 Ok(()) => {}
                 Err(LinkError::Absent | LinkError::Full) => return,
-                Err(error @ (LinkError::PathLength(_) | LinkError::Generation(_) | LinkError::Transport(_))) => {
+                Err(
+                    error @ (LinkError::PathLength(_)
+                    | LinkError::CallLength { .. }
+                    | LinkError::Generation(_)
+                    | LinkError::Transport(_)),
+                ) => {
                     let error: &(dyn Error + 'static) = &error;
                     tracing::warn!(target: "ambidex::controller", controller = self.id.0, error, "not sent");
                     if let ToController::Goal { id, .. } = message {

@@ -3,10 +3,8 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ambidex::model::{
-    Blocked, Command, ControllerKind, ControllerState, MissionEnd, Mode, NodeId, Record, Rejection, Request,
-};
-use ambidex::motion::{self, Controller, Progress};
+use ambidex::model::{Blocked, ControllerKind, MissionEnd, Mode, NodeId, Record, Rejection, Request};
+use ambidex::motion::{self, Command, Controller, ControllerState, Progress};
 use ambidex::runtime::{Control, Ended};
 use ambidex::tree::{Allocator, Chosen, Greedy, Offers, Settings};
 use ambidex::world::View;

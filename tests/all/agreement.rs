@@ -8,27 +8,32 @@ mod memory;
 mod missions;
 mod scripted;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use ambidex::dispatch::Script;
 use ambidex::files::{Disk, load_mission};
-use ambidex::model::{Change, ControllerSpec, Failures, Flaw, FlawKind, MissionEnd, MissionSpec, Record};
+use ambidex::model::{
+    Change, ControllerSpec, Failures, Flaw, FlawKind, Inhibition, MissionEnd, MissionSpec, Record, Time,
+};
 use ambidex::motion;
 use ambidex::replay::Replay;
 use ambidex::runtime::{self, Clock, Control, Ended, Options, Port};
-use ambidex::sim::{self, Body};
+use ambidex::sim::{self, Body, Event};
 use ambidex::tree::Settings;
 use tokio::sync::mpsc;
 
 use crate::digests::decisions;
 use crate::driver::Rng;
 use crate::fixtures::{file, load, simulate_failures};
-use memory::Memory;
+use memory::{Memory, Stop};
 use scripted::Scripted;
 
 const CASES: u64 = 60;
+
+/// By controller.
+type Stops = BTreeMap<usize, Vec<Stop>>;
 
 fn seeds() -> std::ops::Range<u64> {
     let number = |name| std::env::var(name).ok()?.parse::<u64>().ok();
@@ -90,6 +95,57 @@ fn what_goes_wrong_on_purpose_does_so_in_both() {
     assert!(seeds().count() == 1 || (compared > 5 && wrong > 5 && dropped > 2), "{compared}, {wrong}, {dropped}");
 }
 
+/// Controllers come to be inhibited and may move again: both take it alike.
+#[test]
+fn who_is_inhibited_is_so_in_both() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (mut compared, mut interrupted, mut served) = (0, 0, 0);
+    for seed in seeds().filter(|seed| seed % 2 == 0) {
+        let path = folder.path().join(format!("case-{seed}.yaml"));
+        std::fs::write(&path, missions::text(seed)).expect("a file");
+        let mission = load(&path);
+        let (events, stops) = inhibitions(&mission, seed);
+        let simulated = simulated_with(&mission, seed, events);
+        if has_ends_at_once(&simulated) {
+            continue;
+        }
+        let (_, live) = live_with(&mission, seed, Vec::new(), Script::default(), &stops);
+        let expected = compare(&mission, seed, &simulated, &live);
+        let services = |records: &[Record]| {
+            let served = records.iter().filter_map(|record| match record {
+                Record::Served { controller, service, .. } => Some((*controller, service.outage())),
+                _ => None,
+            });
+            served.collect::<Vec<_>>()
+        };
+        assert_eq!(services(&simulated), services(&live), "AMBIDEX_SEED={seed}");
+        compared += 1;
+        interrupted += expected.matches("Interrupted").count();
+        served += services(&simulated).len();
+    }
+    println!("{compared} missions, {interrupted} behaviors interrupted, {served} times away or back");
+    assert!(seeds().count() == 1 || (compared > 5 && interrupted > 5), "{compared}, {interrupted}, {served}");
+}
+
+/// Every controller twice at moments on no grid, so that nothing else happens at them; for the simulation and for links.
+fn inhibitions(mission: &MissionSpec, seed: u64) -> (Vec<(Time, Event)>, Stops) {
+    let mut rng = Rng::of(&[seed, 23]);
+    let (mut events, mut stops) = (Vec::new(), Stops::new());
+    for index in 0..mission.robot.controllers.len() {
+        let mut at_us = 0;
+        for why in [Inhibition::EmergencyStop, Inhibition::Fault] {
+            for what in [Some(why), None] {
+                at_us += 500_000 + 10_000 * rng.below(1_500) + 1 + 3 * index;
+                let at = Duration::from_micros(at_us as u64);
+                let event = what.map_or(Event::Return(index.into()), |why| Event::Inhibit(index.into(), why));
+                events.push((Time::ZERO + at, event));
+                stops.entry(index).or_default().push((at, what));
+            }
+        }
+    }
+    (events, stops)
+}
+
 fn flaws(mission: &MissionSpec, seed: u64) -> Vec<Flaw> {
     let mut rng = Rng::of(&[seed, 22]);
     let drops = FlawKind::Drops(None);
@@ -135,8 +191,12 @@ fn bodies(mission: &MissionSpec, seed: u64) -> Vec<Body> {
 }
 
 fn simulated(mission: &Arc<MissionSpec>, seed: u64) -> Vec<Record> {
+    simulated_with(mission, seed, Vec::new())
+}
+
+fn simulated_with(mission: &Arc<MissionSpec>, seed: u64, events: Vec<(Time, Event)>) -> Vec<Record> {
     let mut records = Vec::new();
-    sim::simulate_bodies(mission, &Settings::default(), bodies(mission, seed), Vec::new(), &mut |record| {
+    sim::simulate_bodies(mission, &Settings::default(), bodies(mission, seed), events, &mut |record| {
         records.push(record.clone());
     });
     records
@@ -150,13 +210,26 @@ fn has_ends_at_once(records: &[Record]) -> bool {
 }
 
 fn live(mission: &Arc<MissionSpec>, seed: u64, controls: Vec<Control>, script: Script) -> (Ended, Vec<Record>) {
+    live_with(mission, seed, controls, script, &Stops::new())
+}
+
+fn live_with(
+    mission: &Arc<MissionSpec>,
+    seed: u64,
+    controls: Vec<Control>,
+    script: Script,
+    stops: &Stops,
+) -> (Ended, Vec<Record>) {
     let executor = tokio::runtime::Builder::new_current_thread().enable_all().start_paused(true).build();
     let records = Arc::new(Mutex::new(Vec::new()));
     let to_records = Arc::clone(&records);
     let ended = executor.expect("an executor").block_on(async {
         let clock = Clock::start(1.0);
-        let link = |body| Box::new(Memory::new(body, clock)) as Box<dyn Port>;
-        let links = bodies(mission, seed).into_iter().map(link).collect();
+        let link = |(index, body)| {
+            let stops = stops.get(&index).map(Vec::as_slice).unwrap_or_default();
+            Box::new(Memory::new(body, &mission.names, stops, clock)) as Box<dyn Port>
+        };
+        let links = bodies(mission, seed).into_iter().enumerate().map(link).collect();
         let (control, controlled) = mpsc::unbounded_channel();
         controls.into_iter().for_each(|told| control.send(told).expect("it is not over"));
         let journal = Box::new(move |record: &Record| to_records.lock().expect("no poison").push(record.clone()));

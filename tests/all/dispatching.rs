@@ -1,13 +1,14 @@
 //! The dispatch alone: sharing, and controllers that are lost, silent or incredible; losses simulated too.
 
 mod dropping;
+mod inhibited;
 
 use std::time::Duration;
 
 use ambidex::dispatch::{Dispatch, Effect, Input, Limits, start_states};
 use ambidex::model::{
     Access, ChannelId, Command, CommandId, ControllerId, ControllerMessage, ControllerState, End, Fault,
-    FromController, Goal, MissionEnd, MissionSpec, Mode, NodeId, ObjectId, Part, PartEnd, Pose, Record, Refusal,
+    FromController, Goal, Loss, MissionEnd, MissionSpec, Mode, NodeId, ObjectId, Part, PartEnd, Pose, Record, Refusal,
     Rejection, ResourceId, Service, Time, ToController,
 };
 use ambidex::sim::{self, Event};
@@ -75,7 +76,7 @@ fn ready(mission: &MissionSpec) -> Dispatch {
 }
 
 fn grasp() -> Goal {
-    let command = Command::Grasp { object: ObjectId(0), at: Point3::new(0.5, 0.2, 0.8) };
+    let command = Command::Grasp { object: ObjectId(0), at: Point3::new(0.5, 0.2, 0.8), place: None };
     let part = Part { resource: ResourceId(0), access: Access::Exclusive, mode: Mode::Achieve, command };
     Goal { leaf: LEAF, parts: vec![part], takes: Duration::ZERO, timeout: Duration::from_secs(60) }
 }
@@ -114,6 +115,25 @@ fn an_unbelievable_last_word_fails_the_goal() {
         let expected = End::Failed(Fault::Rejected(ARM, Rejection::NotFinite));
         assert_eq!(end(&effects), (is_last && knows_it).then_some(expected), "{refusal:?}");
     }
+}
+
+/// Whatever the goal came to: what is in the gripper nobody knows.
+#[test]
+fn who_holds_what_is_unknown_is_not_used() {
+    let mission = load(&experiment_file(1));
+    let mut dispatch = ready(&mission);
+    dispatch.handle(Time::ZERO, Input::Start(grasp()));
+    let id = CommandId { generation: 1, number: 1 };
+    let refusal = Refusal { id: Some(id), why: Rejection::NoSuchName, is_last: true };
+    let effects = dispatch.handle(Time(20), Input::Refused(ARM, refusal));
+    assert_eq!(end(&effects), Some(End::Failed(Fault::Rejected(ARM, Rejection::NoSuchName))));
+    assert!(effects.contains(&Effect::Lost(ARM, Loss::HoldsUnknown)) && effects.contains(&Effect::Reset(ARM)));
+    // That it does not know a name itself is a refusal like any other.
+    let mut dispatch = ready(&mission);
+    dispatch.handle(Time::ZERO, Input::Start(grasp()));
+    let rejected = FromController::Rejected { id, why: Rejection::NoSuchName };
+    let effects = dispatch.handle(Time(20), Input::Heard(ARM, rejected));
+    assert!(end(&effects).is_some() && !effects.contains(&Effect::Reset(ARM)), "{effects:?}");
 }
 
 #[test]

@@ -6,10 +6,12 @@ use std::time::Duration;
 
 use ambidex::files::{self, InMemory};
 use ambidex::model::{
-    Change, ControllerId, ControllerMessage, End, Fault, Location, MissionEnd, MissionSpec, NodeId, Record, Time,
+    Change, ControllerId, ControllerKind, ControllerMessage, End, Fault, Location, Loss, MissionEnd, MissionSpec, Mode,
+    Name, NodeId, Record, Rejection, Time,
 };
+use ambidex::motion::{self, Command, Controller, ControllerState, Progress};
 use ambidex::replay::Replay;
-use ambidex::sim::Event;
+use ambidex::sim::{self, Body, Event};
 use ambidex::tree::Settings;
 
 use crate::fixtures::{experiment_file, file, load, simulate, simulate_failures};
@@ -181,6 +183,144 @@ fn a_mission_goes_on_with_what_is_back() {
             |record: &&Record| matches!(record, Record::Controller { message: ControllerMessage::Refused { .. }, .. });
         assert_eq!(records.iter().find(is_refusal), None, "{failures}: what is over is not heard of again");
     }
+}
+
+#[test]
+fn an_inhibited_controller_is_awaited_and_used_again() {
+    let mission = load(&file("config/missions/scan.yaml"));
+    let (end, records) = failing(&mission, "  - {at: 6 s, inhibit: scanner}\n  - {at: 60 s, return: scanner}\n");
+    assert_eq!(end, MissionEnd::Done);
+    let scanned = ends(&mission, &records, "scan blood");
+    // The lamp, which lights what is scanned, takes a step to go out.
+    let [(End::Interrupted, 6.01), (End::Succeeded, later)] = scanned[..] else { panic!("{scanned:?}") };
+    assert!(later > 60.0, "however long it takes: {later}");
+    let is_awaited = |record: &&Record| matches!(record, Record::Awaited { until: None, .. });
+    assert_eq!(records.iter().filter(is_awaited).count(), 1, "told once");
+    // What one arm cannot do the other does.
+    let (end, records) = failing(&mission, "  - {at: 1 s, inhibit: left_arm}\n  - {at: 8 s, return: left_arm}\n");
+    let fetched = ends(&mission, &records, "fetch blood");
+    assert_eq!((end, fetched[0]), (MissionEnd::Done, (End::Interrupted, 1.0)), "{fetched:?}");
+    assert!(ends(&mission, &records, "scan water")[0].1 < 8.0, "the other arm carries on");
+    // An interruption is no failure: it costs no retry.
+    let stop =
+        |time: u32| format!("  - {{at: 4.{time} s, inhibit: left_arm}}\n  - {{at: 4.{time}5 s, return: left_arm}}\n");
+    let (end, records) = failing(&mission, &(0..6).map(stop).collect::<String>());
+    let shaken = ends(&mission, &records, "shake blood");
+    assert_eq!((end, shaken.len()), (MissionEnd::Done, 7), "{shaken:?}");
+}
+
+#[test]
+fn one_that_stays_inhibited_is_a_stall_with_its_reason() {
+    let mission = load(&file("config/missions/scan.yaml"));
+    let (end, records) = failing(&mission, "  - {at: 1 s, inhibit: scanner}\n");
+    assert_eq!(end, MissionEnd::Stalled);
+    assert!(matches!(records.last(), Some(Record::Ended { end: MissionEnd::Stalled, .. })), "{:?}", records.last());
+    let reasons = records.iter().filter_map(|record| match record {
+        Record::Decided { refused, .. } => Some(refused),
+        _ => None,
+    });
+    let said: Vec<_> = reasons.flatten().map(|blocked| blocked.reason.sentence(&mission.names)).collect();
+    let expected = "scanner is unavailable (its controller is inhibited: emergency stop)";
+    assert!(said.iter().any(|said| said == expected), "{said:#?}");
+    // Whoever is lost beside it is awaited for its time, and the other goes on being awaited.
+    let (end, records) = failing(
+        &mission,
+        "  - {at: 1 s, inhibit: scanner}\n  - {at: 1 s, inhibit: left_arm}\n  - {at: 2 s, lose: right_arm}\n  - {at: 90 s, return: left_arm}\n",
+    );
+    assert_eq!(end, MissionEnd::Stalled);
+    let awaited: Vec<_> = records
+        .iter()
+        .filter_map(|record| match record {
+            Record::Awaited { until, .. } => Some(until.map(|until| until.seconds())),
+            _ => None,
+        })
+        .collect();
+    assert!(matches!(awaited[..], [Some(_), None, None]), "{awaited:?}");
+    let fetched = ends(&mission, &records, "fetch blood");
+    assert!(matches!(fetched[..], [(End::Interrupted, _), (End::Succeeded, _)]), "{fetched:?}");
+}
+
+#[test]
+fn one_that_dies_while_it_is_inhibited_is_awaited_like_any_other() {
+    let mission = load(&file("config/missions/scan.yaml"));
+    let (end, records) = failing(&mission, "  - {at: 1 s, inhibit: scanner}\n  - {at: 20 s, lose: scanner}\n");
+    assert_eq!(end, MissionEnd::ControllerLost(controller(&mission, "scanner")));
+    let awaited = records.iter().rev().find_map(|record| match record {
+        Record::Awaited { until, .. } => *until,
+        _ => None,
+    });
+    assert_eq!(awaited.map(Time::seconds), Some(30.0), "from its end on");
+}
+
+/// An arm that finds a key in its gripper once it has taken something, and does not get rid of it.
+struct Surprised {
+    body: Body,
+    has_key: bool,
+}
+
+impl Controller for Surprised {
+    fn configure(&mut self, limits: &ControllerKind, start: ControllerState) -> ControllerState {
+        self.body.configure(limits, start);
+        self.state()
+    }
+
+    fn start(&mut self, command: &Command, mode: Mode) -> Result<(), Rejection> {
+        self.body.start(command, mode)
+    }
+
+    fn cancel(&mut self) {
+        self.body.cancel();
+    }
+
+    fn step(&mut self) -> Progress {
+        let progress = self.body.step();
+        self.has_key |= self.body.state().holds().is_some();
+        progress
+    }
+
+    fn state(&self) -> ControllerState {
+        match self.body.state() {
+            ControllerState::Arm { gripper, velocity, .. } if self.has_key => {
+                ControllerState::Arm { gripper, velocity, holds: Name::from("key").ok() }
+            }
+            other => other,
+        }
+    }
+}
+
+#[test]
+fn who_holds_what_the_mission_does_not_know_is_not_used() {
+    let mission = load(&file("config/missions/scan.yaml"));
+    let mut bodies: Vec<Body> = mission.robot.controllers.iter().map(|spec| motion::simulated(&spec.kind)).collect();
+    let left = bodies.remove(0);
+    bodies.insert(0, Box::new(Surprised { body: left, has_key: false }));
+    let mut records = Vec::new();
+    let end = sim::simulate_bodies(&mission, &Settings::default(), bodies, Vec::new(), &mut |record: &Record| {
+        records.push(record.clone());
+    });
+    let fetched = ends(&mission, &records, "fetch blood");
+    let refused = End::Failed(Fault::Rejected(controller(&mission, "left_arm"), Rejection::NoSuchName));
+    assert_eq!((end, fetched[0].0), (MissionEnd::Done, refused), "the other arm does it: {fetched:?}");
+    let away = records.iter().find_map(|record| match record {
+        Record::Served { service, .. } => service.outage(),
+        _ => None,
+    });
+    assert_eq!(away, Some(Loss::HoldsUnknown));
+}
+
+#[test]
+fn calls_fail_and_hang_on_purpose() {
+    let mission = load(&file("config/missions/scan.yaml"));
+    let (end, records) = failing(
+        &mission,
+        "  - {behavior: scan water, fails: aborted}\n  - {behavior: shake blood, attempt: 1, hangs: true}\n",
+    );
+    assert_eq!(end, MissionEnd::Done);
+    let scanned = ends(&mission, &records, "scan water");
+    let aborted = End::Failed(Fault::Aborted(controller(&mission, "scanner")));
+    assert_eq!(scanned.iter().map(|(end, _)| *end).collect::<Vec<_>>(), [aborted, End::Succeeded]);
+    let shaken = ends(&mission, &records, "shake blood");
+    assert!(matches!(shaken[..], [(End::Failed(Fault::TimedOut), _), (End::Succeeded, _)]), "{shaken:?}");
 }
 
 #[test]

@@ -9,8 +9,8 @@ use ambidex::dispatch::Script;
 use ambidex::link::{DaemonPort, Heard, Instance, IpcNode, Link, LinkError, fresh_epoch};
 use ambidex::link::{ServeOptions, Stop, serve};
 use ambidex::model::session::{Pulse, StampedPulse};
-use ambidex::model::{ControllerState, MissionSpec, Record, Time, ToController};
-use ambidex::motion::Controller;
+use ambidex::model::{Labels, MissionSpec, Record, Time, ToController};
+use ambidex::motion::{Controller, ControllerState};
 use ambidex::runtime::{self, Clock, Control, Ended, Options, Port, Readable};
 use ambidex::tree::Settings;
 use std::time::Duration;
@@ -64,13 +64,14 @@ pub fn run_with(
         let thread = thread::spawn(move || serve(&instance, &name, body, options));
         controllers.push((thread, stopper));
     }
+    let labels = Arc::new(Labels::new(&mission.names));
     let clock_and_links = || {
         let clock = Clock::start(speed);
         let node = IpcNode::open(instance.lock_daemon().expect("the daemon's place"));
         let node = node.expect("a place in shared memory");
         let epoch = fresh_epoch();
         let open = |name: &String| Overheard {
-            port: DaemonPort::open(&node, name, epoch, clock.origin()).expect("a link"),
+            port: DaemonPort::open(&node, name, &labels, epoch, clock.origin()).expect("a link"),
             published: Arc::default(),
         };
         (clock, names.iter().map(open).collect::<Vec<_>>())

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
 use ambidex::model::{
-    Command, CommandId, ControllerId, ControllerKind, ControllerMessage, ControllerState, FromController, Header,
-    MissionEnd, MissionSpec, Mode, NodeId, Record, Rejection, Time, ToController,
+    CommandId, ControllerId, ControllerKind, ControllerMessage, FromController, Header, Labels, MissionEnd,
+    MissionSpec, Mode, NodeId, Record, Rejection, Time, ToController,
 };
-use ambidex::motion::{self, Controller, Progress, STEP};
+use ambidex::motion::{self, Command, Controller, ControllerState, Progress, STEP};
 use ambidex::runtime::Ended;
 use nalgebra::{Vector2, Vector3};
 
@@ -138,6 +138,7 @@ fn no_state_is_beyond_a_limit() {
 
 /// The states in the journal have no moments of their own, only speeds.
 fn check_feedback(mission: &MissionSpec, live: &Live) -> usize {
+    let labels = Labels::new(&mission.names);
     let mut count = 0;
     for record in &live.records {
         let Record::Controller { controller, message: ControllerMessage::Heard { message }, .. } = record else {
@@ -149,7 +150,8 @@ fn check_feedback(mission: &MissionSpec, live: &Live) -> usize {
             | FromController::Result { state, .. } => state,
             FromController::Accepted { .. } | FromController::Rejected { .. } => continue,
         };
-        check_pair(&mission.robot.controllers[controller.index()].kind, [state, state], 0.0);
+        let state = labels.named(*state);
+        check_pair(&mission.robot.controllers[controller.index()].kind, [&state, &state], 0.0);
         count += 1;
     }
     count

@@ -274,8 +274,8 @@ fn the_examples_of_the_docs_are_sound() {
     let told = home.start([std::ffi::OsStr::new("simulate"), tea.as_os_str()]).ends(0).stderr;
     assert!(told.contains("step 1: move to shelf (base)") && !told.contains("attached"), "{told}");
     let docs = std::fs::read_to_string(file("docs/missions.md")).expect("it is there");
-    let examples: [&str; 6] = yaml(&docs).collect::<Vec<_>>().try_into().expect("six examples");
-    let [mission, parameters, behaviors, subtrees, desk, failures] = examples;
+    let examples: [&str; 7] = yaml(&docs).collect::<Vec<_>>().try_into().expect("seven examples");
+    let [mission, parameters, behaviors, calls, subtrees, desk, failures] = examples;
     home.start(["check".as_ref(), home.write("desk.yaml", desk).as_os_str()]).ends(0);
     let failures = home.write("failures.yaml", failures);
     let desk = file("config/missions/desk.yaml");
@@ -301,4 +301,9 @@ fn the_examples_of_the_docs_are_sound() {
     assert_eq!(simulate(&wiping, &Settings::default(), Vec::new()).1.outcome.word(), "done");
     let delivering = load(&home.write("delivering.yaml", &format!("{head}{world}{subtrees}")));
     assert_eq!(simulate(&delivering, &Settings::default(), Vec::new()).1.outcome.word(), "done");
+    let lab = file("config/robots/lab.yaml").display().to_string();
+    let bench = "world: {robot: {at: [0, 0]}, places: {bench: {stand: [0, 0]}}, objects: {tube: {at: bench}}, \
+                 facts: {scanned tube: false}}\ntask: {scan: tube}\n";
+    let scanning = load(&home.write("scanning.yaml", &format!("mission: scanning\nrobot: {lab}\n{calls}{bench}")));
+    assert_eq!(simulate(&scanning, &Settings::default(), Vec::new()).1.outcome.word(), "done");
 }

@@ -234,7 +234,7 @@ pub fn move_to(body: Body, to: PlaceId, places: usize) -> BehaviorSpec {
         satisfied: Condition::At { place: to, stand, tolerance_m: TOLERANCE_M },
         precondition: Condition::Path { place: to, stand },
         effects: vec![EffectTerm::Stands(stand)],
-        commands: vec![CommandTerm { claim: 0, mode: Mode::Achieve, task: Task::DriveTo(stand) }],
+        commands: vec![CommandTerm { claim: 0, mode: Mode::Achieve, task: Task::DriveTo(to, stand) }],
         ..blank("move")
     }
 }

@@ -47,7 +47,8 @@ const FUNCTION_WALL: usize = 70;
 const CONTROLLER_PACKAGES: usize = 75;
 
 /// What the core and its words may depend on directly: mathematics and derives.
-const CORE_NEEDS: &[&str] = &["ambidex-core", "ambidex-model", "nalgebra", "rstar", "serde", "strsim", "thiserror"];
+const CORE_NEEDS: &[&str] =
+    &["ambidex-core", "ambidex-model", "arrayvec", "nalgebra", "rstar", "serde", "strsim", "thiserror"];
 
 /// What does IO, or waits, or looks at a clock: nothing of the kind is below the core.
 const IO: &[&str] =

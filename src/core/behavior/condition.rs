@@ -64,8 +64,8 @@ fn unmet(single: &Condition, view: &View, line: &Lineage<'_>) -> Option<Reason> 
 /// Whether success makes a single condition true, by what the kind promises; a base stands where it was to drive.
 pub(crate) fn makes_so(spec: &BehaviorSpec, condition: &Condition) -> bool {
     let drives = spec.commands.iter().filter_map(|term| match term.task {
-        Task::DriveTo(stand) => Some(EffectTerm::Stands(stand)),
-        Task::Stand | Task::Grasp(_) | Task::Put(..) | Task::LookAt(_) => None,
+        Task::DriveTo(_, stand) => Some(EffectTerm::Stands(stand)),
+        Task::Stand | Task::Grasp(_) | Task::Put(..) | Task::LookAt(_) | Task::Call(_) => None,
     });
     spec.effects.iter().copied().chain(drives).any(|effect| match (effect, condition) {
         (EffectTerm::Stands(pose), Condition::At { stand, tolerance_m, .. }) => is_at(pose, *stand, *tolerance_m),

@@ -9,28 +9,36 @@ use ambidex_model::{
 pub fn goal(spec: &BehaviorSpec, grant: &Grant, view: &View, known: &mut KnownPaths) -> Goal {
     let parts = spec.commands.iter().map(|term| {
         let binding = grant.bindings[term.claim];
-        let command = command(term.task, view, known);
+        let command = command(&term.task, view, known);
         Part { resource: binding.resource, access: binding.access, mode: term.mode, command }
     });
     Goal { leaf: grant.leaf(), parts: parts.collect(), takes: spec.takes, timeout: spec.timeout }
 }
 
-fn command(task: Task, view: &View, known: &mut KnownPaths) -> Command {
+fn command(task: &Task, view: &View, known: &mut KnownPaths) -> Command {
     let (geometry, world_state) = (view.geometry(), view.state.world());
-    match task {
-        Task::DriveTo(stand) => {
+    match *task {
+        Task::DriveTo(place, stand) => {
             let path = known.path(&view.free_space, world_state.base, stand);
-            Command::Drive { path: path.map_or_else(|_| vec![stand], <[_]>::to_vec) }
+            Command::Drive { path: path.map_or_else(|_| vec![stand], <[_]>::to_vec), place: Some(place) }
         }
         Task::Stand => Command::Stand,
         Task::Grasp(object) => {
             let at = geometry.object(world_state, object).expect("a granted grasp knows where its object is");
-            Command::Grasp { object, at: world_state.base.to_local(at) }
+            let place = match world_state.objects[object.index()] {
+                Location::At(place) => Some(place),
+                Location::In(_) | Location::Unknown => None,
+            };
+            Command::Grasp { object, at: world_state.base.to_local(at), place }
         }
         Task::Put(object, place) => {
-            Command::Put { object, at: world_state.base.to_local(geometry.spot(object, place)) }
+            let at = world_state.base.to_local(geometry.spot(object, place));
+            Command::Put { object, at, place: Some(place) }
         }
-        Task::LookAt(place) => Command::Look { at: world_state.base.to_local(geometry.surface(place)) },
+        Task::LookAt(place) => {
+            Command::Look { at: world_state.base.to_local(geometry.surface(place)), place: Some(place) }
+        }
+        Task::Call(ref call) => Command::Call(call.clone()),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use ambidex_model::{CommandId, ControllerId, ControllerKind, ControllerState, MissionSpec, Time};
+use ambidex_model::{CommandId, ControllerId, ControllerKind, ControllerState, Loss, MissionSpec, Time};
 
 /// How often a controller is configured that does not answer, before it counts as lost.
 const TRIES: u32 = 3;
@@ -13,6 +13,8 @@ pub(super) struct Attachment {
     generation: u32,
     next_number: u32,
     phase: Phase,
+    /// How it came to be away, if it is.
+    loss: Option<Loss>,
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -35,7 +37,7 @@ impl Attachment {
         };
         self.phase = if tries > TRIES { Phase::Absent } else { Phase::Configuring { deadline, tries } };
         self.generation += 1;
-        self.next_number = 0;
+        (self.next_number, self.loss) = (0, None);
         (tries <= TRIES).then_some(self.generation)
     }
 
@@ -55,8 +57,13 @@ impl Attachment {
         self.phase = Phase::Ready(state);
     }
 
-    pub(super) fn lose(&mut self) {
-        self.phase = Phase::Absent;
+    pub(super) fn lose(&mut self, why: Loss) {
+        (self.phase, self.loss) = (Phase::Absent, Some(why));
+    }
+
+    /// How it came to be away, if it is.
+    pub(super) fn loss(&self) -> Option<Loss> {
+        self.loss
     }
 
     pub(super) fn is_ready(&self) -> bool {
@@ -91,6 +98,7 @@ fn state(mission: &MissionSpec, id: ControllerId) -> ControllerState {
             ControllerState::Arm { gripper: arm.tuck, velocity: Vector3::zeros(), holds }
         }
         ControllerKind::Head(_) => ControllerState::Head { angles: [0.0; 2], velocity: [0.0; 2] },
+        ControllerKind::Device => ControllerState::Device,
     }
 }
 
@@ -98,10 +106,17 @@ fn state(mission: &MissionSpec, id: ControllerId) -> ControllerState {
 pub(super) fn is_credible(mission: &MissionSpec, id: ControllerId, state: &ControllerState) -> bool {
     match (state, mission.robot.controllers[id.index()].kind) {
         (ControllerState::Base { .. }, ControllerKind::Base(_))
-        | (ControllerState::Head { .. }, ControllerKind::Head(_)) => true,
+        | (ControllerState::Head { .. }, ControllerKind::Head(_))
+        | (ControllerState::Device, ControllerKind::Device) => true,
         (ControllerState::Arm { holds, .. }, ControllerKind::Arm(_)) => {
             holds.is_none_or(|object| object.index() < mission.start.objects.len())
         }
-        (ControllerState::Base { .. } | ControllerState::Arm { .. } | ControllerState::Head { .. }, _) => false,
+        (
+            ControllerState::Base { .. }
+            | ControllerState::Arm { .. }
+            | ControllerState::Head { .. }
+            | ControllerState::Device,
+            _,
+        ) => false,
     }
 }

@@ -43,7 +43,7 @@ impl Dispatch {
     pub(super) fn let_go(&mut self, now: Time, id: ControllerId, state: Option<ControllerState>) {
         let Some(object) = self.drops.letting_go.remove(&id) else { return };
         // A real one knows better what it holds; what a lost one holds nobody knows.
-        if state.is_some_and(|state| held(&state) != Some(object)) {
+        if state.is_some_and(|state| state.holds() != Some(object)) {
             let place = self.nearest_place();
             let at = place.map_or(Location::Unknown, Location::At);
             self.effects.push(Effect::Dropped(Change::Object(object, at)));
@@ -78,7 +78,7 @@ impl Dispatch {
     fn holders(&self) -> Vec<(ControllerId, ObjectId)> {
         let states = self.states.iter().zip(&self.attachments).enumerate();
         let ready = states.filter(|(_, (_, attachment))| attachment.is_ready());
-        ready.filter_map(|(index, (state, _))| Some((index.into(), held(state)?))).collect()
+        ready.filter_map(|(index, (state, _))| Some((index.into(), state.holds()?))).collect()
     }
 
     fn drop_object(&mut self, now: Time, id: ControllerId, object: ObjectId) {
@@ -109,18 +109,11 @@ impl Dispatch {
     fn nearest_place(&self) -> Option<PlaceId> {
         let driven = self.states.iter().find_map(|state| match state {
             ControllerState::Base { pose, .. } => Some(*pose),
-            ControllerState::Arm { .. } | ControllerState::Head { .. } => None,
+            ControllerState::Arm { .. } | ControllerState::Head { .. } | ControllerState::Device => None,
         });
         let base: Pose = driven.unwrap_or(self.mission.start.base);
         let places = self.mission.world.places.iter().enumerate();
         let distances = places.map(|(index, place)| (PlaceId::from(index), base.distance_m(&place.stand)));
         distances.min_by(|(_, one), (_, other)| one.total_cmp(other)).map(|(id, _)| id)
-    }
-}
-
-fn held(state: &ControllerState) -> Option<ObjectId> {
-    match state {
-        ControllerState::Arm { holds, .. } => *holds,
-        ControllerState::Base { .. } | ControllerState::Head { .. } => None,
     }
 }

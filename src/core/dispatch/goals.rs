@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use super::command_queue::Active;
 use super::script::Plan;
-use super::{Dispatch, Effect};
+use super::{Dispatch, Effect, loses};
 use ambidex_model::{
     Change, CommandId, ControllerId, ControllerMessage, ControllerState, End, Fault, Goal, Mode, NodeId, Outcome, Part,
     PartEnd, Rejection, ResourceId, Time, ToController,
@@ -81,7 +81,11 @@ impl Dispatch {
         let is_gone = |id: &ControllerId| !self.attachments[id.index()].is_ready();
         let gone = parts.iter().map(|(controller, _)| *controller).find(is_gone);
         let canceled = self.is_ending.then_some(End::Canceled);
-        canceled.or(gone.map(|controller| End::Failed(Fault::Lost(controller))))
+        let lost = |controller: ControllerId| match self.attachments[controller.index()].loss() {
+            Some(why) => loses(controller, why),
+            None => End::Failed(Fault::Lost(controller)),
+        };
+        canceled.or_else(|| gone.map(lost))
     }
 
     /// Ends a goal before its time.
@@ -126,6 +130,7 @@ impl Dispatch {
         let end = End::Failed(Fault::Rejected(controller, why));
         match why {
             Rejection::Busy => self.hang(now, controller, end),
+            Rejection::Inhibited(why) => self.inhibited(now, controller, why),
             Rejection::Version
             | Rejection::Stale
             | Rejection::Unknown
@@ -133,7 +138,8 @@ impl Dispatch {
             | Rejection::NotFinite
             | Rejection::NotConfigured
             | Rejection::Unsupported
-            | Rejection::OutOfReach => self.drop_current(now, controller, end),
+            | Rejection::OutOfReach
+            | Rejection::NoSuchName => self.drop_current(now, controller, end),
         }
     }
 
@@ -149,9 +155,16 @@ impl Dispatch {
             return;
         };
         let fault = match (active.part.mode, end) {
+            (_, PartEnd::Inhibited(why)) => {
+                active.holders.iter().for_each(|leaf| self.tell_changes(*leaf, active.part.resource, state));
+                self.queues[controller.index()].current = Some(active);
+                return self.inhibited(now, controller, why);
+            }
             (Mode::Achieve, PartEnd::Succeeded) => None,
             (Mode::Achieve, PartEnd::Aborted | PartEnd::Canceled) => Some(Fault::Aborted(controller)),
-            (Mode::Maintain, _) => Some(Fault::NotMaintained(controller)),
+            (Mode::Maintain, PartEnd::Succeeded | PartEnd::Aborted | PartEnd::Canceled) => {
+                Some(Fault::NotMaintained(controller))
+            }
         };
         for leaf in active.holders {
             self.tell_changes(leaf, active.part.resource, state);
@@ -164,12 +177,11 @@ impl Dispatch {
         self.next(now, controller);
     }
 
-    /// What is under way ends so, what waits as lost.
-    pub(super) fn queue_lost(&mut self, now: Time, controller: ControllerId, end: End) {
-        let fault = End::Failed(Fault::Lost(controller));
+    /// What is under way ends so, what waits as something else.
+    pub(super) fn queue_lost(&mut self, now: Time, controller: ControllerId, of_waiting: End, end: End) {
         for (leaf, part) in std::mem::take(&mut self.queues[controller.index()].waiting) {
             self.forget_part(leaf, part.resource, part.mode);
-            self.stop(now, leaf, fault);
+            self.stop(now, leaf, of_waiting);
         }
         self.drop_current(now, controller, end);
     }

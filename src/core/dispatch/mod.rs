@@ -18,8 +18,8 @@ use goals::Running;
 pub use script::Script;
 
 use ambidex_model::{
-    Change, CommandId, ControllerId, ControllerMessage, ControllerState, End, Fault, FromController, Goal, Loss,
-    MissionSpec, NodeId, Outcome, Part, Record, Refusal, Rejection, Time, ToController,
+    Change, CommandId, ControllerId, ControllerMessage, ControllerState, End, Fault, FromController, Goal, Inhibition,
+    Loss, MissionSpec, NodeId, Outcome, Part, Record, Refusal, Rejection, Time, ToController,
 };
 
 /// What reaches the dispatch.
@@ -230,7 +230,11 @@ impl Dispatch {
     fn refused(&mut self, now: Time, id: ControllerId, refusal: Refusal) {
         self.record(now, id, ControllerMessage::Refused { id: refusal.id, why: refusal.why });
         let is_over = refusal.is_last && refusal.id.is_some_and(|command| self.queues[id.index()].knows(command));
-        if is_over {
+        if is_over && refusal.why == Rejection::NoSuchName {
+            // It holds something, whatever the goal came to: it is not to be used before it holds what is known.
+            self.gone(now, id, Loss::HoldsUnknown, End::Failed(Fault::Rejected(id, refusal.why)));
+            self.effects.push(Effect::Reset(id));
+        } else if is_over {
             self.rejected(now, id, refusal.why);
         }
     }
@@ -267,16 +271,25 @@ impl Dispatch {
     }
 
     fn lost(&mut self, now: Time, id: ControllerId, why: Loss) {
-        self.gone(now, id, why, End::Failed(Fault::Lost(id)));
+        // That it is inhibited it says in its results and in each of its pulses.
+        if !(why.is_inhibition() && self.attachments[id.index()].loss() == Some(why)) {
+            self.gone(now, id, why, loses(id, why));
+        }
+    }
+
+    /// It says that it may not move, as the end of its command or instead of beginning it.
+    fn inhibited(&mut self, now: Time, id: ControllerId, why: Inhibition) {
+        self.gone(now, id, Loss::Inhibited(why), End::Interrupted);
+        self.effects.push(Effect::Reset(id));
     }
 
     /// A controller is away; what it was doing ends so.
     fn gone(&mut self, now: Time, id: ControllerId, why: Loss, end: End) {
-        self.attachments[id.index()].lose();
+        self.attachments[id.index()].lose(why);
         self.record(now, id, ControllerMessage::Lost { why });
         // Before the ends that follow from it, so that nothing is granted what is away.
         self.effects.push(if self.is_ready { Effect::Lost(id, why) } else { Effect::Missing(id) });
-        self.queue_lost(now, id, end);
+        self.queue_lost(now, id, loses(id, why), end);
         self.let_go(now, id, None);
     }
 
@@ -302,4 +315,9 @@ impl Dispatch {
     fn record(&mut self, at: Time, controller: ControllerId, message: ControllerMessage) {
         self.effects.push(Effect::Record(Record::Controller { at, controller, message }));
     }
+}
+
+/// How what needs a controller ends that is away: to be inhibited is no failure.
+fn loses(id: ControllerId, why: Loss) -> End {
+    if why.is_inhibition() { End::Interrupted } else { End::Failed(Fault::Lost(id)) }
 }

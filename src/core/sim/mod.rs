@@ -11,7 +11,8 @@ use crate::tree::{Effect, Input, Node, Outbox, Settings};
 use ambidex_model::motion::{self, STEP};
 use ambidex_model::session::Attendance;
 use ambidex_model::{
-    Change, ControllerId, Failures, Mishap, MissionEnd, MissionSpec, NodeId, Record, Time, ToController, Told,
+    Change, ControllerId, Failures, Inhibition, Labels, Loss, Mishap, MissionEnd, MissionSpec, NodeId, Record, Time,
+    ToController, Told,
 };
 pub use plant::Body;
 use plant::Plant;
@@ -25,7 +26,9 @@ pub enum Event {
     Lose(ControllerId),
     /// The process of a controller is there and does nothing any more.
     Hang(ControllerId),
-    /// A lost controller is started again, one that hangs goes on.
+    /// A controller comes to be inhibited.
+    Inhibit(ControllerId, Inhibition),
+    /// A lost controller is started again, one that hangs goes on, one that is inhibited may move again.
     Return(ControllerId),
     /// The world changes from outside.
     World(Change),
@@ -38,6 +41,7 @@ impl From<Mishap> for Event {
         match mishap {
             Mishap::Lose(id) => Self::Lose(id),
             Mishap::Hang(id) => Self::Hang(id),
+            Mishap::Inhibit(id) => Self::Inhibit(id, Inhibition::EmergencyStop),
             Mishap::Return(id) => Self::Return(id),
             Mishap::World(change) => Self::World(change),
         }
@@ -144,12 +148,13 @@ impl<'a> Simulation<'a> {
             events.extend(all_attach(begun.at, bodies.len()));
         }
         events.sort_by_key(|(at, _)| *at);
+        let labels = Arc::new(Labels::new(&mission.names));
         Self {
             mission: Arc::clone(mission),
             has_messages: begun.nodes[0].has_messages(),
             nodes: begun.nodes,
             dispatch: Dispatch::new(mission, begun.states, Limits::at_speed(1.0)),
-            plants: bodies.into_iter().map(Plant::new).collect(),
+            plants: bodies.into_iter().map(|body| Plant::new(body, &labels)).collect(),
             deliveries: VecDeque::new(),
             events: events.into(),
             now: begun.at,
@@ -176,11 +181,14 @@ impl<'a> Simulation<'a> {
                 return self.end.expect("only an ended mission is made safe");
             }
             if !self.advance() {
-                if self.has_begun || self.end.is_some() {
+                let is_awaited = self.plants.iter().any(Plant::is_inhibited);
+                match self.end {
+                    None if !self.has_begun => self.tell_root(Told::End { end: MissionEnd::NotAttached }),
+                    // Who is inhibited is awaited without limit, and nobody will ever let it move again.
+                    None if is_awaited => self.tell_root(Told::End { end: MissionEnd::Stalled }),
                     // Nothing moves, nothing is due: a mission that waits for a world in which nothing happens.
-                    return self.end.unwrap_or(MissionEnd::Stalled);
+                    end => return end.unwrap_or(MissionEnd::Stalled),
                 }
-                self.tell_root(Told::End { end: MissionEnd::NotAttached });
             }
         }
     }
@@ -196,6 +204,10 @@ impl<'a> Simulation<'a> {
                 self.exchange(id, None);
             }
             Event::Hang(id) => self.plants[id.index()].hang(),
+            Event::Inhibit(id, why) => {
+                self.plants[id.index()].inhibit(why);
+                self.exchange(id, None);
+            }
             Event::World(change) => self.tell_root(Told::World { change }),
             Event::Cancel => self.tell_root(Told::End { end: MissionEnd::Canceled }),
         }
@@ -301,11 +313,17 @@ impl<'a> Simulation<'a> {
     /// Brings a controller to this moment; what comes of it is delivered in turn.
     fn exchange(&mut self, id: ControllerId, message: Option<ToController>) {
         let exchanged = self.plants[id.index()].exchange(self.now, message);
-        for reply in exchanged.replies {
-            self.tell_dispatch(dispatch::Input::Heard(id, reply));
+        for heard in exchanged.heard {
+            self.tell_dispatch(match heard {
+                Ok(message) => dispatch::Input::Heard(id, message),
+                Err(refusal) => dispatch::Input::Refused(id, refusal),
+            });
         }
         match exchanged.attendance {
             Some(Attendance::Attached { .. }) => self.tell_dispatch(dispatch::Input::Attached(id)),
+            Some(Attendance::Inhibited { why, .. }) => {
+                self.tell_dispatch(dispatch::Input::Lost(id, Loss::Inhibited(why)));
+            }
             Some(Attendance::Lost(why)) => self.tell_dispatch(dispatch::Input::Lost(id, why)),
             None => {}
         }

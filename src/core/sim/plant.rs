@@ -1,8 +1,10 @@
 //! A controller of the simulation with both sides of its session.
 
+use std::sync::Arc;
+
 use ambidex_model::motion::Controller;
 use ambidex_model::session::{Attendance, Beat, ClockOrigin, Presence, Received, Session, StampedPulse};
-use ambidex_model::{FromController, Time, ToController};
+use ambidex_model::{FromController, Inhibition, Labels, Refusal, Time, ToController};
 
 /// What a simulated controller moves.
 pub type Body = Box<dyn Controller + Send>;
@@ -15,6 +17,7 @@ const PID: u32 = 1;
 pub(super) struct Plant {
     session: Session<Body>,
     presence: Presence,
+    labels: Arc<Labels>,
     life: Life,
     /// What it is told while it hangs, for when it goes on.
     unheard: Vec<ToController>,
@@ -35,15 +38,16 @@ enum Life {
 /// What came over the link.
 #[derive(Debug, Default)]
 pub(super) struct Exchanged {
-    pub(super) replies: Vec<FromController>,
+    pub(super) heard: Vec<Result<FromController, Refusal>>,
     pub(super) attendance: Option<Attendance>,
 }
 
 impl Plant {
-    pub(super) fn new(body: Body) -> Self {
+    pub(super) fn new(body: Body, labels: &Arc<Labels>) -> Self {
         Self {
             session: Session::new(body),
             presence: Presence::new(EPOCH),
+            labels: Arc::clone(labels),
             life: Life::Absent,
             unheard: Vec::new(),
             generation: 0,
@@ -51,13 +55,24 @@ impl Plant {
         }
     }
 
-    /// Its process is there: started, started again, or one that hung and goes on.
+    /// Its process is there: started, started again, one that hung and goes on, or one that may move again.
     pub(super) fn start(&mut self) {
         match self.life {
             Life::Absent | Life::Ended => self.session.restart(),
             Life::Alive | Life::Hung => {}
         }
+        self.session.inhibit(None);
         self.life = Life::Alive;
+    }
+
+    /// From now on it may not move.
+    pub(super) fn inhibit(&mut self, why: Inhibition) {
+        self.session.inhibit(Some(why));
+    }
+
+    /// Whether it is there, and may not move.
+    pub(super) fn is_inhibited(&self) -> bool {
+        self.life == Life::Alive && self.session.inhibited().is_some()
     }
 
     pub(super) fn hang(&mut self) {
@@ -88,7 +103,7 @@ impl Plant {
     /// Brings the session to this moment, with a message for it if there is one.
     pub(super) fn exchange(&mut self, now: Time, message: Option<ToController>) -> Exchanged {
         let now_ns = now.0 * 1000;
-        let mut replies = Vec::new();
+        let mut heard = Vec::new();
         if matches!(self.life, Life::Alive | Life::Hung) {
             self.unheard.extend(message);
         }
@@ -98,19 +113,24 @@ impl Plant {
                 if let ToController::Configure { generation, .. } = message {
                     self.generation = generation;
                 }
+                let message = self.labels.told(&message);
                 self.session.take(Received { message, epoch: EPOCH, origin: ClockOrigin(0) }, now_ns);
             }
             self.session.tick(now_ns);
             let said = self.session.replies().into_iter().map(|reply| reply.message);
-            replies.extend(said.filter(|message| message.id().is_none_or(|id| id.generation > self.over)));
+            let said = said.filter(|message| message.id().is_none_or(|id| id.generation > self.over));
+            heard.extend(said.map(|message| {
+                let (id, is_last) = (message.id(), message.is_last());
+                self.labels.heard(message).map_err(|why| Refusal { id, why, is_last })
+            }));
             self.presence.hear(&StampedPulse { pid: PID, sent_ns: now_ns, pulse: self.session.pulse() }, now_ns);
         }
         let attendance = self.presence.attend(now_ns, self.life == Life::Ended);
-        if matches!(attendance, Some(Attendance::Lost(_))) {
+        if matches!(attendance, Some(Attendance::Lost(_) | Attendance::Inhibited { .. })) {
             // What was meant for an attachment that is over is not told to the next.
             self.unheard.clear();
             self.over = self.generation;
         }
-        Exchanged { replies, attendance }
+        Exchanged { heard, attendance }
     }
 }

@@ -190,7 +190,7 @@ impl Touches {
         let mission = Arc::clone(&self.mission);
         let Some(spec) = mission.tree.behavior(leaf) else { return };
         spec.changes.iter().for_each(|object| self.touch(Topic::Object(*object)));
-        if spec.commands.iter().any(|term| matches!(term.task, Task::DriveTo(_))) {
+        if spec.commands.iter().any(|term| matches!(term.task, Task::DriveTo(..))) {
             self.touch(Topic::Driver);
         }
     }
@@ -241,11 +241,11 @@ fn read_by(mission: &MissionSpec, leaf: NodeId, read: &mut impl FnMut(Topic)) {
     for term in &spec.commands {
         match term.task {
             Task::Grasp(object) | Task::Put(object, _) => read(Topic::Object(object)),
-            Task::DriveTo(_) => {
+            Task::DriveTo(..) => {
                 read(Topic::Base);
                 read(Topic::Driver);
             }
-            Task::Stand | Task::LookAt(_) => {}
+            Task::Stand | Task::LookAt(_) | Task::Call(_) => {}
         }
     }
 }

@@ -18,9 +18,13 @@ impl Root {
     /// Nothing can go on. Who is away may come back; whoever was awaited in vain is what the mission failed for.
     pub(super) fn stall(&mut self, now: Time, out: &mut Outbox) {
         let services: Vec<_> = self.state.table().iter().map(|(id, resource)| (id, resource.service())).collect();
-        if services.iter().any(|(_, service)| service.is_awaited()) {
-            if self.state.awaited_until().is_none() {
-                self.edit(Record::Awaited { at: now, until: now + self.settings.reattach }, out);
+        let mut awaited = services.iter().filter(|(_, service)| service.is_awaited()).peekable();
+        if awaited.peek().is_some() {
+            if !self.state.is_awaiting() {
+                // Who is inhibited will say when it is over.
+                let has_limit = awaited.any(|(_, service)| service.is_awaited_for_a_time());
+                let until = has_limit.then(|| now + self.settings.reattach);
+                self.edit(Record::Awaited { at: now, until }, out);
             }
             return;
         }
@@ -31,9 +35,11 @@ impl Root {
 
     /// What a controller moves is away, or can be granted again.
     pub(super) fn serve(&mut self, now: Time, controller: ControllerId, outage: Option<Loss>, out: &mut Outbox) {
-        // One that is away may be lost again while it attaches; it is awaited no longer for that.
-        if outage.is_some() && self.service(controller).is_some_and(|service| !service.is_available()) {
-            return;
+        if let (Some(why), Some(before)) = (outage, self.service(controller).and_then(|service| service.outage())) {
+            // One that is away may be lost again while it attaches; it is awaited no longer for that.
+            if why == before || !(why.is_inhibition() || before.is_inhibition()) {
+                return;
+            }
         }
         let service = outage.map_or(Service::Available, |why| Service::Unavailable { why, since: now });
         self.is_wanted = true;
@@ -72,7 +78,9 @@ impl Root {
         if self.state.awaited_until().is_some_and(|until| until <= now) {
             self.is_wanted = true;
             for controller in (0..self.mission.robot.controllers.len()).map(ControllerId::from) {
-                if let Some(Service::Unavailable { why, since }) = self.service(controller) {
+                if let Some(Service::Unavailable { why, since }) = self.service(controller)
+                    && !why.is_inhibition()
+                {
                     self.set_service(now, controller, Service::Gone { why, since }, out);
                 }
             }

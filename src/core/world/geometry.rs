@@ -45,7 +45,7 @@ impl Geometry<'_> {
                 let distance_m = (object - arm.shoulder).norm();
                 (distance_m <= arm.reach_m).then_some(distance_m)
             }
-            Some(ControllerKind::Base(_) | ControllerKind::Head(_)) | None => Some(0.0),
+            Some(ControllerKind::Base(_) | ControllerKind::Head(_) | ControllerKind::Device) | None => Some(0.0),
         }
     }
 }

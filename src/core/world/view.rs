@@ -45,7 +45,7 @@ impl View {
     pub fn driver(&self) -> Option<NodeId> {
         self.state.running().keys().copied().find(|&leaf| {
             let behavior = self.mission.tree.behavior(leaf).expect("only leaves run");
-            behavior.commands.iter().any(|term| matches!(term.task, Task::DriveTo(_)))
+            behavior.commands.iter().any(|term| matches!(term.task, Task::DriveTo(..)))
         })
     }
 

@@ -96,7 +96,7 @@ struct Made {
 /// The robot of a mission.
 enum Robot {
     /// A file that is there already, and its path.
-    There(RobotFile, PathBuf),
+    There(Box<RobotFile>, PathBuf),
     /// One to be written.
     New(RobotDraft),
 }
@@ -179,7 +179,9 @@ fn robot_of(sources: &dyn Sources, path: Option<&Path>, faults: &mut Faults) -> 
     let main = files.main()?;
     match what(main, faults)? {
         What::Robot => RobotDraft::read(main, &file_name(path), &stem(path), faults).map(Robot::New),
-        What::Ours(Format::Robot) => crate::robot_of(main, faults).map(|robot| Robot::There(robot, path.to_owned())),
+        What::Ours(Format::Robot) => {
+            crate::robot_of(main, faults).map(|robot| Robot::There(Box::new(robot), path.to_owned()))
+        }
         What::Task | What::Ours(Format::Mission | Format::Behaviors | Format::Failures) => {
             faults.push((main.span, ""), "this is no robot file");
             None
@@ -220,7 +222,7 @@ fn mission_file(
     };
     let mut notes = draft.notes.clone();
     let (robot, named, beside) = match robot {
-        Robot::There(robot, at) => (robot, relative(sources, &at, target), None),
+        Robot::There(robot, at) => (*robot, relative(sources, &at, target), None),
         Robot::New(new) => {
             notes.extend(new.notes.iter().cloned());
             let text = new.text();

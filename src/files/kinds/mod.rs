@@ -2,6 +2,7 @@
 //! declared like any other, in `config/behaviors/paper.yaml`.
 
 mod bind;
+mod calls;
 mod claims;
 mod commands;
 mod declare;
@@ -21,7 +22,7 @@ use crate::reader::{Item, Name};
 use crate::types::Type;
 use ambidex_model::{PlaceId, Pose, TypeId};
 use terms::{
-    Action, Base, ClaimTarget, ClaimTerm, Command, ConditionTerm, Effect, Offset, PotentialTerm, Stand, Table,
+    Action, Base, ClaimTarget, ClaimTerm, Command, ConditionTerm, Doing, Effect, Offset, PotentialTerm, Stand, Table,
 };
 
 /// Every kind that the files declare, by name.
@@ -181,8 +182,8 @@ impl Declared {
     /// Where a node of it drives to; none where it does not, or where nothing tells the place.
     pub(crate) fn stop(&self, arguments: &[Option<Argument>], stands: &[Pose]) -> Option<Stop> {
         let drive = self.commands.iter().find_map(|command| match &command.order.task().value {
-            Some(Action::DriveTo(stand)) => Some(stand),
-            None | Some(Action::Grasp(_) | Action::Put(_) | Action::LookAt(_)) => None,
+            Some(Doing { action: Action::DriveTo(stand), .. }) => Some(stand),
+            None | Some(_) => None,
         })?;
         let place = arguments.get(drive.place.parameter?)?.as_ref()?.value.place()?;
         let mut stand = *stands.get(place.index())?;

@@ -1,13 +1,14 @@
 //! The terms of a declared behavior: what they look like in a file, and what they are read as.
 
 use super::{Claims, NameOrParam, Piece, Text};
-use crate::describe::{At, Custom, Described, Each, Flag, Map, Reads, Vector, described};
+use crate::describe::{At, Custom, Described, Each, Flag, Map, Reads, Vector, Word, described};
+use crate::document::Node;
 use crate::fault::Faults;
 use crate::quantity::{NEAR, POTENTIAL};
 use crate::reader::{Item, Name, Written};
 use crate::scope::Reading;
 use crate::shape::Form;
-use crate::template;
+use crate::template::{self, Piece::Parameter};
 use crate::types::Type;
 use ambidex_model::{Mode, suggestion};
 
@@ -201,16 +202,43 @@ described! {
 }
 
 /// What a controller does; none is to stand still.
-pub(super) type TaskTerm = Option<Action>;
+pub(super) type TaskTerm = Option<Doing>;
 
 described! {
     /// What a controller does and is told with a map.
-    pub(super) enum Action: "a task of a controller",
+    pub(super) struct Doing: "a task of a controller",
     "What a controller does; `stand` alone is to stand still." {
+        action: Action = one(Action),
+        with: Vec<(Name, Option<CallValue>)> = maybe_all(
+            WITH,
+            "With `call`: a value for each parameter that the robot file gives it.",
+            Each("a map of arguments", CALL_VALUE)
+        ),
+    }
+}
+
+/// The key of the arguments of a call.
+pub(super) const WITH: &str = "with";
+
+/// What a parameter of a call is told.
+#[derive(Debug)]
+pub(super) enum CallValue {
+    /// What a parameter of the behavior stands for.
+    Told(usize, Name),
+    /// A text with arguments in it.
+    Made(Text),
+    /// What is written there.
+    Written(Node),
+}
+
+described! {
+    /// What a controller does.
+    pub(super) enum Action: "a task of a controller", "What a controller does." {
         DriveTo(Stand) = ("drive_to", "Base: to the stand of a place.", STAND),
         Grasp(NameOrParam) = ("grasp", "Arm: take the object.", OBJECT),
         Put(ObjectAt) = ("put", "Arm: set the object down at the place.", Map::<ObjectAt>::new()),
         LookAt(NameOrParam) = ("look_at", "Head or camera: look at the surface of the place.", PLACE),
+        Call(Name) = ("call", "Any: what its robot file says that it offers.", Word("the name of a call")),
     }
 }
 
@@ -359,10 +387,14 @@ const OFFSET: Custom<Offset> = Custom(
 
 /// What a controller does: a word or a map.
 const TO_DO: Custom<TaskTerm> = Custom(
-    || Form::Either(vec![Form::Words(&STANDING), Form::Map(Action::shape)]),
+    || Form::Either(vec![Form::Words(&STANDING), Form::Map(Doing::shape)]),
     |item, reading| {
         if item.is_map() {
-            return Action::read(item, reading).map(Some);
+            let doing = Doing::read(item, reading)?;
+            if let (Some(with), false) = (item.value_of(WITH), matches!(doing.action, Action::Call(_))) {
+                reading.faults.push(&with, "arguments are for a `call`");
+            }
+            return Some(Some(doing));
         }
         item.word(&STANDING, "`stand`, or a map", reading.faults).map(|_| None)
     },
@@ -373,7 +405,7 @@ const TO_MAINTAIN: Custom<TaskTerm> = Custom(
     || TO_DO.form(),
     |item, reading| {
         let task = TO_DO.read(item, reading)?;
-        if !matches!(task, None | Some(Action::LookAt(_))) {
+        if !matches!(task, None | Some(Doing { action: Action::LookAt(_) | Action::Call(_), .. })) {
             reading.faults.push_with(&item, "what ends by itself cannot be maintained", "write `achieve`");
         }
         Some(task)
@@ -393,6 +425,23 @@ pub(super) const TEMPLATE: Custom<Text> = Custom(
             });
         }
         Some(Text { pieces, written })
+    },
+);
+
+/// A value of any type, which the call knows.
+const CALL_VALUE: Custom<CallValue> = Custom(
+    || Form::Arguments,
+    |item, reading| {
+        let has_parameter = |text| template::pieces(text).iter().any(|piece| matches!(piece, Parameter(_)));
+        match item.text() {
+            Some(text) if template::parameter(text).is_some() => {
+                let written = item.name("a parameter", reading.faults)?;
+                let index = reading.parameter(template::parameter(text)?, &written)?;
+                Some(CallValue::Told(index, written))
+            }
+            Some(text) if has_parameter(text) => TEMPLATE.read(item, reading).map(CallValue::Made),
+            Some(_) | None => Some(CallValue::Written(item.node())),
+        }
     },
 );
 

@@ -27,7 +27,7 @@ fn check_leaf(seen: &Seen<'_>, leaf: NodeId, driven: &BTreeSet<ResourceId>, faul
 /// What behaviors claim that move the base.
 fn driven(seen: &Seen<'_>) -> BTreeSet<ResourceId> {
     let drivers = seen.behaviors().filter(|behavior| {
-        let drives = behavior.commands.iter().any(|term| matches!(term.task, Task::DriveTo(_)));
+        let drives = behavior.commands.iter().any(|term| matches!(term.task, Task::DriveTo(..)));
         drives || behavior.effects.iter().any(|effect| matches!(effect, EffectTerm::Stands(_)))
     });
     drivers.flat_map(|behavior| &behavior.claims).filter_map(|claim| seen.resource(claim)).collect()

@@ -294,8 +294,8 @@ fn a_table_of_commands_fits_its_controllers() {
     let grasp = MISSION.replace("claim: other, maintain: {look_at: $area}", "claim: eye, achieve: {grasp: cup}");
     let grasp = grasp.replace("with: wheel", "with: gripper");
     let spec = load(&grasp, LIBRARY).unwrap_or_else(|error| panic!("{:?}", error.faults()));
-    let command = spec.tree.behavior(NodeId(3)).unwrap().commands[0];
-    assert_eq!((command.claim, command.mode, command.task), (0, Mode::Achieve, Task::Grasp(ObjectId(0))));
+    let command = &spec.tree.behavior(NodeId(3)).unwrap().commands[0];
+    assert_eq!((command.claim, command.mode, &command.task), (0, Mode::Achieve, &Task::Grasp(ObjectId(0))));
 }
 
 /// What is said of a kind and a task with the robot of the missions.

@@ -61,10 +61,11 @@ fn every_mistake_is_told() {
         ("{at: 1 s, lose: amr}", "lose: there is no controller `amr` did you mean `arm`? Allowed: `arm`"),
         ("{at: 1 s, lose: hand}", "there is no controller `hand`"),
         ("{at: 1 s, return: arm}", "`arm` is there at that moment"),
+        ("{at: 1 s, inhibit: amr}", "inhibit: there is no controller `amr` did you mean `arm`?"),
         ("{at: 1 m, hang: arm}", "found `1 m` instead of a time"),
         ("{at: -1 s, hang: arm}", "`-1 s` is out of bounds"),
         ("{lose: arm}", "a mishap lacks the key `at`"),
-        ("{at: 1 s}", "a mishap that does not say what it is write exactly one of: lose, hang, return, set"),
+        ("{at: 1 s}", "a mishap that does not say what it is write exactly one of: lose, hang, inhibit, return, set"),
         ("{at: 1 s, lose: arm, hang: arm}", "a mishap that is 2 things instead of one"),
         ("{at: 1 s, loose: arm}", "a mishap has no key `loose` did you mean `lose`?"),
         ("{at: 1 s, set: door open}", "there is no fact `door open` did you mean `door_open`?"),
@@ -103,6 +104,10 @@ fn all_are_told_at_once() {
     told(
         "failures:\n  - {at: 9 s, lose: arm}\n  - {at: 5 s, hang: arm}\n  - {at: 10 s, hang: arm}\n  - {at: 12 s, lose: arn}\n",
         &[(4, "`arm` is lost since 9 s write `return: arm` at a moment between"), (5, "did you mean `arm`?")],
+    );
+    told(
+        "failures:\n  - {at: 1 s, inhibit: arm}\n  - {at: 2 s, inhibit: arm}\n",
+        &[(3, "`arm` is inhibited since 1 s write `return: arm` at a moment between")],
     );
     told(
         "failures:\n  - {behavior: pick cup, hangs: true}\n  - {behavior: pick cup, attempt: every, fails: aborted}\n  - {at: 3}\n",

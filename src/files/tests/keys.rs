@@ -22,6 +22,7 @@ behaviors:
       one: {resource: left, empty: true}
       two: {resource: right, reaches: $what, keep: physical}
       none: {type: antenna, optional: true}
+      reader: {type: reader}
     potential: {constant: $effort, scale_by: gripper}
     goal: [{fact: clean}, {not_fact: dusty}, {at: {place: $area, offset: $by}}, {held: $what}]
     precondition: [{path: $area}, {free: $what}, {lies: {object: $what, at: $area}}]
@@ -29,6 +30,7 @@ behaviors:
     commands:
       - {claim: eye, maintain: {look_at: $area}}
       - {claim: one, achieve: {grasp: $what}}
+      - {claim: reader, achieve: {call: read, with: {what: $what, how: 2}}}
     takes: 3 s
     timeout: 5 s
     retries: 1
@@ -74,13 +76,15 @@ resources:
   right: {type: gripper, controller: right_arm}
   eyes: {type: head, controller: neck}
   base: {type: base, controller: wheels}
+  reader: {type: reader, controller: reader}
 controllers:
   left_arm:
-    arm: {shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9], reach: 0.9, speed: 0.5, acceleration: 1, grip: 1 s, lift: 10 cm, cancel_grace: 2 s}
+    arm: {shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9], reach: 0.9, speed: 0.5, acceleration: 1, grip: 1 s, lift: 10 cm, cancel_grace: 2 s, calls: {wave: {takes: 1 s}}}
   right_arm:
     arm: {shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9], reach: 0.9, speed: 0.5, acceleration: 1, grip: 1 s, lift: 10 cm, cancel_grace: 2 s}
-  neck: {head: {neck: [0, 0, 1.2], speed: 90 deg/s, acceleration: 90 deg/s^2, cancel_grace: 2 s}}
-  wheels: {base: {speed: 1, acceleration: 1, turn_speed: 1, turn_acceleration: 1, cancel_grace: 2 s}}
+  neck: {head: {neck: [0, 0, 1.2], speed: 90 deg/s, acceleration: 90 deg/s^2, cancel_grace: 2 s, calls: {nod: {takes: 1 s}}}}
+  wheels: {base: {speed: 1, acceleration: 1, turn_speed: 1, turn_acceleration: 1, cancel_grace: 2 s, calls: {honk: {takes: 1 s}}}}
+  reader: {device: {cancel_grace: 2 s, calls: {read: {parameters: {what: object, how: number}, takes: 2 s}}}}
 ";
 
 const FAILURES: &str = "\
@@ -88,6 +92,7 @@ failures:
   - {at: 1 s, lose: left_arm}
   - {at: 2 s, return: left_arm}
   - {at: 3 s, hang: wheels}
+  - {at: 3 s, inhibit: neck}
   - {at: 4 s, set: clean}
   - {at: 5 s, clear: dusty}
   - {at: 6 s, lies: {object: cup, at: shelf}}

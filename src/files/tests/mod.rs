@@ -1,5 +1,6 @@
 //! What the tests of files share: a mission and a robot without mistakes.
 
+mod calls;
 mod declared;
 mod failures;
 mod hostile;

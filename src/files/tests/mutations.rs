@@ -8,7 +8,7 @@ use super::super::document::{Node, SourceSpan, Value, parse};
 use super::super::{Fault, InMemory, check};
 
 /// Keys below which the writer chooses the names: another name is only missed where the old one is used.
-const NAMING: [&str; 10] = [
+const NAMING: [&str; 11] = [
     "places",
     "objects",
     "facts",
@@ -19,6 +19,7 @@ const NAMING: [&str; 10] = [
     "parameters",
     "claims",
     "values",
+    "calls",
 ];
 /// Keys of which any word is a good value.
 const FREE: [&str; 8] = ["mission", "robot", "library", "label", "name", "type", "shared", "for"];

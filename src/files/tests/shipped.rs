@@ -30,7 +30,7 @@ fn claim(resource: u32, access: Access, keep: Retention) -> Claim {
 
 fn commands(spec: &MissionSpec, node: u32) -> Vec<(usize, Mode, Task)> {
     let behavior = spec.tree.behavior(NodeId(node)).unwrap();
-    behavior.commands.iter().map(|term| (term.claim, term.mode, term.task)).collect()
+    behavior.commands.iter().map(|term| (term.claim, term.mode, term.task.clone())).collect()
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn a_move_is_as_the_paper_tells() {
     assert_eq!(drive.satisfied, stop(0, stand.at.x, stand.at.y));
     assert_eq!(drive.precondition, Condition::Path { place: PlaceId(0), stand });
     assert_eq!(drive.effects, []);
-    assert_eq!(commands(&spec, 3), [(0, Mode::Achieve, Task::DriveTo(stand))]);
+    assert_eq!(commands(&spec, 3), [(0, Mode::Achieve, Task::DriveTo(PlaceId(0), stand))]);
     assert_eq!((drive.timeout, drive.retries), (Duration::from_secs(600), 2));
 }
 

@@ -1,6 +1,6 @@
 //! A head of your own: hand your driver to `serve`, and it takes part in missions as `head`.
-use ambidex_link::model::motion::{Controller, Progress};
-use ambidex_link::model::{Command, ControllerKind, ControllerState, Mode, PartEnd, Rejection};
+use ambidex_link::model::motion::{Command, Controller, ControllerState, Progress};
+use ambidex_link::model::{ControllerKind, Mode, PartEnd, Rejection};
 use ambidex_link::{Instance, ServeOptions, Stop, serve};
 
 /// Stands for your driver: where it looks and where it is to look, pan and tilt in radians.
@@ -13,7 +13,7 @@ impl Controller for MyHead {
         self.state() // a real robot knows better than the daemon where it is
     }
     fn start(&mut self, command: &Command, mode: Mode) -> Result<(), Rejection> {
-        let Command::Look { at } = command else { return Err(Rejection::Unsupported) };
+        let Command::Look { at, .. } = command else { return Err(Rejection::Unsupported) };
         self.goal = Some(([at.y.atan2(at.x), -at.z.atan2(at.x)], mode));
         Ok(())
     }

@@ -14,8 +14,9 @@ use crate::node::IpcNode;
 use crate::wire::{
     WIRE_VERSION, WireId, WirePulse, WireRequest, WireResponse, read, request_kind, response_kind, write,
 };
+use ambidex_model::Rejection;
+use ambidex_model::motion::FromController;
 use ambidex_model::session::{Beat, DEAD_MAN, Pulse, Received};
-use ambidex_model::{FromController, Rejection};
 
 type Request = ActiveRequest<Transport, WireRequest, (), WireResponse, ()>;
 
@@ -140,7 +141,7 @@ impl ControllerPort {
             pid: std::process::id(),
             epoch: pulse.epoch,
             generation: pulse.generation,
-            reserved: 0,
+            inhibited: write::inhibition_code(pulse.inhibited),
             sent_ns: monotonic_ns(),
             at_us: pulse.at.0,
             state: write::state(&pulse.state),

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, RawFd};
+use std::sync::Arc;
 
 use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::RequestSendError;
@@ -17,7 +18,7 @@ use crate::wire::{
     WIRE_VERSION, WireBeat, WireId, WirePulse, WireRequest, WireResponse, read, request_kind, response_kind, write,
 };
 use ambidex_model::session::ClockOrigin;
-use ambidex_model::{CommandId, FromController, Refusal, Rejection, ToController};
+use ambidex_model::{CommandId, FromController, Labels, Refusal, Rejection, ToController};
 
 type Stream = PendingResponse<Transport, WireRequest, (), WireResponse, ()>;
 
@@ -30,6 +31,7 @@ pub struct DaemonPort {
     notifier: Notifier,
     listener: Listener,
     controller: String,
+    labels: Arc<Labels>,
     epoch: u64,
     origin: ClockOrigin,
     generation: u32,
@@ -47,6 +49,7 @@ struct Asked {
 impl DaemonPort {
     /// Opens the link to the controller of that name, whether it is there yet or not.
     ///
+    /// `labels` are what objects and places of the mission are called; what the controller says of others is refused.
     /// `epoch` is this life of the daemon, one for all its ports: [`fresh_epoch`](crate::fresh_epoch).
     ///
     /// # Errors
@@ -54,7 +57,13 @@ impl DaemonPort {
     ///
     /// # Panics
     /// When the epoch is 0, which stands for no daemon.
-    pub fn open(node: &IpcNode, controller: &str, epoch: u64, origin: ClockOrigin) -> Result<Self, IpcError> {
+    pub fn open(
+        node: &IpcNode,
+        controller: &str,
+        labels: &Arc<Labels>,
+        epoch: u64,
+        origin: ClockOrigin,
+    ) -> Result<Self, IpcError> {
         assert_ne!(epoch, 0, "an epoch of 0 stands for no daemon");
         check_controller_name(controller)?;
         let services = Services::new(node, controller);
@@ -66,6 +75,7 @@ impl DaemonPort {
             goals: services.client()?,
             streams: Vec::new(),
             controller: controller.to_owned(),
+            labels: Arc::clone(labels),
             epoch,
             origin,
             generation: 0,
@@ -139,7 +149,7 @@ impl DaemonPort {
     }
 
     fn hear_response(&self, asked: &mut Asked, wire: &WireResponse) -> Heard {
-        let message = match read::response(wire) {
+        let message = match read::response(wire).and_then(|message| self.labels.heard(message)) {
             Ok(message) => message,
             Err(why) => return self.refuse_response(asked, wire, why),
         };
@@ -201,7 +211,7 @@ impl Link for DaemonPort {
             // The controller takes a configuration only from a daemon whose beat it has.
             self.beat();
         }
-        let wire = write::request(message, self.epoch, self.origin, self.generation)?;
+        let wire = write::request(&self.labels.told(message), self.epoch, self.origin, self.generation)?;
         let stream = self.post(wire)?;
         self.streams.push(Asked { stream, kind: wire.kind, id: wire.id, is_answered: false });
         Ok(())

@@ -13,9 +13,9 @@ use super::error::ServeError;
 use super::stop::Stop;
 use crate::watch::Pidfd;
 use crate::{ControllerPort, Instance, IpcNode, monotonic_ns, sweep, tidy};
-use ambidex_model::motion::Controller;
+use ambidex_model::Inhibition;
+use ambidex_model::motion::{Controller, FromController, ToController};
 use ambidex_model::session::{PULSE_EVERY, Session};
-use ambidex_model::{FromController, ToController};
 
 /// How long the ports of a dead predecessor may stand in the way.
 const OPEN_WAIT: Duration = Duration::from_secs(2);
@@ -100,6 +100,7 @@ pub fn serve<C: Controller>(
         daemon: None,
         pulsed: None,
         was_attached: false,
+        was_inhibited: None,
         was_rung: false,
         stop_by: None,
         options,
@@ -114,6 +115,7 @@ struct Server<C> {
     daemon: Option<Pidfd>,
     pulsed: Option<Instant>,
     was_attached: bool,
+    was_inhibited: Option<Inhibition>,
     /// The daemon has rung since the last turn.
     was_rung: bool,
     stop_by: Option<Instant>,
@@ -138,9 +140,10 @@ impl<C: Controller> Server<C> {
                 self.tell(ServeEvent::Attached);
             }
             self.was_attached = self.session.is_attached();
+            let has_turned = self.hear_inhibition();
             // A daemon that has just come rings, and is to see at once that somebody is there.
             let is_called = std::mem::take(&mut self.was_rung) && !self.session.is_attached();
-            self.publish(has_moved, has_replied || has_left || has_joined || is_called);
+            self.publish(has_moved, has_replied || has_left || has_joined || is_called || has_turned);
             if has_left && self.options.once {
                 return Ok(Exit::DaemonLeft);
             }
@@ -184,6 +187,18 @@ impl<C: Controller> Server<C> {
             // Its end will be known by its silence.
             Err(error) => tracing::debug!(%error, "the daemon cannot be watched"),
         }
+    }
+
+    /// Whether it came to be inhibited, or to be so no more.
+    fn hear_inhibition(&mut self) -> bool {
+        let inhibited = self.session.inhibited();
+        let has_changed = std::mem::replace(&mut self.was_inhibited, inhibited) != inhibited;
+        match inhibited.filter(|_| has_changed) {
+            Some(why) => tracing::warn!(%why, "inhibited"),
+            None if has_changed => tracing::info!("inhibited no more"),
+            None => {}
+        }
+        has_changed
     }
 
     fn speak(&mut self) -> bool {

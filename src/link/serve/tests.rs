@@ -1,17 +1,19 @@
 //! A daemon's port against a controller's loop in another thread, over real shared memory.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
 use super::super::stop::Stopper;
 use super::*;
 use crate::{DaemonPort, Heard, Link};
-use ambidex_model::motion::Progress;
+use ambidex_model::motion::{self, Progress};
 use ambidex_model::session::{ClockOrigin, Presence};
 use ambidex_model::{
-    BaseSpec, Command, CommandId, ControllerKind, ControllerState, FromController, Mode, PartEnd, Pose, Refusal,
-    Rejection, ToController,
+    BaseSpec, Command, CommandId, ControllerKind, ControllerState, FromController, Inhibition, Labels, Mode, Name,
+    Names, ObjectId, PartEnd, PlaceId, Pose, Refusal, Rejection, ToController,
 };
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 const PATIENCE: Duration = Duration::from_secs(10);
 const SPEED: f64 = 10.0;
@@ -31,16 +33,16 @@ impl Cart {
 }
 
 impl Controller for Cart {
-    fn configure(&mut self, _limits: &ControllerKind, start: ControllerState) -> ControllerState {
-        let ControllerState::Base { pose, .. } = start else {
+    fn configure(&mut self, _limits: &ControllerKind, start: motion::ControllerState) -> motion::ControllerState {
+        let motion::ControllerState::Base { pose, .. } = start else {
             unreachable!("a cart is a base");
         };
         self.x = pose.at.x;
         self.state()
     }
 
-    fn start(&mut self, command: &Command, mode: Mode) -> Result<(), Rejection> {
-        if !matches!(command, Command::Drive { .. } | Command::Stand) {
+    fn start(&mut self, command: &motion::Command, mode: Mode) -> Result<(), Rejection> {
+        if !matches!(command, motion::Command::Drive { .. } | motion::Command::Stand) {
             return Err(Rejection::Unsupported);
         }
         (self.steps_left, self.brakes) = (200, false);
@@ -65,9 +67,9 @@ impl Controller for Cart {
         }
     }
 
-    fn state(&self) -> ControllerState {
+    fn state(&self) -> motion::ControllerState {
         let vx = if self.steps_left > 0 { 1.0 } else { 0.0 };
-        ControllerState::Base { pose: Pose::new(self.x, 0.0, 0.0), velocity: Vector3::new(vx, 0.0, 0.0) }
+        motion::ControllerState::Base { pose: Pose::new(self.x, 0.0, 0.0), velocity: Vector3::new(vx, 0.0, 0.0) }
     }
 }
 
@@ -79,8 +81,12 @@ pub(super) struct Daemon {
 
 impl Daemon {
     pub(super) fn new(instance: &Instance, epoch: u64) -> Self {
+        Self::with(instance, epoch, Labels::default())
+    }
+
+    fn with(instance: &Instance, epoch: u64, labels: Labels) -> Self {
         let node = IpcNode::open(instance.lock_daemon().unwrap()).unwrap();
-        let port = DaemonPort::open(&node, "cart", epoch, ClockOrigin(monotonic_ns())).unwrap();
+        let port = DaemonPort::open(&node, "cart", &Arc::new(labels), epoch, ClockOrigin(monotonic_ns())).unwrap();
         Self { port, presence: Presence::new(epoch), generation: 0 }
     }
 
@@ -122,15 +128,20 @@ impl Daemon {
     }
 
     fn configure(&mut self) {
+        self.tell_configuration();
+        let generation = self.generation;
+        self.until("the configuration", |heard| {
+            matches!(heard, Heard::Message(FromController::Configured { generation: g, .. }) if *g == generation)
+        });
+    }
+
+    fn tell_configuration(&mut self) {
         self.generation += 1;
         let generation = self.generation;
         let start = ControllerState::Base { pose: Pose::new(4.0, 0.0, 0.0), velocity: Vector3::zeros() };
         let limits =
             ControllerKind::Base(BaseSpec { speed: 1.0, acceleration: 0.5, turn_speed: 1.0, turn_acceleration: 1.0 });
         self.send(&ToController::Configure { generation, speed: SPEED, limits, start });
-        self.until("the configuration", |heard| {
-            matches!(heard, Heard::Message(FromController::Configured { generation: g, .. }) if *g == generation)
-        });
     }
 
     pub(super) fn goal(&mut self, number: u32, mode: Mode, command: Command) -> CommandId {
@@ -157,7 +168,7 @@ impl Daemon {
 }
 
 pub(super) fn drive() -> Command {
-    Command::Drive { path: vec![Pose::new(6.0, 0.0, 0.0)] }
+    Command::Drive { path: vec![Pose::new(6.0, 0.0, 0.0)], place: None }
 }
 
 fn cart(instance: &Instance, once: bool) -> (JoinHandle<Result<Exit, ServeError>>, Stopper) {
@@ -198,7 +209,7 @@ fn a_goal_is_accepted_followed_and_ends() {
         matches!(messages[messages.len() - 1], FromController::Result { state: ControllerState::Base { pose, .. }, .. } if (pose.at.x - 6.0).abs() < 1e-9)
     );
 
-    let refused = daemon.goal(2, Mode::Achieve, Command::Look { at: nalgebra::Point3::origin() });
+    let refused = daemon.goal(2, Mode::Achieve, Command::Look { at: Point3::origin(), place: None });
     daemon.until("a rejection", |heard| {
         *heard == Heard::Message(FromController::Rejected { id: refused, why: Rejection::Unsupported })
     });
@@ -212,11 +223,11 @@ fn a_goal_is_accepted_followed_and_ends() {
 struct Astray;
 
 impl Controller for Astray {
-    fn configure(&mut self, _limits: &ControllerKind, start: ControllerState) -> ControllerState {
+    fn configure(&mut self, _limits: &ControllerKind, start: motion::ControllerState) -> motion::ControllerState {
         start
     }
 
-    fn start(&mut self, _: &Command, _: Mode) -> Result<(), Rejection> {
+    fn start(&mut self, _: &motion::Command, _: Mode) -> Result<(), Rejection> {
         Ok(())
     }
 
@@ -226,8 +237,8 @@ impl Controller for Astray {
         Progress::Ended(PartEnd::Succeeded)
     }
 
-    fn state(&self) -> ControllerState {
-        ControllerState::Base { pose: Pose::new(f64::NAN, 0.0, 0.0), velocity: Vector3::zeros() }
+    fn state(&self) -> motion::ControllerState {
+        motion::ControllerState::Base { pose: Pose::new(f64::NAN, 0.0, 0.0), velocity: Vector3::zeros() }
     }
 }
 
@@ -304,4 +315,135 @@ fn ports_can_move_between_threads() {
     fn check<T: Send>() {}
     check::<DaemonPort>();
     check::<ControllerPort>();
+}
+
+/// A gripper that knows what it holds, and notes what it is told.
+struct Gripper {
+    holds: Option<&'static str>,
+    told: Arc<Mutex<Vec<motion::Command>>>,
+}
+
+impl Controller for Gripper {
+    fn configure(&mut self, _: &ControllerKind, _: motion::ControllerState) -> motion::ControllerState {
+        self.state()
+    }
+
+    fn start(&mut self, command: &motion::Command, _: Mode) -> Result<(), Rejection> {
+        self.told.lock().unwrap().push(command.clone());
+        Ok(())
+    }
+
+    fn cancel(&mut self) {}
+
+    fn step(&mut self) -> Progress {
+        Progress::Ended(PartEnd::Succeeded)
+    }
+
+    fn state(&self) -> motion::ControllerState {
+        let holds = self.holds.map(|name| Name::from(name).unwrap());
+        motion::ControllerState::Arm { gripper: Point3::origin(), velocity: Vector3::zeros(), holds }
+    }
+}
+
+#[test]
+fn things_have_names_on_the_wire_and_ids_in_the_daemon() {
+    let names = Names { objects: vec!["pot".into(), "cup".into()], places: vec!["table".into()], ..Names::default() };
+    for holds in ["cup", "key"] {
+        let instance = Instance::fresh();
+        let (stop, stopper) = Stop::by_hand().unwrap();
+        let (place, told) = (instance.clone(), Arc::new(Mutex::new(Vec::new())));
+        let body = Gripper { holds: Some(holds), told: Arc::clone(&told) };
+        let options = ServeOptions { stop: Some(stop), ..ServeOptions::default() };
+        let controller = thread::spawn(move || serve(&place, "cart", body, options));
+        let mut daemon = Daemon::with(&instance, 1, Labels::new(&names));
+        daemon.until("a pulse", |heard| matches!(heard, Heard::Pulse(_)));
+        daemon.tell_configuration();
+        if holds == "key" {
+            // What the mission does not know is taken for nothing else: the controller is not attached.
+            let refusal = Refusal { id: None, why: Rejection::NoSuchName, is_last: false };
+            daemon.until("a refused state", |heard| *heard == Heard::Refused(refusal));
+        } else {
+            let is_held = |state: &ControllerState| state.holds() == Some(ObjectId(1));
+            daemon.until(
+                "what it holds",
+                |heard| matches!(heard, Heard::Message(FromController::Configured { state, .. }) if is_held(state)),
+            );
+            let at = Point3::new(0.5, 0.0, 0.75);
+            let put = Command::Put { object: ObjectId(1), at, place: Some(PlaceId(0)) };
+            let id = daemon.goal(1, Mode::Achieve, put);
+            assert_eq!(daemon.result(id).0, PartEnd::Succeeded);
+            let named = |name| Name::from(name).unwrap();
+            let put = motion::Command::Put { object: named("cup"), at, place: Some(named("table")) };
+            assert_eq!(*told.lock().unwrap(), [put]);
+        }
+        stopper.stop();
+        assert_eq!(controller.join().unwrap().unwrap(), Exit::Stopped);
+        drop(daemon);
+        leaves_nothing(&instance);
+    }
+}
+
+/// A cart that something may keep from moving.
+struct Stoppable(Cart, Arc<AtomicBool>);
+
+impl Controller for Stoppable {
+    fn configure(&mut self, limits: &ControllerKind, start: motion::ControllerState) -> motion::ControllerState {
+        self.0.configure(limits, start)
+    }
+
+    fn start(&mut self, command: &motion::Command, mode: Mode) -> Result<(), Rejection> {
+        self.0.start(command, mode)
+    }
+
+    fn cancel(&mut self) {
+        self.0.cancel();
+    }
+
+    fn step(&mut self) -> Progress {
+        self.0.step()
+    }
+
+    fn state(&self) -> motion::ControllerState {
+        self.0.state()
+    }
+
+    fn inhibited(&self) -> Option<Inhibition> {
+        self.1.load(Ordering::Relaxed).then_some(Inhibition::Fault)
+    }
+}
+
+#[test]
+fn who_is_inhibited_says_so_in_result_and_pulse_and_takes_nothing() {
+    let instance = Instance::fresh();
+    let is_broken = Arc::new(AtomicBool::new(false));
+    let (stop, stopper) = Stop::by_hand().unwrap();
+    let (place, body) = (instance.clone(), Stoppable(Cart::new(), Arc::clone(&is_broken)));
+    // It stays with its daemon, though it is to serve one only.
+    let options = ServeOptions { once: true, stop: Some(stop), ..ServeOptions::default() };
+    let controller = thread::spawn(move || serve(&place, "cart", body, options));
+    let mut daemon = Daemon::new(&instance, 1);
+    daemon.attach();
+    let id = daemon.goal(1, Mode::Maintain, Command::Stand);
+    daemon.until("accepted", |heard| matches!(heard, Heard::Message(FromController::Accepted { .. })));
+    is_broken.store(true, Ordering::Relaxed);
+    let why = Inhibition::Fault;
+    let is_inhibited = |heard: &Heard| matches!(heard, Heard::Pulse(pulse) if pulse.pulse.inhibited == Some(why));
+    let heard = daemon.until("an inhibited pulse", is_inhibited);
+    let is_result = |heard: &Heard| {
+        let is_ended = |end: &PartEnd| *end == PartEnd::Inhibited(why);
+        matches!(heard, Heard::Message(FromController::Result { id: its, end, .. }) if *its == id && is_ended(end))
+    };
+    assert!(heard.iter().any(is_result), "{heard:?}");
+    let refused = daemon.goal(2, Mode::Achieve, drive());
+    let rejected = FromController::Rejected { id: refused, why: Rejection::Inhibited(why) };
+    daemon.until("a rejection", |heard| *heard == Heard::Message(rejected.clone()));
+    is_broken.store(false, Ordering::Relaxed);
+    daemon.until("a pulse", |heard| matches!(heard, Heard::Pulse(pulse) if pulse.pulse.inhibited.is_none()));
+    daemon.configure();
+    let id = daemon.goal(1, Mode::Achieve, drive());
+    assert_eq!(daemon.result(id).0, PartEnd::Succeeded);
+    stopper.stop();
+    assert_eq!(controller.join().unwrap().unwrap(), Exit::Stopped);
+    drop(daemon);
+    leaves_nothing(&instance);
 }

@@ -5,10 +5,11 @@
 pub(crate) mod read;
 pub(crate) mod write;
 
+use ambidex_model::{ARGUMENTS_MAX, NAME_MAX};
 use iceoryx2::prelude::ZeroCopySend;
 
 /// Version of everything in this file; also part of every type's and service's name.
-pub const WIRE_VERSION: u32 = 1;
+pub const WIRE_VERSION: u32 = 2;
 
 /// Way points that fit into one message.
 pub const PATH_MAX: usize = 64;
@@ -19,8 +20,11 @@ pub const LIMITS_MAX: usize = 11;
 /// Robot seconds per wall second that a controller takes at most.
 pub const SPEED_MAX: f64 = 10_000.0;
 
-/// Stands for no object.
-pub const NO_OBJECT: u32 = u32::MAX;
+/// Longest text of a call's arguments, bytes.
+pub const WITH_MAX: usize = ARGUMENTS_MAX;
+
+/// Longest time that a call is said to take, seconds.
+pub const TAKES_MAX_S: f64 = 1e6;
 
 /// Codes of [`WireRequest::kind`].
 pub mod request_kind {
@@ -42,16 +46,18 @@ pub mod mode {
 
 /// Codes of [`WireRequest::command`].
 pub mod command {
-    /// `Command::Drive`: `path`.
+    /// `Command::Drive`: `path`, `place`.
     pub const DRIVE: u32 = 1;
     /// `Command::Stand`.
     pub const STAND: u32 = 2;
-    /// `Command::Grasp`: `object`, `at`.
+    /// `Command::Grasp`: `object`, `at`, `place`.
     pub const GRASP: u32 = 3;
-    /// `Command::Put`: `object`, `at`.
+    /// `Command::Put`: `object`, `at`, `place`.
     pub const PUT: u32 = 4;
-    /// `Command::Look`: `at`.
+    /// `Command::Look`: `at`, `place`.
     pub const LOOK: u32 = 5;
+    /// `Command::Call`: `call`, `with`, `takes`.
+    pub const CALL: u32 = 6;
 }
 
 /// Codes of [`WireResponse::kind`].
@@ -76,6 +82,8 @@ pub mod end {
     pub const ABORTED: u32 = 2;
     /// `PartEnd::Canceled`.
     pub const CANCELED: u32 = 3;
+    /// `PartEnd::Inhibited`; `inhibited` says by what.
+    pub const INHIBITED: u32 = 4;
 }
 
 /// Codes of [`WireResponse::why`].
@@ -98,6 +106,22 @@ pub mod rejection {
     pub const OUT_OF_REACH: u32 = 8;
     /// `Rejection::Busy`.
     pub const BUSY: u32 = 9;
+    /// `Rejection::NoSuchName`.
+    pub const NO_SUCH_NAME: u32 = 10;
+    /// `Rejection::Inhibited`; `inhibited` says by what.
+    pub const INHIBITED: u32 = 11;
+}
+
+/// Codes of [`WirePulse::inhibited`] and [`WireResponse::inhibited`].
+pub mod inhibited {
+    /// It may move.
+    pub const NOT: u32 = 0;
+    /// `Inhibition::EmergencyStop`.
+    pub const EMERGENCY_STOP: u32 = 1;
+    /// `Inhibition::Fault`.
+    pub const FAULT: u32 = 2;
+    /// `Inhibition::ByHand`.
+    pub const BY_HAND: u32 = 3;
 }
 
 /// Codes of [`WireState::kind`].
@@ -108,12 +132,14 @@ pub mod state_kind {
     pub const ARM: u32 = 2;
     /// `ControllerState::Head`: pan, tilt, 0.
     pub const HEAD: u32 = 3;
+    /// `ControllerState::Device`: 0, 0, 0.
+    pub const DEVICE: u32 = 4;
 }
 
 /// Identity of a request, over all lives of daemon and controller.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
-#[type_name("ambidex.Id.v1")]
+#[type_name("ambidex.Id.v2")]
 pub struct WireId {
     /// The life of the daemon.
     pub epoch: u64,
@@ -126,7 +152,7 @@ pub struct WireId {
 /// A pose in the map frame.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("ambidex.Pose.v1")]
+#[type_name("ambidex.Pose.v2")]
 pub struct WirePose {
     /// Map frame, meters.
     pub x: f64,
@@ -136,15 +162,26 @@ pub struct WirePose {
     pub heading: f64,
 }
 
+/// Name of an object, a place or a call: UTF-8, without a zero at its end.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ZeroCopySend)]
+#[type_name("ambidex.Name.v2")]
+pub struct WireName {
+    /// Bytes of `text` that are used; 0 for none.
+    pub len: u32,
+    /// What follows the name is not looked at.
+    pub text: [u8; NAME_MAX],
+}
+
 /// State of a controller.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("ambidex.State.v1")]
+#[type_name("ambidex.State.v2")]
 pub struct WireState {
     /// One of [`state_kind`]; says what the numbers are.
     pub kind: u32,
-    /// The object in the gripper or [`NO_OBJECT`].
-    pub holds: u32,
+    /// Arm: the object in the gripper; empty for none.
+    pub holds: WireName,
     /// Meters and radians.
     pub position: [f64; 3],
     /// The same per second.
@@ -154,7 +191,7 @@ pub struct WireState {
 /// From the daemon to a controller.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
-#[type_name("ambidex.ToController.v1")]
+#[type_name("ambidex.ToController.v2")]
 pub struct WireRequest {
     /// [`WIRE_VERSION`].
     pub version: u32,
@@ -173,21 +210,33 @@ pub struct WireRequest {
     /// `GOAL`: one of [`command`].
     pub command: u32,
     /// `GOAL`: the object of `GRASP` and `PUT`.
-    pub object: u32,
+    pub object: WireName,
+    /// `GOAL`: the place of `DRIVE`, `GRASP`, `PUT` and `LOOK`; empty for none.
+    pub place: WireName,
+    /// `GOAL`: what `CALL` calls.
+    pub call: WireName,
     /// `GOAL`: way points of `DRIVE`.
     pub path_len: u32,
+    /// `GOAL`: bytes of `with` that are used.
+    pub with_len: u32,
+    /// Always 0; keeps what follows aligned.
+    pub reserved: u32,
+    /// `GOAL`: how long `CALL` takes as the robot file says, seconds of robot time.
+    pub takes: f64,
     /// `GOAL`: the point of `GRASP`, `PUT` and `LOOK`, base frame, meters.
     pub at: [f64; 3],
     /// `GOAL`: the way points, the goal last.
     pub path: [WirePose; PATH_MAX],
     /// `CONFIGURE`: what it moves within which limits, in the order of the model's fields; `start` says of which kind.
     pub limits: [f64; LIMITS_MAX],
+    /// `GOAL`: the arguments of `CALL`, an object of JSON in UTF-8.
+    pub with: [u8; WITH_MAX],
 }
 
 /// From a controller to the daemon.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("ambidex.FromController.v1")]
+#[type_name("ambidex.FromController.v2")]
 pub struct WireResponse {
     /// [`WIRE_VERSION`].
     pub version: u32,
@@ -199,6 +248,10 @@ pub struct WireResponse {
     pub why: u32,
     /// `RESULT`: one of [`end`].
     pub end: u32,
+    /// `REJECTED` and `RESULT` by being inhibited: one of [`inhibited`], not 0.
+    pub inhibited: u32,
+    /// Always 0; keeps what follows aligned.
+    pub reserved: u32,
     /// `FEEDBACK`: from 0 to 1.
     pub progress: f64,
     /// `ACCEPTED` and `RESULT`: when it began, robot time, microseconds.
@@ -212,7 +265,7 @@ pub struct WireResponse {
 /// Published by a controller: sign of life and state.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("ambidex.Pulse.v1")]
+#[type_name("ambidex.Pulse.v2")]
 pub struct WirePulse {
     /// [`WIRE_VERSION`].
     pub version: u32,
@@ -222,8 +275,8 @@ pub struct WirePulse {
     pub epoch: u64,
     /// The attachment, 0 if none.
     pub generation: u32,
-    /// Always 0; keeps what follows aligned.
-    pub reserved: u32,
+    /// One of [`inhibited`].
+    pub inhibited: u32,
     /// `CLOCK_MONOTONIC` when it was sent, nanoseconds.
     pub sent_ns: u64,
     /// Robot time of the state, microseconds; 0 while not attached.
@@ -235,7 +288,7 @@ pub struct WirePulse {
 /// Published by the daemon to each controller: sign of life.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
-#[type_name("ambidex.Beat.v1")]
+#[type_name("ambidex.Beat.v2")]
 pub struct WireBeat {
     /// [`WIRE_VERSION`].
     pub version: u32,
@@ -245,6 +298,12 @@ pub struct WireBeat {
     pub epoch: u64,
     /// `CLOCK_MONOTONIC` when it was sent, nanoseconds.
     pub sent_ns: u64,
+}
+
+impl Default for WireName {
+    fn default() -> Self {
+        Self { len: 0, text: [0; NAME_MAX] }
+    }
 }
 
 impl Default for WireRequest {
@@ -258,17 +317,25 @@ impl Default for WireRequest {
             start: WireState::default(),
             mode: 0,
             command: 0,
-            object: NO_OBJECT,
+            object: WireName::default(),
+            place: WireName::default(),
+            call: WireName::default(),
             path_len: 0,
+            with_len: 0,
+            reserved: 0,
+            takes: 0.0,
             at: [0.0; 3],
             path: [WirePose::default(); PATH_MAX],
             limits: [0.0; LIMITS_MAX],
+            with: [0; WITH_MAX],
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::mem::offset_of;
+
     use super::*;
 
     /// The sizes in `docs/wire.md`.
@@ -276,10 +343,25 @@ mod tests {
     fn sizes_are_those_of_the_contract() {
         assert_eq!(size_of::<WireId>(), 16);
         assert_eq!(size_of::<WirePose>(), 24);
-        assert_eq!(size_of::<WireState>(), 56);
-        assert_eq!(size_of::<WireRequest>(), 1760);
-        assert_eq!(size_of::<WireResponse>(), 112);
-        assert_eq!(size_of::<WirePulse>(), 96);
+        assert_eq!(size_of::<WireName>(), 68);
+        assert_eq!(size_of::<WireState>(), 120);
+        assert_eq!(size_of::<WireRequest>(), 3064);
+        assert_eq!(size_of::<WireResponse>(), 184);
+        assert_eq!(size_of::<WirePulse>(), 160);
         assert_eq!(size_of::<WireBeat>(), 24);
+    }
+
+    /// The offsets in `docs/wire.md`, where something could slip.
+    #[test]
+    fn fields_lie_where_the_contract_says() {
+        assert_eq!((offset_of!(WireState, holds), offset_of!(WireState, position)), (4, 72));
+        let names = (offset_of!(WireRequest, object), offset_of!(WireRequest, place), offset_of!(WireRequest, call));
+        assert_eq!((offset_of!(WireRequest, mode), names), (160, (168, 236, 304)));
+        let lengths = (offset_of!(WireRequest, path_len), offset_of!(WireRequest, with_len));
+        assert_eq!((lengths, offset_of!(WireRequest, takes)), ((372, 376), 384));
+        let arrays = (offset_of!(WireRequest, path), offset_of!(WireRequest, limits), offset_of!(WireRequest, with));
+        assert_eq!((offset_of!(WireRequest, at), arrays), (392, (416, 1952, 2040)));
+        assert_eq!((offset_of!(WireResponse, inhibited), offset_of!(WireResponse, state)), (32, 64));
+        assert_eq!((offset_of!(WirePulse, inhibited), offset_of!(WirePulse, state)), (20, 40));
     }
 }

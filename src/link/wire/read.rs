@@ -1,15 +1,19 @@
 //! From the wire to the model: every number is doubted, and what is wrong has a [`Rejection`].
 
+use std::time::Duration;
+
 use nalgebra::{Point3, Vector3};
 
 use super::{
-    LIMITS_MAX, NO_OBJECT, PATH_MAX, SPEED_MAX, WIRE_VERSION, WireBeat, WireId, WirePose, WirePulse, WireRequest,
-    WireResponse, WireState, command, end, mode, rejection, request_kind, response_kind, state_kind,
+    LIMITS_MAX, PATH_MAX, SPEED_MAX, TAKES_MAX_S, WIRE_VERSION, WireBeat, WireId, WireName, WirePose, WirePulse,
+    WireRequest, WireResponse, WireState, command, end, inhibited, mode, rejection, request_kind, response_kind,
+    state_kind,
 };
+use ambidex_model::motion::{Command, ControllerState, FromController, ToController};
 use ambidex_model::session::{Beat, ClockOrigin, Pulse, Received, StampedPulse};
 use ambidex_model::{
-    ArmSpec, BaseSpec, Command, CommandId, ControllerKind, ControllerState, FromController, HeadSpec, Mode, ObjectId,
-    PartEnd, Pose, Rejection, Time, ToController,
+    ArmSpec, BaseSpec, Call, CommandId, ControllerKind, HeadSpec, Inhibition, Mode, Name, PartEnd, Pose, Rejection,
+    Time,
 };
 
 pub(crate) fn request(wire: &WireRequest) -> Result<Received, Rejection> {
@@ -41,7 +45,7 @@ pub(crate) fn response(wire: &WireResponse) -> Result<FromController, Rejection>
             FromController::Configured { generation: id.generation, state: state(&wire.state)? }
         }
         response_kind::ACCEPTED => FromController::Accepted { id, at: Time(wire.began_us) },
-        response_kind::REJECTED => FromController::Rejected { id, why: rejection(wire.why)? },
+        response_kind::REJECTED => FromController::Rejected { id, why: rejection(wire)? },
         response_kind::FEEDBACK => {
             FromController::Feedback { id, progress: progress(wire.progress)?, state: state(&wire.state)? }
         }
@@ -51,7 +55,7 @@ pub(crate) fn response(wire: &WireResponse) -> Result<FromController, Rejection>
             }
             FromController::Result {
                 id,
-                end: end_of(wire.end)?,
+                end: end_of(wire)?,
                 began: Time(wire.began_us),
                 ended: Time(wire.ended_us),
                 state: state(&wire.state)?,
@@ -67,7 +71,8 @@ pub(crate) fn pulse(wire: &WirePulse) -> Result<StampedPulse, Rejection> {
         return Err(Rejection::Malformed);
     }
     let (epoch, generation, at) = (wire.epoch, wire.generation, Time(wire.at_us));
-    let pulse = Pulse { epoch, generation, at, state: state(&wire.state)? };
+    let inhibited = inhibition(wire.inhibited)?;
+    let pulse = Pulse { epoch, generation, at, inhibited, state: state(&wire.state)? };
     Ok(StampedPulse { pid: wire.pid, sent_ns: wire.sent_ns, pulse })
 }
 
@@ -107,8 +112,9 @@ fn state(wire: &WireState) -> Result<ControllerState, Rejection> {
         state_kind::ARM => Ok(ControllerState::Arm {
             gripper: Point3::from(position),
             velocity: Vector3::from(velocity),
-            holds: (wire.holds != NO_OBJECT).then_some(ObjectId(wire.holds)),
+            holds: optional_name(&wire.holds)?,
         }),
+        state_kind::DEVICE => Ok(ControllerState::Device),
         state_kind::HEAD => {
             Ok(ControllerState::Head { angles: [position[0], position[1]], velocity: [velocity[0], velocity[1]] })
         }
@@ -134,6 +140,7 @@ fn limits(kind: u32, numbers: [f64; LIMITS_MAX]) -> Result<ControllerKind, Rejec
             let (speed, acceleration) = (numbers[3], numbers[4]);
             (ControllerKind::Head(HeadSpec { neck: point(0), speed, acceleration }), &numbers[3..5])
         }
+        state_kind::DEVICE => (ControllerKind::Device, &numbers[..0]),
         _ => return Err(Rejection::Malformed),
     };
     if bounds.iter().all(|bound| *bound > 0.0) { Ok(kind) } else { Err(Rejection::Malformed) }
@@ -141,11 +148,18 @@ fn limits(kind: u32, numbers: [f64; LIMITS_MAX]) -> Result<ControllerKind, Rejec
 
 fn command_of(wire: &WireRequest) -> Result<Command, Rejection> {
     match wire.command {
-        command::DRIVE => Ok(Command::Drive { path: path(wire)? }),
+        command::DRIVE => Ok(Command::Drive { path: path(wire)?, place: optional_name(&wire.place)? }),
         command::STAND => Ok(Command::Stand),
-        command::GRASP => Ok(Command::Grasp { object: object(wire.object)?, at: point(wire.at)? }),
-        command::PUT => Ok(Command::Put { object: object(wire.object)?, at: point(wire.at)? }),
-        command::LOOK => Ok(Command::Look { at: point(wire.at)? }),
+        command::GRASP => {
+            let (object, at) = (name(&wire.object)?, point(wire.at)?);
+            Ok(Command::Grasp { object, at, place: optional_name(&wire.place)? })
+        }
+        command::PUT => {
+            let (object, at) = (name(&wire.object)?, point(wire.at)?);
+            Ok(Command::Put { object, at, place: optional_name(&wire.place)? })
+        }
+        command::LOOK => Ok(Command::Look { at: point(wire.at)?, place: optional_name(&wire.place)? }),
+        command::CALL => Ok(Command::Call(call(wire)?)),
         _ => Err(Rejection::Malformed),
     }
 }
@@ -167,11 +181,31 @@ fn point(at: [f64; 3]) -> Result<Point3<f64>, Rejection> {
     all_finite(at).map(Point3::from)
 }
 
-fn object(code: u32) -> Result<ObjectId, Rejection> {
-    if code == NO_OBJECT {
+fn call(wire: &WireRequest) -> Result<Call, Rejection> {
+    let takes_s = finite(wire.takes)?;
+    if !(0.0..=TAKES_MAX_S).contains(&takes_s) {
         return Err(Rejection::Malformed);
     }
-    Ok(ObjectId(code))
+    Ok(Call {
+        name: name(&wire.call)?.as_str().to_owned(),
+        with: text(&wire.with, wire.with_len)?.to_owned(),
+        takes: Duration::from_secs_f64(takes_s),
+    })
+}
+
+/// A name that must be there.
+fn name(wire: &WireName) -> Result<Name, Rejection> {
+    optional_name(wire)?.ok_or(Rejection::Malformed)
+}
+
+fn optional_name(wire: &WireName) -> Result<Option<Name>, Rejection> {
+    let name = Name::from(text(&wire.text, wire.len)?).map_err(|_| Rejection::Malformed)?;
+    Ok((!name.is_empty()).then_some(name))
+}
+
+fn text(bytes: &[u8], len: u32) -> Result<&str, Rejection> {
+    let used = bytes.get(..len as usize).ok_or(Rejection::Malformed)?;
+    str::from_utf8(used).map_err(|_| Rejection::Malformed)
 }
 
 fn mode_of(code: u32) -> Result<Mode, Rejection> {
@@ -182,17 +216,28 @@ fn mode_of(code: u32) -> Result<Mode, Rejection> {
     }
 }
 
-fn end_of(code: u32) -> Result<PartEnd, Rejection> {
-    match code {
+fn end_of(wire: &WireResponse) -> Result<PartEnd, Rejection> {
+    match wire.end {
         end::SUCCEEDED => Ok(PartEnd::Succeeded),
         end::ABORTED => Ok(PartEnd::Aborted),
         end::CANCELED => Ok(PartEnd::Canceled),
+        end::INHIBITED => inhibition(wire.inhibited)?.map(PartEnd::Inhibited).ok_or(Rejection::Malformed),
         _ => Err(Rejection::Malformed),
     }
 }
 
-fn rejection(code: u32) -> Result<Rejection, Rejection> {
+fn inhibition(code: u32) -> Result<Option<Inhibition>, Rejection> {
     match code {
+        inhibited::NOT => Ok(None),
+        inhibited::EMERGENCY_STOP => Ok(Some(Inhibition::EmergencyStop)),
+        inhibited::FAULT => Ok(Some(Inhibition::Fault)),
+        inhibited::BY_HAND => Ok(Some(Inhibition::ByHand)),
+        _ => Err(Rejection::Malformed),
+    }
+}
+
+fn rejection(wire: &WireResponse) -> Result<Rejection, Rejection> {
+    match wire.why {
         rejection::VERSION => Ok(Rejection::Version),
         rejection::STALE => Ok(Rejection::Stale),
         rejection::UNKNOWN => Ok(Rejection::Unknown),
@@ -202,6 +247,8 @@ fn rejection(code: u32) -> Result<Rejection, Rejection> {
         rejection::UNSUPPORTED => Ok(Rejection::Unsupported),
         rejection::OUT_OF_REACH => Ok(Rejection::OutOfReach),
         rejection::BUSY => Ok(Rejection::Busy),
+        rejection::NO_SUCH_NAME => Ok(Rejection::NoSuchName),
+        rejection::INHIBITED => inhibition(wire.inhibited)?.map(Rejection::Inhibited).ok_or(Rejection::Malformed),
         _ => Err(Rejection::Malformed),
     }
 }

@@ -1,10 +1,16 @@
 //! Every message there and back, and every way to be wrong.
 
-use super::super::write;
+use ambidex_model::{NAME_MAX, NO_ARGUMENTS};
+
+use super::super::{WITH_MAX, write};
 use super::*;
 
 const EPOCH: u64 = 7_000_000_000;
 const ID: CommandId = CommandId { generation: 3, number: 41 };
+
+fn named(name: &str) -> Name {
+    Name::from(name).expect("it fits")
+}
 
 fn states() -> Vec<ControllerState> {
     let velocity = Vector3::new(0.1, -0.2, 0.3);
@@ -12,8 +18,9 @@ fn states() -> Vec<ControllerState> {
     vec![
         ControllerState::Base { pose: Pose::new(1.0, -2.0, 0.5), velocity },
         ControllerState::Arm { gripper, velocity, holds: None },
-        ControllerState::Arm { gripper, velocity, holds: Some(ObjectId(5)) },
+        ControllerState::Arm { gripper, velocity, holds: Some(named("red cup é")) },
         ControllerState::Head { angles: [0.1, 0.2], velocity: [0.3, 0.4] },
+        ControllerState::Device,
     ]
 }
 
@@ -34,20 +41,28 @@ fn limits(start: &ControllerState) -> ControllerKind {
         ControllerState::Head { .. } => {
             ControllerKind::Head(HeadSpec { neck: Point3::new(0.0, 0.1, 1.2), speed: 2.0, acceleration: 3.0 })
         }
+        ControllerState::Device => ControllerKind::Device,
     }
 }
 
 fn commands() -> Vec<Command> {
-    let (object, at) = (ObjectId(9), Point3::new(0.5, 0.1, 0.8));
+    let (object, at, place) = (named("cup"), Point3::new(0.5, 0.1, 0.8), Some(named(&"é".repeat(NAME_MAX / 2))));
     let path = |length: usize| (0..length).map(|i| Pose::new(i as f64, 1.0, -0.5)).collect();
     vec![
-        Command::Drive { path: path(1) },
-        Command::Drive { path: path(PATH_MAX) },
+        Command::Drive { path: path(1), place },
+        Command::Drive { path: path(PATH_MAX), place: None },
         Command::Stand,
-        Command::Grasp { object, at },
-        Command::Put { object, at },
-        Command::Look { at },
+        Command::Grasp { object, at, place: None },
+        Command::Put { object, at, place },
+        Command::Look { at, place },
+        Command::Call(call("{\"object\":\"cup\"}")),
+        Command::Call(call(&"x".repeat(WITH_MAX))),
+        Command::Grasp { object, at, place },
     ]
+}
+
+fn call(with: &str) -> Call {
+    Call { name: "scan".into(), with: with.into(), takes: Duration::from_millis(2500) }
 }
 
 fn goal(command: Command) -> ToController {
@@ -91,7 +106,8 @@ fn every_response_comes_back_as_it_was() {
         FromController::Feedback { id: ID, progress: 0.25, state },
     ];
     messages.extend(states().into_iter().map(|state| FromController::Configured { generation: ID.generation, state }));
-    let ends = [PartEnd::Succeeded, PartEnd::Aborted, PartEnd::Canceled];
+    let inhibited = PartEnd::Inhibited(Inhibition::ByHand);
+    let ends = [PartEnd::Succeeded, PartEnd::Aborted, PartEnd::Canceled, inhibited];
     messages.extend(ends.map(|end| FromController::Result { id: ID, end, began: Time(12), ended: Time(13), state }));
     let whys = [
         Rejection::Version,
@@ -103,6 +119,9 @@ fn every_response_comes_back_as_it_was() {
         Rejection::Unsupported,
         Rejection::OutOfReach,
         Rejection::Busy,
+        Rejection::NoSuchName,
+        Rejection::Inhibited(Inhibition::EmergencyStop),
+        Rejection::Inhibited(Inhibition::Fault),
     ];
     messages.extend(whys.map(|why| FromController::Rejected { id: ID, why }));
     for message in messages {
@@ -115,8 +134,13 @@ fn what_does_not_fit_is_not_sent() {
     use crate::LinkError;
     for length in [0, PATH_MAX + 1] {
         let path = vec![Pose::new(0.0, 0.0, 0.0); length];
-        let sent = write::request(&goal(Command::Drive { path }), EPOCH, ClockOrigin(0), ID.generation);
+        let sent = write::request(&goal(Command::Drive { path, place: None }), EPOCH, ClockOrigin(0), ID.generation);
         assert!(matches!(sent, Err(LinkError::PathLength(other)) if other == length));
+    }
+    let long = Call { name: "x".repeat(NAME_MAX + 1), ..call(NO_ARGUMENTS) };
+    for call in [long, call(&"x".repeat(WITH_MAX + 1))] {
+        let sent = write::request(&goal(Command::Call(call)), EPOCH, ClockOrigin(0), ID.generation);
+        assert!(matches!(sent, Err(LinkError::CallLength { .. })));
     }
     let sent = write::request(&goal(Command::Stand), EPOCH, ClockOrigin(0), 4);
     assert!(matches!(sent, Err(LinkError::Generation(3))));
@@ -125,11 +149,11 @@ fn what_does_not_fit_is_not_sent() {
 #[test]
 fn wrong_requests_are_refused() {
     type Spoil = fn(&mut WireRequest);
-    let rows: [(ToController, Spoil, Rejection); 24] = [
+    let rows: [(ToController, Spoil, Rejection); 34] = [
         (configure(), |w| w.limits[1] = f64::NAN, Rejection::NotFinite),
         (configure(), |w| w.limits[0] = 0.0, Rejection::Malformed),
         (configure(), |w| w.version = 0, Rejection::Version),
-        (configure(), |w| w.version = 2, Rejection::Version),
+        (configure(), |w| w.version = 1, Rejection::Version),
         (configure(), |w| w.kind = 0, Rejection::Malformed),
         (configure(), |w| w.kind = 4, Rejection::Malformed),
         (configure(), |w| w.id.epoch = 0, Rejection::Malformed),
@@ -143,11 +167,21 @@ fn wrong_requests_are_refused() {
         (configure(), |w| w.start.velocity[0] = f64::NAN, Rejection::NotFinite),
         (goal(Command::Stand), |w| w.mode = 0, Rejection::Malformed),
         (goal(Command::Stand), |w| w.mode = 3, Rejection::Malformed),
-        (goal(Command::Stand), |w| w.command = 6, Rejection::Malformed),
+        (goal(Command::Stand), |w| w.command = 7, Rejection::Malformed),
         (goal(commands()[0].clone()), |w| w.path_len = 0, Rejection::Malformed),
         (goal(commands()[0].clone()), |w| w.path_len = 65, Rejection::Malformed),
         (goal(commands()[1].clone()), |w| w.path[63].x = f64::NAN, Rejection::NotFinite),
-        (goal(commands()[3].clone()), |w| w.object = NO_OBJECT, Rejection::Malformed),
+        (goal(commands()[3].clone()), |w| w.object.len = 0, Rejection::Malformed),
+        (goal(commands()[3].clone()), |w| w.object.len = NAME_MAX as u32 + 1, Rejection::Malformed),
+        (goal(commands()[3].clone()), |w| w.object.len = u32::MAX, Rejection::Malformed),
+        (goal(commands()[3].clone()), |w| w.object.text[1] = 0xff, Rejection::Malformed),
+        (goal(commands()[4].clone()), |w| w.place.len = 3, Rejection::Malformed),
+        (goal(commands()[6].clone()), |w| w.call.len = 0, Rejection::Malformed),
+        (goal(commands()[6].clone()), |w| w.with_len = WITH_MAX as u32 + 1, Rejection::Malformed),
+        (goal(commands()[6].clone()), |w| w.with[0] = 0x80, Rejection::Malformed),
+        (goal(commands()[6].clone()), |w| w.takes = -1.0, Rejection::Malformed),
+        (goal(commands()[6].clone()), |w| w.takes = f64::NAN, Rejection::NotFinite),
+        (goal(commands()[6].clone()), |w| w.takes = 1e300, Rejection::Malformed),
         (goal(commands()[4].clone()), |w| w.at[1] = f64::NAN, Rejection::NotFinite),
         (goal(commands()[5].clone()), |w| w.at[0] = f64::INFINITY, Rejection::NotFinite),
     ];
@@ -159,6 +193,10 @@ fn wrong_requests_are_refused() {
     // What is not used is not looked at.
     let mut wire = to_wire(&goal(commands()[0].clone()));
     wire.path[1].x = f64::NAN;
+    (wire.object.len, wire.call.text[0]) = (u32::MAX, 0xff);
+    assert!(request(&wire).is_ok());
+    let mut wire = to_wire(&goal(commands()[3].clone()));
+    wire.object.text[3..].fill(0xff);
     assert!(request(&wire).is_ok());
 }
 
@@ -169,7 +207,9 @@ fn wrong_responses_are_refused() {
     let result = FromController::Result { id: ID, end: PartEnd::Succeeded, began: Time(5), ended: Time(6), state };
     let feedback = FromController::Feedback { id: ID, progress: 0.5, state };
     let rejected = FromController::Rejected { id: ID, why: Rejection::Busy };
-    let rows: [(&FromController, Spoil, Rejection); 11] = [
+    let inhibited = FromController::Rejected { id: ID, why: Rejection::Inhibited(Inhibition::Fault) };
+    let holding = FromController::Configured { generation: ID.generation, state: states()[2] };
+    let rows: [(&FromController, Spoil, Rejection); 17] = [
         (&result, |w| w.version = 9, Rejection::Version),
         (&result, |w| w.kind = 0, Rejection::Malformed),
         (&result, |w| w.kind = 6, Rejection::Malformed),
@@ -180,7 +220,13 @@ fn wrong_responses_are_refused() {
         (&feedback, |w| w.progress = 1.5, Rejection::Malformed),
         (&feedback, |w| w.state.kind = 0, Rejection::Malformed),
         (&rejected, |w| w.why = 0, Rejection::Malformed),
-        (&rejected, |w| w.why = 10, Rejection::Malformed),
+        (&rejected, |w| w.why = 12, Rejection::Malformed),
+        (&rejected, |w| w.why = 11, Rejection::Malformed),
+        (&inhibited, |w| w.inhibited = 4, Rejection::Malformed),
+        (&result, |w| w.end = 4, Rejection::Malformed),
+        (&result, |w| w.end = 5, Rejection::Malformed),
+        (&holding, |w| w.state.holds.len = 65, Rejection::Malformed),
+        (&holding, |w| w.state.holds.text[0] = 0xc3, Rejection::Malformed),
     ];
     for (row, (message, spoil, why)) in rows.into_iter().enumerate() {
         let mut wire = write::response(message, EPOCH);
@@ -201,6 +247,9 @@ fn wrong_signs_of_life_are_refused() {
     assert_eq!(pulse(&good).map(|pulse| pulse.pulse.state), Ok(states()[3]));
     assert_eq!(pulse(&WirePulse { version: 0, ..good }), Err(Rejection::Version));
     assert_eq!(pulse(&WirePulse { pid: 0, ..good }), Err(Rejection::Malformed));
+    let stopped = WirePulse { inhibited: 1, ..good };
+    assert_eq!(pulse(&stopped).map(|pulse| pulse.pulse.inhibited), Ok(Some(Inhibition::EmergencyStop)));
+    assert_eq!(pulse(&WirePulse { inhibited: 4, ..good }), Err(Rejection::Malformed));
     let state = WireState::default();
     assert_eq!(pulse(&WirePulse { state, ..good }), Err(Rejection::Malformed));
 }

@@ -3,15 +3,13 @@
 use nalgebra::Point3;
 
 use super::{
-    LIMITS_MAX, NO_OBJECT, PATH_MAX, WIRE_VERSION, WireId, WirePose, WireRequest, WireResponse, WireState, command,
-    end, mode, rejection, request_kind, response_kind, state_kind,
+    LIMITS_MAX, PATH_MAX, WIRE_VERSION, WITH_MAX, WireId, WireName, WirePose, WireRequest, WireResponse, WireState,
+    command, end, inhibited, mode, rejection, request_kind, response_kind, state_kind,
 };
 use crate::link::LinkError;
+use ambidex_model::motion::{Command, ControllerState, FromController, ToController};
 use ambidex_model::session::ClockOrigin;
-use ambidex_model::{
-    Command, CommandId, ControllerKind, ControllerState, FromController, Mode, ObjectId, PartEnd, Pose, Rejection,
-    ToController,
-};
+use ambidex_model::{Call, CommandId, ControllerKind, Inhibition, Mode, NAME_MAX, Name, PartEnd, Pose, Rejection};
 
 pub(crate) fn request(
     message: &ToController,
@@ -61,13 +59,16 @@ pub(crate) fn response(message: &FromController, epoch: u64) -> WireResponse {
     match message {
         FromController::Configured { state: now, .. } => wire.state = state(now),
         FromController::Accepted { at, .. } => wire.began_us = at.0,
-        FromController::Rejected { why, .. } => wire.why = rejection_code(*why),
+        FromController::Rejected { why, .. } => {
+            wire.why = rejection_code(*why);
+            wire.inhibited = inhibition_of_rejection(*why);
+        }
         FromController::Feedback { progress, state: now, .. } => {
             wire.progress = *progress;
             wire.state = state(now);
         }
         FromController::Result { end, began, ended, state: then, .. } => {
-            wire.end = end_code(*end);
+            (wire.end, wire.inhibited) = end_codes(*end);
             wire.began_us = began.0;
             wire.ended_us = ended.0;
             wire.state = state(then);
@@ -83,6 +84,7 @@ pub(crate) fn refusal(id: WireId, why: Rejection) -> WireResponse {
         kind: response_kind::REJECTED,
         id,
         why: rejection_code(why),
+        inhibited: inhibition_of_rejection(why),
         ..WireResponse::default()
     }
 }
@@ -91,22 +93,23 @@ pub(crate) fn state(state: &ControllerState) -> WireState {
     match *state {
         ControllerState::Base { pose, velocity } => WireState {
             kind: state_kind::BASE,
-            holds: NO_OBJECT,
+            holds: WireName::default(),
             position: [pose.at.x, pose.at.y, pose.heading],
             velocity: velocity.into(),
         },
         ControllerState::Arm { gripper, velocity, holds } => WireState {
             kind: state_kind::ARM,
-            holds: holds.map_or(NO_OBJECT, |object| object.0),
+            holds: wire_name(holds),
             position: gripper.into(),
             velocity: velocity.into(),
         },
         ControllerState::Head { angles, velocity } => WireState {
             kind: state_kind::HEAD,
-            holds: NO_OBJECT,
+            holds: WireName::default(),
             position: [angles[0], angles[1], 0.0],
             velocity: [velocity[0], velocity[1], 0.0],
         },
+        ControllerState::Device => WireState { kind: state_kind::DEVICE, ..WireState::default() },
     }
 }
 
@@ -125,42 +128,69 @@ fn wire_limits(kind: &ControllerKind) -> [f64; LIMITS_MAX] {
             numbers[..3].copy_from_slice(head.neck.coords.as_slice());
             numbers[3..5].copy_from_slice(&[head.speed, head.acceleration]);
         }
+        ControllerKind::Device => {}
     }
     numbers
 }
 
 fn write_command(what: &Command, wire: &mut WireRequest) -> Result<(), LinkError> {
     match what {
-        Command::Drive { path } => {
+        Command::Drive { path, place } => {
             if !(1..=PATH_MAX).contains(&path.len()) {
                 return Err(LinkError::PathLength(path.len()));
             }
             wire.command = command::DRIVE;
             wire.path_len = path.len() as u32;
+            wire.place = wire_name(*place);
             for (slot, pose) in wire.path.iter_mut().zip(path) {
                 *slot = wire_pose(pose);
             }
         }
         Command::Stand => wire.command = command::STAND,
-        Command::Grasp { object, at } => {
+        Command::Grasp { object, at, place } => {
             wire.command = command::GRASP;
-            write_target(Some(*object), at, wire);
+            write_target(Some(*object), at, *place, wire);
         }
-        Command::Put { object, at } => {
+        Command::Put { object, at, place } => {
             wire.command = command::PUT;
-            write_target(Some(*object), at, wire);
+            write_target(Some(*object), at, *place, wire);
         }
-        Command::Look { at } => {
+        Command::Look { at, place } => {
             wire.command = command::LOOK;
-            write_target(None, at, wire);
+            write_target(None, at, *place, wire);
         }
+        Command::Call(call) => write_call(call, wire)?,
     }
     Ok(())
 }
 
-fn write_target(object: Option<ObjectId>, at: &Point3<f64>, wire: &mut WireRequest) {
-    wire.object = object.map_or(NO_OBJECT, |object| object.0);
+fn write_target(object: Option<Name>, at: &Point3<f64>, place: Option<Name>, wire: &mut WireRequest) {
+    (wire.object, wire.place) = (wire_name(object), wire_name(place));
     wire.at = (*at).into();
+}
+
+fn write_call(call: &Call, wire: &mut WireRequest) -> Result<(), LinkError> {
+    let (name, with) = (call.name.as_bytes(), call.with.as_bytes());
+    if name.len() > NAME_MAX || with.len() > WITH_MAX {
+        return Err(LinkError::CallLength { name: name.len(), with: with.len() });
+    }
+    wire.command = command::CALL;
+    wire.call = text(&call.name);
+    wire.with[..with.len()].copy_from_slice(with);
+    wire.with_len = with.len() as u32;
+    wire.takes = call.takes.as_secs_f64();
+    Ok(())
+}
+
+fn wire_name(name: Option<Name>) -> WireName {
+    name.map_or_else(WireName::default, |name| text(&name))
+}
+
+/// A text that is known to fit.
+fn text(name: &str) -> WireName {
+    let mut wire = WireName { len: name.len() as u32, ..WireName::default() };
+    wire.text[..name.len()].copy_from_slice(name.as_bytes());
+    wire
 }
 
 fn wire_id(epoch: u64, id: CommandId) -> WireId {
@@ -178,12 +208,28 @@ fn mode_code(what: Mode) -> u32 {
     }
 }
 
-fn end_code(what: PartEnd) -> u32 {
+/// How it ended, and what inhibited it.
+fn end_codes(what: PartEnd) -> (u32, u32) {
     match what {
-        PartEnd::Succeeded => end::SUCCEEDED,
-        PartEnd::Aborted => end::ABORTED,
-        PartEnd::Canceled => end::CANCELED,
+        PartEnd::Succeeded => (end::SUCCEEDED, inhibited::NOT),
+        PartEnd::Aborted => (end::ABORTED, inhibited::NOT),
+        PartEnd::Canceled => (end::CANCELED, inhibited::NOT),
+        PartEnd::Inhibited(why) => (end::INHIBITED, inhibition_code(Some(why))),
     }
+}
+
+pub(crate) fn inhibition_code(why: Option<Inhibition>) -> u32 {
+    match why {
+        None => inhibited::NOT,
+        Some(Inhibition::EmergencyStop) => inhibited::EMERGENCY_STOP,
+        Some(Inhibition::Fault) => inhibited::FAULT,
+        Some(Inhibition::ByHand) => inhibited::BY_HAND,
+    }
+}
+
+fn inhibition_of_rejection(why: Rejection) -> u32 {
+    let inhibition = if let Rejection::Inhibited(inhibition) = why { Some(inhibition) } else { None };
+    inhibition_code(inhibition)
 }
 
 fn rejection_code(why: Rejection) -> u32 {
@@ -197,5 +243,7 @@ fn rejection_code(why: Rejection) -> u32 {
         Rejection::Unsupported => rejection::UNSUPPORTED,
         Rejection::OutOfReach => rejection::OUT_OF_REACH,
         Rejection::Busy => rejection::BUSY,
+        Rejection::NoSuchName => rejection::NO_SUCH_NAME,
+        Rejection::Inhibited(_) => rejection::INHIBITED,
     }
 }

@@ -2,10 +2,11 @@
 
 use nalgebra::{Point3, SVector, Vector3};
 
+use super::device::Calling;
 use super::profile::Limits;
 use super::trajectory::{Leg, Mover};
-use super::{Controller, Progress};
-use crate::{ArmSpec, Command, ControllerKind, ControllerState, Mode, ObjectId, Rejection};
+use super::{Command, Controller, ControllerState, Progress};
+use crate::{ArmSpec, ControllerKind, Mode, Name, Rejection};
 
 /// The leg at the end of which the gripper has closed or opened.
 const GRIP_LEG: usize = 1;
@@ -15,17 +16,18 @@ const GRIP_LEG: usize = 1;
 pub struct Arm {
     spec: ArmSpec,
     mover: Mover<3>,
-    holds: Option<ObjectId>,
-    will_hold: Option<ObjectId>,
+    holds: Option<Name>,
+    will_hold: Option<Name>,
+    calling: Calling,
 }
 
 impl Arm {
     /// Tucked, with nothing in the gripper.
     pub fn new(spec: ArmSpec) -> Self {
-        Self { mover: Mover::at(spec.tuck.coords), spec, holds: None, will_hold: None }
+        Self { mover: Mover::at(spec.tuck.coords), spec, holds: None, will_hold: None, calling: Calling::default() }
     }
 
-    fn work_at(&mut self, at: Point3<f64>, mode: Mode, will_hold: Option<ObjectId>) -> Result<(), Rejection> {
+    fn work_at(&mut self, at: Point3<f64>, mode: Mode, will_hold: Option<Name>) -> Result<(), Rejection> {
         if mode == Mode::Maintain {
             return Err(Rejection::Unsupported);
         }
@@ -68,23 +70,29 @@ impl Controller for Arm {
         }
         let (at, holds) = match start {
             ControllerState::Arm { gripper, holds, .. } => (gripper.coords, holds),
-            ControllerState::Base { .. } | ControllerState::Head { .. } => (self.mover.position(), self.holds),
+            ControllerState::Base { .. } | ControllerState::Head { .. } | ControllerState::Device => {
+                (self.mover.position(), self.holds)
+            }
         };
         self.mover = Mover::at(at);
-        self.holds = holds;
+        (self.holds, self.calling) = (holds, Calling::default());
         self.state()
     }
 
     fn start(&mut self, command: &Command, mode: Mode) -> Result<(), Rejection> {
-        if self.mover.is_busy() {
+        if self.mover.is_busy() || self.calling.is_busy() {
             return Err(Rejection::Busy);
         }
-        match *command {
-            Command::Grasp { object, at } => match self.holds {
+        match command {
+            Command::Grasp { object, at, .. } => match self.holds {
                 Some(_) => Err(Rejection::Busy),
-                None => self.work_at(at, mode, Some(object)),
+                None => self.work_at(*at, mode, Some(*object)),
             },
-            Command::Put { object, at } if self.holds == Some(object) => self.work_at(at, mode, None),
+            Command::Put { object, at, .. } if self.holds == Some(*object) => self.work_at(*at, mode, None),
+            Command::Call(call) => {
+                self.calling.begin(call, mode);
+                Ok(())
+            }
             Command::Put { .. } | Command::Drive { .. } | Command::Stand | Command::Look { .. } => {
                 Err(Rejection::Unsupported)
             }
@@ -92,10 +100,14 @@ impl Controller for Arm {
     }
 
     fn cancel(&mut self) {
+        self.calling.cancel();
         self.mover.cancel();
     }
 
     fn step(&mut self) -> Progress {
+        if let Some(progress) = self.calling.step() {
+            return progress;
+        }
         let stepped = self.mover.step();
         if stepped.passed == Some(GRIP_LEG) {
             self.holds = self.will_hold;

@@ -4,22 +4,24 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Point2, Vector3};
 
+use super::device::Calling;
 use super::profile::Limits;
 use super::trajectory::{Leg, Mover};
-use super::{Controller, Progress};
-use crate::{BaseSpec, Command, ControllerKind, ControllerState, Mode, Pose, Rejection};
+use super::{Command, Controller, ControllerState, Progress};
+use crate::{BaseSpec, ControllerKind, Mode, Pose, Rejection};
 
 /// A simulated base.
 #[derive(Debug, Clone)]
 pub struct Base {
     spec: BaseSpec,
     mover: Mover<3>,
+    calling: Calling,
 }
 
 impl Base {
     /// At rest in the origin of the map.
     pub fn new(spec: BaseSpec) -> Self {
-        Self { spec, mover: Mover::at(Vector3::zeros()) }
+        Self { spec, mover: Mover::at(Vector3::zeros()), calling: Calling::default() }
     }
 
     fn drive(&mut self, path: &[Pose], mode: Mode) -> Result<(), Rejection> {
@@ -59,29 +61,36 @@ impl Controller for Base {
         }
         let at = match start {
             ControllerState::Base { pose, .. } => coordinates(&pose),
-            ControllerState::Arm { .. } | ControllerState::Head { .. } => self.mover.position(),
+            ControllerState::Arm { .. } | ControllerState::Head { .. } | ControllerState::Device => {
+                self.mover.position()
+            }
         };
-        self.mover = Mover::at(at);
+        (self.mover, self.calling) = (Mover::at(at), Calling::default());
         self.state()
     }
 
     fn start(&mut self, command: &Command, mode: Mode) -> Result<(), Rejection> {
-        if self.mover.is_busy() {
+        if self.mover.is_busy() || self.calling.is_busy() {
             return Err(Rejection::Busy);
         }
         match command {
-            Command::Drive { path } => self.drive(path, mode),
+            Command::Drive { path, .. } => self.drive(path, mode),
             Command::Stand => self.mover.follow(vec![Leg::wait(self.mover.position(), 0.0)], mode),
+            Command::Call(call) => {
+                self.calling.begin(call, mode);
+                Ok(())
+            }
             Command::Grasp { .. } | Command::Put { .. } | Command::Look { .. } => Err(Rejection::Unsupported),
         }
     }
 
     fn cancel(&mut self) {
+        self.calling.cancel();
         self.mover.cancel();
     }
 
     fn step(&mut self) -> Progress {
-        self.mover.step().progress
+        self.calling.step().unwrap_or_else(|| self.mover.step().progress)
     }
 
     fn state(&self) -> ControllerState {

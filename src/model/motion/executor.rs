@@ -1,7 +1,7 @@
 //! A controller with the command that it works on: the same in a process and in a simulation.
 
-use super::{Controller, Progress};
-use crate::{Command, CommandId, ControllerKind, ControllerState, FromController, Mode, PartEnd, Rejection, Time};
+use super::{Command, Controller, ControllerState, FromController, Progress};
+use crate::{CommandId, ControllerKind, Inhibition, Mode, PartEnd, Rejection, Time};
 
 /// Carries out one command at a time and tells of it.
 #[derive(Debug)]
@@ -68,6 +68,18 @@ impl<C: Controller> Executor<C> {
         }
     }
 
+    /// Why the controller says that it may not move.
+    pub fn inhibited(&self) -> Option<Inhibition> {
+        self.controller.inhibited()
+    }
+
+    /// Ends what is under way at once: the controller came to be inhibited.
+    pub fn halt(&mut self, now: Time, why: Inhibition) -> Option<FromController> {
+        self.cancel();
+        let Active { id, began, .. } = self.active.take()?;
+        Some(FromController::Result { id, end: PartEnd::Inhibited(why), began, ended: now, state: self.state() })
+    }
+
     /// Forgets what is under way, as a process that is started anew.
     pub fn forget(&mut self) {
         self.active = None;
@@ -116,5 +128,9 @@ impl<C: Controller + ?Sized> Controller for Box<C> {
 
     fn state(&self) -> ControllerState {
         (**self).state()
+    }
+
+    fn inhibited(&self) -> Option<Inhibition> {
+        (**self).inhibited()
     }
 }

@@ -2,22 +2,24 @@
 
 use nalgebra::{Point3, Vector2};
 
+use super::device::Calling;
 use super::profile::Limits;
 use super::trajectory::{Leg, Mover};
-use super::{Controller, Progress};
-use crate::{Command, ControllerKind, ControllerState, HeadSpec, Mode, Rejection};
+use super::{Command, Controller, ControllerState, Progress};
+use crate::{ControllerKind, HeadSpec, Mode, Rejection};
 
 /// A simulated head.
 #[derive(Debug, Clone)]
 pub struct Head {
     spec: HeadSpec,
     mover: Mover<2>,
+    calling: Calling,
 }
 
 impl Head {
     /// Looking straight ahead.
     pub fn new(spec: HeadSpec) -> Self {
-        Self { spec, mover: Mover::at(Vector2::zeros()) }
+        Self { spec, mover: Mover::at(Vector2::zeros()), calling: Calling::default() }
     }
 
     fn look(&mut self, at: Point3<f64>, mode: Mode) -> Result<(), Rejection> {
@@ -38,18 +40,24 @@ impl Controller for Head {
         }
         let at = match start {
             ControllerState::Head { angles, .. } => Vector2::from(angles),
-            ControllerState::Base { .. } | ControllerState::Arm { .. } => self.mover.position(),
+            ControllerState::Base { .. } | ControllerState::Arm { .. } | ControllerState::Device => {
+                self.mover.position()
+            }
         };
-        self.mover = Mover::at(at);
+        (self.mover, self.calling) = (Mover::at(at), Calling::default());
         self.state()
     }
 
     fn start(&mut self, command: &Command, mode: Mode) -> Result<(), Rejection> {
-        if self.mover.is_busy() {
+        if self.mover.is_busy() || self.calling.is_busy() {
             return Err(Rejection::Busy);
         }
-        match *command {
-            Command::Look { at } => self.look(at, mode),
+        match command {
+            Command::Look { at, .. } => self.look(*at, mode),
+            Command::Call(call) => {
+                self.calling.begin(call, mode);
+                Ok(())
+            }
             Command::Drive { .. } | Command::Stand | Command::Grasp { .. } | Command::Put { .. } => {
                 Err(Rejection::Unsupported)
             }
@@ -57,11 +65,12 @@ impl Controller for Head {
     }
 
     fn cancel(&mut self) {
+        self.calling.cancel();
         self.mover.cancel();
     }
 
     fn step(&mut self) -> Progress {
-        self.mover.step().progress
+        self.calling.step().unwrap_or_else(|| self.mover.step().progress)
     }
 
     fn state(&self) -> ControllerState {

@@ -2,6 +2,7 @@
 
 mod arm;
 mod base;
+mod device;
 mod executor;
 mod head;
 mod profile;
@@ -13,10 +14,20 @@ use std::time::Duration;
 
 pub use arm::Arm;
 pub use base::Base;
+pub use device::Device;
 pub use executor::Executor;
 pub use head::Head;
 
-use crate::{Command, ControllerKind, ControllerState, Mode, PartEnd, Rejection};
+use crate::{ControllerKind, Inhibition, Mode, Name, PartEnd, Rejection};
+
+/// What a controller is told to do; objects and places have their names.
+pub type Command = crate::Command<Name, Name>;
+/// State of a controller, with the name of what it holds.
+pub type ControllerState = crate::ControllerState<Name>;
+/// What a controller is told.
+pub type ToController = crate::ToController<Name, Name>;
+/// What a controller says.
+pub type FromController = crate::FromController<Name>;
 
 /// One step of robot time. Motion is computed in such steps at any speed, so that the path is always the same.
 pub const STEP: Duration = Duration::from_millis(10);
@@ -45,6 +56,15 @@ pub trait Controller {
 
     /// State at the end of the last step.
     fn state(&self) -> ControllerState;
+
+    /// Why it may not move at present; none if it may. Asked in every step while a command is under way, else several times
+    /// a second; it must not block.
+    ///
+    /// What is under way ends with that, and is not stepped any more: whoever is inhibited stands, or is brought to stand
+    /// by what inhibits it. Once it may move again it is configured anew.
+    fn inhibited(&self) -> Option<Inhibition> {
+        None
+    }
 }
 
 /// What became of a command in one step.
@@ -64,5 +84,6 @@ pub fn simulated(kind: &ControllerKind) -> Box<dyn Controller + Send> {
         ControllerKind::Arm(spec) => Box::new(Arm::new(spec)),
         ControllerKind::Base(spec) => Box::new(Base::new(spec)),
         ControllerKind::Head(spec) => Box::new(Head::new(spec)),
+        ControllerKind::Device => Box::new(Device::new()),
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 
 use super::*;
-use crate::{ArmSpec, BaseSpec, HeadSpec, ObjectId, Pose};
+use crate::{ArmSpec, BaseSpec, Call, HeadSpec, NO_ARGUMENTS, Pose};
 
 const BASE: BaseSpec = BaseSpec { speed: 0.8, acceleration: 0.5, turn_speed: 1.0, turn_acceleration: 1.5 };
 const ARM: ArmSpec = ArmSpec {
@@ -25,6 +25,7 @@ fn moving(state: &ControllerState) -> (Vec<f64>, f64, f64) {
         ControllerState::Base { velocity, .. } => (velocity.as_slice().to_vec(), BASE.speed, BASE.acceleration),
         ControllerState::Arm { velocity, .. } => (velocity.as_slice().to_vec(), ARM.speed, ARM.acceleration),
         ControllerState::Head { velocity, .. } => (velocity.to_vec(), HEAD.speed, HEAD.acceleration),
+        ControllerState::Device => unreachable!("a device does not move"),
     }
 }
 
@@ -35,7 +36,7 @@ fn speeds(of: &[f64], state: &ControllerState) -> Vec<f64> {
             vec![of[0].hypot(of[1]), of[2] * BASE.speed / BASE.turn_speed]
         }
         ControllerState::Arm { .. } => vec![Vector3::from_row_slice(of).norm()],
-        ControllerState::Head { .. } => of.to_vec(),
+        ControllerState::Head { .. } | ControllerState::Device => of.to_vec(),
     }
 }
 
@@ -80,19 +81,23 @@ fn run(controller: &mut dyn Controller, cancel_at: Option<usize>) -> (Progress, 
 }
 
 fn look(x: f64, y: f64, z: f64) -> Command {
-    Command::Look { at: Point3::new(x, y, z) }
+    Command::Look { at: Point3::new(x, y, z), place: None }
+}
+
+fn object_named(number: u32) -> Name {
+    Name::from(&format!("object {number}")).expect("it fits")
 }
 
 fn grasp(object: u32, x: f64, y: f64, z: f64) -> Command {
-    Command::Grasp { object: ObjectId(object), at: Point3::new(x, y, z) }
+    Command::Grasp { object: object_named(object), at: Point3::new(x, y, z), place: None }
 }
 
 fn put(object: u32, x: f64, y: f64, z: f64) -> Command {
-    Command::Put { object: ObjectId(object), at: Point3::new(x, y, z) }
+    Command::Put { object: object_named(object), at: Point3::new(x, y, z), place: None }
 }
 
 fn drive(path: &[(f64, f64, f64)]) -> Command {
-    Command::Drive { path: path.iter().map(|&(x, y, h)| Pose::new(x, y, h)).collect() }
+    Command::Drive { path: path.iter().map(|&(x, y, h)| Pose::new(x, y, h)).collect(), place: None }
 }
 
 fn all() -> [Box<dyn Controller + Send>; 3] {
@@ -166,11 +171,11 @@ fn an_arm_takes_and_gives_back() {
     assert_eq!(end, Progress::Ended(PartEnd::Succeeded));
     let held = |state: &ControllerState| match state {
         ControllerState::Arm { holds, gripper, .. } => (*holds, *gripper),
-        ControllerState::Base { .. } | ControllerState::Head { .. } => panic!("not an arm"),
+        ControllerState::Base { .. } | ControllerState::Head { .. } | ControllerState::Device => panic!("not an arm"),
     };
     let taken = states.iter().find(|state| held(state).0.is_some()).unwrap();
-    assert_eq!(held(taken), (Some(ObjectId(3)), Point3::new(0.6, 0.1, 0.75)));
-    assert_eq!(held(&arm.state()), (Some(ObjectId(3)), ARM.tuck));
+    assert_eq!(held(taken), (Some(object_named(3)), Point3::new(0.6, 0.1, 0.75)));
+    assert_eq!(held(&arm.state()), (Some(object_named(3)), ARM.tuck));
 
     let other = arm.start(&put(4, 0.6, 0.1, 0.75), Mode::Achieve);
     assert_eq!(other, Err(Rejection::Unsupported));
@@ -219,7 +224,7 @@ fn a_start_state_is_taken_only_by_its_own_kind() {
         ControllerState::Arm {
             gripper: Point3::new(0.3, 0.3, 0.9),
             velocity: Vector3::zeros(),
-            holds: Some(ObjectId(2)),
+            holds: Some(object_named(2)),
         },
         ControllerState::Base { pose: Pose::new(1.0, 2.0, 3.0), velocity: Vector3::zeros() },
         ControllerState::Head { angles: [0.1, 0.2], velocity: [0.0; 2] },
@@ -300,4 +305,27 @@ proptest! {
             prop_assert_eq!(end, Progress::Ended(PartEnd::Canceled));
         }
     }
+}
+
+#[test]
+fn a_call_takes_its_time_whoever_does_it() {
+    let call = Call { name: "scan".into(), with: NO_ARGUMENTS.into(), takes: STEP * 3 };
+    let command = Command::Call(call);
+    let kinds =
+        [ControllerKind::Arm(ARM), ControllerKind::Base(BASE), ControllerKind::Head(HEAD), ControllerKind::Device];
+    for kind in kinds {
+        let mut controller = simulated(&kind);
+        assert_eq!(controller.start(&command, Mode::Achieve), Ok(()));
+        assert_eq!(controller.start(&command, Mode::Achieve), Err(Rejection::Busy));
+        let steps: Vec<_> = (0..3).map(|_| controller.step()).collect();
+        assert!(matches!(steps[..], [Progress::Running(_), Progress::Running(_), Progress::Ended(PartEnd::Succeeded)]));
+        assert_eq!(controller.start(&command, Mode::Maintain), Ok(()));
+        for _ in 0..100 {
+            assert_eq!(controller.step(), Progress::Running(1.0));
+        }
+        controller.cancel();
+        assert_eq!(controller.step(), Progress::Ended(PartEnd::Canceled));
+    }
+    let mut device = simulated(&ControllerKind::Device);
+    assert_eq!(device.start(&Command::Stand, Mode::Achieve), Err(Rejection::Unsupported));
 }

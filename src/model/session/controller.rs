@@ -5,8 +5,8 @@
 use std::time::Duration;
 
 use super::{Beat, ClockOrigin, DEAD_MAN, PULSE_EVERY, Pulse, Received};
-use crate::motion::{Controller, Executor, STEP};
-use crate::{Command, CommandId, ControllerKind, ControllerState, FromController, Mode, Rejection, Time, ToController};
+use crate::motion::{Command, Controller, ControllerState, Executor, FromController, STEP, ToController};
+use crate::{CommandId, ControllerKind, Inhibition, Mode, Rejection, Time};
 
 /// The shortest wait between two wakes in motion, wall time.
 const WAKE_MIN: Duration = Duration::from_millis(1);
@@ -22,6 +22,8 @@ pub struct Session<C> {
     /// A configuration that waits for the motion of the attachment before it to end.
     next: Option<Attachment>,
     is_stopping: bool,
+    /// Why it may not move, whatever its body says.
+    inhibited: Option<Inhibition>,
     /// When the last feedback was given.
     told_ns: u64,
     replies: Vec<Reply>,
@@ -54,6 +56,8 @@ struct Attachment {
     /// Steps of robot time since its zero: one grid for all controllers.
     step: u64,
     last_number: Option<u32>,
+    /// It was inhibited meanwhile.
+    is_void: bool,
 }
 
 impl<C: Controller> Session<C> {
@@ -66,6 +70,7 @@ impl<C: Controller> Session<C> {
             told_ns: 0,
             next: None,
             is_stopping: false,
+            inhibited: None,
             replies: Vec::new(),
         }
     }
@@ -89,11 +94,21 @@ impl<C: Controller> Session<C> {
         self.executor.cancel();
     }
 
+    /// From now on it may not move, or may again as far as its body lets it. Moved on, the session acts by it.
+    pub fn inhibit(&mut self, why: Option<Inhibition>) {
+        self.inhibited = why;
+    }
+
+    /// Why it may not move.
+    pub fn inhibited(&self) -> Option<Inhibition> {
+        self.inhibited.or_else(|| self.executor.inhibited())
+    }
+
     /// The controller's process is started anew: it serves nobody and does nothing.
     pub fn restart(&mut self) {
         self.executor.forget();
         (self.daemon, self.attached, self.next) = (None, None, None);
-        (self.is_stopping, self.told_ns) = (false, 0);
+        (self.is_stopping, self.inhibited, self.told_ns) = (false, None, 0);
         self.replies.clear();
     }
 
@@ -111,6 +126,7 @@ impl<C: Controller> Session<C> {
                     start,
                     step: step_at(origin, speed, now_ns),
                     last_number: None,
+                    is_void: false,
                 },
                 now_ns,
             ),
@@ -129,6 +145,9 @@ impl<C: Controller> Session<C> {
             self.executor.cancel();
         }
         let has_moved = self.run_steps(now_ns);
+        if let Some(why) = self.inhibited() {
+            self.halt(why);
+        }
         self.feed_back(now_ns);
         if !self.executor.is_busy() {
             if is_orphan {
@@ -161,8 +180,9 @@ impl<C: Controller> Session<C> {
         let attached = self.attached.as_ref();
         Pulse {
             epoch: attached.map_or(0, |attachment| attachment.epoch),
-            generation: attached.map_or(0, |attachment| attachment.generation),
+            generation: attached.filter(|attachment| !attachment.is_void).map_or(0, |attachment| attachment.generation),
             at: attached.map_or(Time::ZERO, Attachment::time),
+            inhibited: self.inhibited(),
             state: self.executor.state(),
         }
     }
@@ -191,12 +211,15 @@ impl<C: Controller> Session<C> {
             old.as_ref().is_none_or(|old| old.epoch != next.epoch || old.generation < next.generation)
         };
         let is_new = is_newer(&self.attached) && is_newer(&self.next);
-        if is_of_the_living && is_new && !self.is_stopping {
-            self.next = Some(next);
-            return;
-        }
         let id = CommandId { generation: next.generation, number: 0 };
-        let why = Rejection::Stale;
+        let why = match self.inhibited() {
+            Some(why) => Rejection::Inhibited(why),
+            None if is_of_the_living && is_new && !self.is_stopping => {
+                self.next = Some(next);
+                return;
+            }
+            None => Rejection::Stale,
+        };
         self.reply(next.epoch, FromController::Rejected { id, why });
     }
 
@@ -216,6 +239,7 @@ impl<C: Controller> Session<C> {
         command: &Command,
         now_ns: u64,
     ) -> Result<Time, Rejection> {
+        let inhibited = self.inhibited();
         let attachment = self.attached.as_mut().ok_or(Rejection::NotConfigured)?;
         let is_ours = (attachment.epoch, attachment.generation) == (epoch, id.generation);
         let is_new = attachment.last_number.is_none_or(|last| last < id.number);
@@ -223,6 +247,11 @@ impl<C: Controller> Session<C> {
             return Err(Rejection::Stale);
         }
         attachment.last_number = Some(id.number);
+        match inhibited {
+            Some(why) => return Err(Rejection::Inhibited(why)),
+            None if attachment.is_void => return Err(Rejection::NotConfigured),
+            None => {}
+        }
         if self.next.is_some() || self.is_stopping {
             return Err(Rejection::Busy);
         }
@@ -275,6 +304,16 @@ impl<C: Controller> Session<C> {
             }
         }
         attachment.step > before
+    }
+
+    /// What is under way ends, and nothing more is taken before the next configuration.
+    fn halt(&mut self, why: Inhibition) {
+        let Some(attachment) = &mut self.attached else { return };
+        attachment.is_void = true;
+        let epoch = attachment.epoch;
+        if let Some(result) = self.executor.halt(attachment.time(), why) {
+            self.reply(epoch, result);
+        }
     }
 
     fn feed_back(&mut self, now_ns: u64) {

@@ -24,9 +24,11 @@ impl Controller for Steps {
         (self.done, self.is_canceled) = (0, false);
         match command {
             Command::Stand => Ok(()),
-            Command::Drive { .. } | Command::Grasp { .. } | Command::Put { .. } | Command::Look { .. } => {
-                Err(Rejection::Unsupported)
-            }
+            Command::Drive { .. }
+            | Command::Grasp { .. }
+            | Command::Put { .. }
+            | Command::Look { .. }
+            | Command::Call(_) => Err(Rejection::Unsupported),
         }
     }
     fn cancel(&mut self) {
@@ -145,7 +147,11 @@ fn what_cannot_be_done_is_rejected() {
     take(&mut session, EPOCH, ToController::Cancel { id: id(9) }, 0);
     session.tick(50 * MS);
     assert_eq!(result(&mut session).unwrap().0, PartEnd::Succeeded);
-    let look = ToController::Goal { id: id(4), mode: Mode::Achieve, command: Command::Look { at: Point3::origin() } };
+    let look = ToController::Goal {
+        id: id(4),
+        mode: Mode::Achieve,
+        command: Command::Look { at: Point3::origin(), place: None },
+    };
     take(&mut session, EPOCH, look, 50 * MS);
     assert_eq!(rejected(&mut session), Some(Rejection::Unsupported));
 }
@@ -208,4 +214,29 @@ fn told_to_stop_it_brakes_and_takes_nothing_more() {
     session.replies();
     take(&mut session, EPOCH, goal(2), 30 * MS);
     assert_eq!(rejected(&mut session), Some(Rejection::Busy));
+}
+
+#[test]
+fn inhibited_it_ends_at_once_and_is_configured_anew() {
+    let why = Inhibition::EmergencyStop;
+    let mut session = attached(u32::MAX, 1.0);
+    take(&mut session, EPOCH, goal(1), 0);
+    session.tick(50 * MS);
+    session.inhibit(Some(why));
+    session.tick(60 * MS);
+    assert_eq!(result(&mut session), Some((PartEnd::Inhibited(why), Time(0), Time(60_000))));
+    assert_eq!((session.pulse().inhibited, session.pulse().generation), (Some(why), 0));
+    assert!(session.is_at_rest() && session.is_attached(), "its daemon is there all the same");
+    take(&mut session, EPOCH, goal(2), 70 * MS);
+    assert_eq!(rejected(&mut session), Some(Rejection::Inhibited(why)));
+    take(&mut session, EPOCH, configure(2, 1.0), 70 * MS);
+    assert_eq!(rejected(&mut session), Some(Rejection::Inhibited(why)));
+    session.inhibit(None);
+    session.tick(80 * MS);
+    assert_eq!(session.pulse().inhibited, None);
+    take(&mut session, EPOCH, goal(3), 80 * MS);
+    assert_eq!(rejected(&mut session), Some(Rejection::NotConfigured));
+    take(&mut session, EPOCH, configure(2, 1.0), 80 * MS);
+    session.tick(90 * MS);
+    assert_eq!(session.pulse().generation, 2);
 }

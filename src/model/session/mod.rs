@@ -13,7 +13,8 @@ pub use clock::ClockOrigin;
 pub use controller::{Reply, Session};
 pub use presence::{Attendance, Presence};
 
-use crate::{ControllerState, Time, ToController};
+use crate::motion::{ControllerState, ToController};
+use crate::{Inhibition, Time};
 
 /// Wall time without a sign of life after which the other side counts as gone.
 pub const DEAD_MAN: Duration = Duration::from_secs(1);
@@ -45,6 +46,8 @@ pub struct Pulse {
     pub generation: u32,
     /// When the state was so, robot time; zero while not attached.
     pub at: Time,
+    /// Why it may not move; none if it may.
+    pub inhibited: Option<Inhibition>,
     /// As of the end of the last step.
     pub state: ControllerState,
 }

@@ -3,14 +3,14 @@
 use std::time::Duration;
 
 use super::{DEAD_MAN, StampedPulse};
-use crate::Loss;
+use crate::{Inhibition, Loss};
 
 /// What a daemon knows of one controller's life.
 #[derive(Debug, Clone, Copy)]
 pub struct Presence {
     epoch: u64,
     seen: Option<Seen>,
-    is_attached: bool,
+    phase: Phase,
     /// It has shown that it is configured by this daemon.
     serves: bool,
     has_left: bool,
@@ -18,10 +18,19 @@ pub struct Presence {
     back: Option<(u64, Duration)>,
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    Away,
+    Attached,
+    /// It is there, and says that it may not move.
+    Inhibited(Inhibition),
+}
+
 #[derive(Debug, Clone, Copy)]
 struct Seen {
     pid: u32,
     sent_ns: u64,
+    inhibited: Option<Inhibition>,
 }
 
 /// What became of a controller's attachment.
@@ -32,6 +41,13 @@ pub enum Attendance {
         /// Process id, to be watched for its end.
         pid: u32,
     },
+    /// It is there, in this process, and may not move: nothing is to be sent to it.
+    Inhibited {
+        /// Process id, to be watched for its end.
+        pid: u32,
+        /// What keeps it.
+        why: Inhibition,
+    },
     /// It ended, fell silent, or gave this daemon up.
     Lost(Loss),
 }
@@ -39,7 +55,7 @@ pub enum Attendance {
 impl Presence {
     /// Of a controller that was not seen yet, for the daemon of this epoch.
     pub fn new(epoch: u64) -> Self {
-        Self { epoch, seen: None, is_attached: false, serves: false, has_left: false, back: None }
+        Self { epoch, seen: None, phase: Phase::Away, serves: false, has_left: false, back: None }
     }
 
     /// Takes a sign of life. True if it says anything: what an earlier, dead controller published may still lie there.
@@ -48,7 +64,7 @@ impl Presence {
         if !is_fresh(pulse.sent_ns, now_ns) || !is_newest {
             return false;
         }
-        self.seen = Some(Seen { pid: pulse.pid, sent_ns: pulse.sent_ns });
+        self.seen = Some(Seen { pid: pulse.pid, sent_ns: pulse.sent_ns, inhibited: pulse.pulse.inhibited });
         let serves = self.generation(pulse) != 0;
         // It gave this daemon up, as one that was silent for too long.
         self.has_left |= self.serves && !serves;
@@ -66,10 +82,10 @@ impl Presence {
         self.seen.filter(|seen| is_fresh(seen.sent_ns, now_ns)).map(|seen| seen.pid)
     }
 
-    /// When the controller counts as gone if nothing more is heard, nanoseconds; none while it is not attached.
+    /// When the controller counts as gone if nothing more is heard, nanoseconds; none while it is away.
     pub fn silent_at_ns(&self) -> Option<u64> {
         let dead_man_ns = u64::try_from(DEAD_MAN.as_nanos()).unwrap_or(u64::MAX);
-        let seen = self.seen.filter(|_| self.is_attached)?;
+        let seen = self.seen.filter(|_| self.phase != Phase::Away)?;
         let last_ns = self.back.map_or(seen.sent_ns, |(back_ns, _)| back_ns.max(seen.sent_ns));
         Some(last_ns.saturating_add(dead_man_ns))
     }
@@ -82,10 +98,18 @@ impl Presence {
     /// What has changed by now; `has_ended` says that its process has.
     pub fn attend(&mut self, now_ns: u64, has_ended: bool) -> Option<Attendance> {
         let has_left = std::mem::take(&mut self.has_left);
-        if !self.is_attached {
-            let pid = self.pid(now_ns).filter(|_| !has_left && !has_ended)?;
-            self.is_attached = true;
-            return Some(Attendance::Attached { pid });
+        let is_there = |seen: &Seen| !has_ended && is_fresh(seen.sent_ns, now_ns);
+        match (self.seen.filter(is_there), self.phase) {
+            (Some(Seen { pid, inhibited: Some(why), .. }), phase) => {
+                (self.phase, self.serves) = (Phase::Inhibited(why), false);
+                return (self.phase != phase).then_some(Attendance::Inhibited { pid, why });
+            }
+            (Some(Seen { pid, inhibited: None, .. }), Phase::Away | Phase::Inhibited(_)) if !has_left => {
+                self.phase = Phase::Attached;
+                return Some(Attendance::Attached { pid });
+            }
+            (_, Phase::Away) => return None,
+            (Some(_) | None, Phase::Attached | Phase::Inhibited(_)) => {}
         }
         let away = self.back.filter(|(back_ns, _)| is_fresh(*back_ns, now_ns));
         let loss = if has_ended {
@@ -100,7 +124,7 @@ impl Presence {
         } else {
             return None;
         };
-        (self.is_attached, self.serves) = (false, false);
+        (self.phase, self.serves) = (Phase::Away, false);
         Some(Attendance::Lost(loss))
     }
 }
@@ -113,13 +137,14 @@ fn is_fresh(sent_ns: u64, now_ns: u64) -> bool {
 mod tests {
     use super::super::Pulse;
     use super::*;
-    use crate::{ControllerState, Time};
+    use crate::Time;
+    use crate::motion::ControllerState;
 
     const MS: u64 = 1_000_000;
 
     fn pulse(sent_ms: u64, epoch: u64, generation: u32) -> StampedPulse {
         let state = ControllerState::Head { angles: [0.0; 2], velocity: [0.0; 2] };
-        let pulse = Pulse { epoch, generation, at: Time::ZERO, state };
+        let pulse = Pulse { epoch, generation, at: Time::ZERO, inhibited: None, state };
         StampedPulse { pid: 7, sent_ns: sent_ms * MS, pulse }
     }
 
@@ -177,6 +202,32 @@ mod tests {
         presence.was_away(1210 * MS, Duration::from_millis(1200));
         presence.hear(&pulse(1205, 0, 0), 1210 * MS);
         assert_eq!(presence.attend(1210 * MS, false), Some(Attendance::Lost(Loss::Left { away_ms: 1200 })));
+    }
+
+    #[test]
+    fn an_inhibited_controller_is_there_and_not_attached() {
+        let inhibited = |sent_ms, why| {
+            let mut pulse = pulse(sent_ms, 5, 0);
+            pulse.pulse.inhibited = Some(why);
+            pulse
+        };
+        let mut presence = Presence::new(5);
+        presence.hear(&pulse(10, 5, 1), 10 * MS);
+        assert_eq!(presence.attend(10 * MS, false), Some(Attendance::Attached { pid: 7 }));
+        let why = Inhibition::EmergencyStop;
+        presence.hear(&inhibited(20, why), 20 * MS);
+        assert_eq!(presence.attend(20 * MS, false), Some(Attendance::Inhibited { pid: 7, why }));
+        assert_eq!(presence.attend(30 * MS, false), None, "told once");
+        let why = Inhibition::Fault;
+        presence.hear(&inhibited(40, why), 40 * MS);
+        assert_eq!(presence.attend(40 * MS, false), Some(Attendance::Inhibited { pid: 7, why }));
+        let mut silent = presence;
+        assert_eq!(silent.attend(1040 * MS, false), Some(Attendance::Lost(Loss::Silent)));
+        let mut dead = presence;
+        assert_eq!(dead.attend(50 * MS, true), Some(Attendance::Lost(Loss::Ended)));
+        presence.hear(&pulse(60, 5, 0), 60 * MS);
+        assert_eq!(presence.attend(60 * MS, false), Some(Attendance::Attached { pid: 7 }));
+        assert_eq!(presence.attend(60 * MS, false), None);
     }
 
     #[test]

@@ -18,7 +18,9 @@ impl State {
             Record::World { change, .. } => self.change(&[*change]),
             Record::Decided { round, granted, reopened, .. } => {
                 self.round = *round;
-                self.awaited_until = self.awaited_until.filter(|_| granted.is_empty());
+                if !granted.is_empty() {
+                    (self.is_awaiting, self.awaited_until) = (false, None);
+                }
                 let are_granted = each(granted, |grant| self.grant(grant));
                 reopened.iter().all(|reopened| self.reopen(reopened)) && are_granted
             }
@@ -32,11 +34,11 @@ impl State {
             }
             Record::Woke { leaves, .. } => each(leaves, |leaf| self.wake(*leaf)),
             Record::Served { resources, service, .. } => {
-                self.awaited_until = None;
+                (self.is_awaiting, self.awaited_until) = (false, None);
                 each(resources, |resource| self.serve(*resource, *service))
             }
             Record::Awaited { until, .. } => {
-                self.awaited_until = Some(*until);
+                (self.is_awaiting, self.awaited_until) = (true, *until);
                 true
             }
             Record::Ended { end, .. } => {

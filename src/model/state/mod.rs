@@ -23,6 +23,7 @@ pub struct State {
     world: Arc<WorldState>,
     running: Arc<BTreeMap<NodeId, Grant>>,
     waits: Arc<BTreeSet<(Time, NodeId)>>,
+    is_awaiting: bool,
     awaited_until: Option<Time>,
     round: u32,
     progress: u64,
@@ -51,6 +52,7 @@ impl State {
             world: Arc::new(world),
             running: Arc::default(),
             waits: Arc::default(),
+            is_awaiting: false,
             awaited_until: None,
             round: 0,
             progress: 0,
@@ -103,7 +105,12 @@ impl State {
         &self.waits
     }
 
-    /// Until when the mission waits for a controller without which nothing can go on.
+    /// Whether the mission waits for a controller without which nothing can go on.
+    pub fn is_awaiting(&self) -> bool {
+        self.is_awaiting
+    }
+
+    /// Until when it does; none where it does so without limit.
     pub fn awaited_until(&self) -> Option<Time> {
         self.awaited_until
     }

@@ -18,7 +18,9 @@ pub enum Mishap {
     Lose(ControllerId),
     /// The process of a controller is there and does nothing any more.
     Hang(ControllerId),
-    /// A lost controller is started again; one that hung goes on.
+    /// The emergency stop of a controller is pressed.
+    Inhibit(ControllerId),
+    /// A lost controller is started again; one that hung goes on; an emergency stop is released.
     Return(ControllerId),
     /// The world changes from outside.
     World(Change),

@@ -1,42 +1,84 @@
 //! What a granted behavior asks of controllers, and how it ended.
 
+use std::fmt::{self, Display, Formatter};
 use std::time::Duration;
 
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
-use super::{Access, Change, ControllerId, Names, NodeId, ObjectId, Pose, Rejection, ResourceId};
+use super::{Access, Change, ControllerId, Names, NodeId, ObjectId, PlaceId, Pose, Rejection, ResourceId};
+
+/// Longest text of the arguments of a call, bytes.
+pub const ARGUMENTS_MAX: usize = 1024;
+
+/// The arguments of a call that has none.
+pub const NO_ARGUMENTS: &str = "{}";
 
 /// What one controller is told to do. Points are in the base frame, poses in the map frame; meters and radians.
+///
+/// Within the daemon objects and places are ids; controllers know them by [`Name`](super::Name), as
+/// [`motion::Command`](crate::motion::Command).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Command {
+pub enum Command<O = ObjectId, P = PlaceId> {
     /// Base: drive along the way points and stop at the last.
     Drive {
         /// Where to pass, the goal last; never empty.
         path: Vec<Pose>,
+        /// The place whose stand is the goal; logs of before do not tell.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        place: Option<P>,
     },
     /// Base: stand still.
     Stand,
     /// Arm: reach, close the gripper, lift.
     Grasp {
         /// What to take.
-        object: ObjectId,
+        object: O,
         /// Where it is.
         at: Point3<f64>,
+        /// The place where it lies, if it lies at one.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        place: Option<P>,
     },
     /// Arm: reach, open the gripper, retreat.
     Put {
         /// What to set down.
-        object: ObjectId,
+        object: O,
         /// Where it is set down, base frame, meters.
         at: Point3<f64>,
+        /// The place where it is set down; logs of before do not tell.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        place: Option<P>,
     },
     /// Head: look at a point and keep looking.
     Look {
         /// What is looked at, base frame, meters.
         at: Point3<f64>,
+        /// The place that is looked at; logs of before do not tell.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        place: Option<P>,
     },
+    /// Any: do what its robot file says that it offers.
+    Call(Call),
+}
+
+/// A command that is the user's own: its robot file says who offers it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Call {
+    /// What it is called.
+    pub name: String,
+    /// Its arguments, as an object of JSON: names of objects and places, texts, and numbers in SI units.
+    pub with: String,
+    /// How long it takes, as the robot file says; robot time.
+    pub takes: Duration,
+}
+
+impl Display for Call {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.name)?;
+        if self.with == NO_ARGUMENTS { Ok(()) } else { write!(f, " {}", self.with) }
+    }
 }
 
 /// Whether a part ends its goal or lasts as long as it.
@@ -124,7 +166,8 @@ pub enum End {
     Failed(Fault),
     /// By being told to.
     Canceled,
-    /// Its runtime was gone while it ran; nobody knows how far it came.
+    /// By no fault of its own: its runtime was gone while it ran, or its controller came to be inhibited. Nobody knows
+    /// how far it came, and it asks again at once.
     Interrupted,
 }
 

@@ -3,12 +3,15 @@
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::{Change, Command, CommandId, ControllerKind, Location, Mode, ObjectId, Pose, Rejection, ResourceId, Time};
+use super::{
+    Change, Command, CommandId, ControllerKind, Inhibition, Location, Mode, ObjectId, PlaceId, Pose, Rejection,
+    ResourceId, Time,
+};
 
 /// From the runtime to a controller.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum ToController {
+pub enum ToController<O = ObjectId, P = PlaceId> {
     /// The first message of an attachment.
     Configure {
         /// Counted by the daemon; what belongs to another is stale.
@@ -18,7 +21,7 @@ pub enum ToController {
         /// What it moves, and within which limits.
         limits: ControllerKind,
         /// Where a simulated controller starts; a real one answers with its own state.
-        start: ControllerState,
+        start: ControllerState<O>,
     },
     /// Do this.
     Goal {
@@ -27,7 +30,7 @@ pub enum ToController {
         /// Whether it ends by itself or lasts until it is canceled.
         mode: Mode,
         /// What to do.
-        command: Command,
+        command: Command<O, P>,
     },
     /// Stop doing it.
     Cancel {
@@ -39,13 +42,13 @@ pub enum ToController {
 /// From a controller to the runtime.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum FromController {
+pub enum FromController<O = ObjectId> {
     /// Ready, and this is how things are.
     Configured {
         /// The attachment that is answered.
         generation: u32,
         /// Its state, which wins over the daemon's.
-        state: ControllerState,
+        state: ControllerState<O>,
     },
     /// The command was begun.
     Accepted {
@@ -68,7 +71,7 @@ pub enum FromController {
         /// From 0 to 1.
         progress: f64,
         /// At the moment of the feedback.
-        state: ControllerState,
+        state: ControllerState<O>,
     },
     /// The command is over.
     Result {
@@ -81,11 +84,11 @@ pub enum FromController {
         /// When it ended, by the controller's own clock.
         ended: Time,
         /// At the moment of the end.
-        state: ControllerState,
+        state: ControllerState<O>,
     },
 }
 
-impl FromController {
+impl<O: Copy> FromController<O> {
     /// The command that it is about; none for a configuration.
     pub fn id(&self) -> Option<CommandId> {
         match *self {
@@ -98,7 +101,7 @@ impl FromController {
     }
 
     /// How the controller says that it is.
-    pub fn state(&self) -> Option<ControllerState> {
+    pub fn state(&self) -> Option<ControllerState<O>> {
         match *self {
             Self::Configured { state, .. } | Self::Feedback { state, .. } | Self::Result { state, .. } => Some(state),
             Self::Accepted { .. } | Self::Rejected { .. } => None,
@@ -124,12 +127,14 @@ pub enum PartEnd {
     Aborted,
     /// It was told to stop.
     Canceled,
+    /// The controller came to be inhibited.
+    Inhibited(Inhibition),
 }
 
 /// State of a controller as it publishes it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum ControllerState {
+pub enum ControllerState<O = ObjectId> {
     /// A base: map frame.
     Base {
         /// Where it is.
@@ -144,7 +149,7 @@ pub enum ControllerState {
         /// Its velocity, meters per second.
         velocity: Vector3<f64>,
         /// What it holds.
-        holds: Option<ObjectId>,
+        holds: Option<O>,
     },
     /// A head: pan to the left and tilt downwards, radians.
     Head {
@@ -153,9 +158,19 @@ pub enum ControllerState {
         /// Their velocities, radians per second.
         velocity: [f64; 2],
     },
+    /// A device of another kind, of which no motion is known.
+    Device,
 }
 
-impl ControllerState {
+impl<O: Copy> ControllerState<O> {
+    /// The object that it says to hold.
+    pub fn holds(&self) -> Option<O> {
+        match *self {
+            Self::Arm { holds, .. } => holds,
+            Self::Base { .. } | Self::Head { .. } | Self::Device => None,
+        }
+    }
+
     /// The same without its motion.
     #[must_use]
     pub fn at_rest(self) -> Self {
@@ -163,9 +178,12 @@ impl ControllerState {
             Self::Base { pose, .. } => Self::Base { pose, velocity: Vector3::zeros() },
             Self::Arm { gripper, holds, .. } => Self::Arm { gripper, velocity: Vector3::zeros(), holds },
             Self::Head { angles, .. } => Self::Head { angles, velocity: [0.0; 2] },
+            Self::Device => Self::Device,
         }
     }
+}
 
+impl ControllerState {
     /// What the state says of the world, for the resources that the controller moves.
     pub fn changes(&self, resources: impl IntoIterator<Item = ResourceId>) -> Vec<Change> {
         match *self {
@@ -177,7 +195,7 @@ impl ControllerState {
                 };
                 resources.into_iter().map(change).collect()
             }
-            Self::Head { .. } => Vec::new(),
+            Self::Head { .. } | Self::Device => Vec::new(),
         }
     }
 }

@@ -1,10 +1,10 @@
-//! How a controller came to be gone.
+//! How a controller came to be away.
 
 use std::fmt::{self, Display, Formatter};
 
 use serde::{Deserialize, Serialize};
 
-/// Why a controller counts as gone. Displayed as a clause about the controller: "its process ended".
+/// Why a controller counts as away. Displayed as a clause about the controller: "its process ended".
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Loss {
@@ -23,6 +23,48 @@ pub enum Loss {
     Broken,
     /// It hangs: it did not end in time what it was told to end, or was busy with it later.
     Hung,
+    /// It says to hold something that the mission does not have, so that nobody knows what its gripper can be used for.
+    HoldsUnknown,
+    /// It lives, and may not move.
+    Inhibited(Inhibition),
+}
+
+/// Why a controller that lives may not move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Inhibition {
+    /// Its emergency stop is pressed, or something else that keeps people safe has tripped.
+    EmergencyStop,
+    /// Something in it is broken, and waits for somebody to see to it.
+    Fault,
+    /// Somebody operates it by hand.
+    ByHand,
+}
+
+impl Loss {
+    /// Whether it is the controller itself that says so, and will say when it is over: it is awaited without limit.
+    pub fn is_inhibition(self) -> bool {
+        match self {
+            Self::Inhibited(_) => true,
+            Self::Ended
+            | Self::Silent
+            | Self::Left { .. }
+            | Self::Unanswered
+            | Self::Broken
+            | Self::Hung
+            | Self::HoldsUnknown => false,
+        }
+    }
+}
+
+impl Display for Inhibition {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::EmergencyStop => "emergency stop",
+            Self::Fault => "fault",
+            Self::ByHand => "operated by hand",
+        })
+    }
 }
 
 impl Display for Loss {
@@ -37,6 +79,8 @@ impl Display for Loss {
             Self::Unanswered => f.write_str("it did not answer its configuration"),
             Self::Broken => f.write_str("the link to it broke"),
             Self::Hung => f.write_str("it did not end what it was told to end"),
+            Self::HoldsUnknown => f.write_str("it says to hold what the mission does not have"),
+            Self::Inhibited(why) => write!(f, "it is inhibited: {why}"),
         }
     }
 }

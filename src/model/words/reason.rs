@@ -192,7 +192,7 @@ impl Reason {
             }
             Self::NoneFree { of } => format!("every {} is held or full", names.ty(*of)),
             Self::Unavailable { resource, why } => {
-                format!("{} is unavailable (its controller: {why})", names.resource(*resource))
+                format!("{} is unavailable ({})", names.resource(*resource), away(*why))
             }
             Self::BackingOff { wait_ms, fault } => {
                 format!("waits {} s after failing: {}", *wait_ms as f64 / 1e3, fault.sentence(names))
@@ -249,6 +249,21 @@ impl Reason {
         match self {
             Self::AlreadyDone { lacks, .. } => lacks.root_cause(),
             other => other,
+        }
+    }
+}
+/// How a controller is away, within a sentence.
+fn away(why: Loss) -> String {
+    match why {
+        Loss::Inhibited(why) => format!("its controller is inhibited: {why}"),
+        Loss::Ended
+        | Loss::Silent
+        | Loss::Left { .. }
+        | Loss::Unanswered
+        | Loss::Broken
+        | Loss::Hung
+        | Loss::HoldsUnknown => {
+            format!("its controller: {why}")
         }
     }
 }

@@ -113,8 +113,8 @@ pub enum Record {
     Awaited {
         /// Robot time since when.
         at: Time,
-        /// Until when it is awaited.
-        until: Time,
+        /// Until when it is awaited; none for as long as it is inhibited.
+        until: Option<Time>,
     },
     /// The world changed from outside.
     World {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::CommandId;
+use super::{CommandId, Inhibition};
 
 /// Why a message between runtime and controller was not taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
@@ -35,6 +35,12 @@ pub enum Rejection {
     /// It is doing something else.
     #[error("it is doing something else")]
     Busy,
+    /// It names an object or a place that the other side does not know.
+    #[error("a name in it is not known")]
+    NoSuchName,
+    /// The controller may not move now.
+    #[error("the controller is inhibited: {0}")]
+    Inhibited(Inhibition),
 }
 
 /// Something that came from a controller and is not used.

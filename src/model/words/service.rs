@@ -41,6 +41,11 @@ impl Service {
         }
     }
 
+    /// Whether the mission waits for it to come back, and not without limit.
+    pub fn is_awaited_for_a_time(&self) -> bool {
+        self.is_awaited() && self.outage().is_some_and(|why| !why.is_inhibition())
+    }
+
     /// Whether the mission still waits for it to come back.
     pub fn is_awaited(&self) -> bool {
         matches!(self, Self::Unavailable { .. })

@@ -6,8 +6,8 @@ use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Claim, ControllerId, FactId, Mode, Names, NodeId, ObjectId, PlaceId, Pose, ResourceId, Selector, Source, TypeId,
-    WorldState,
+    Call, Claim, ControllerId, FactId, Mode, Names, NodeId, ObjectId, PlaceId, Pose, ResourceId, Selector, Source,
+    TypeId, WorldState,
 };
 
 /// A mission that can be run.
@@ -72,6 +72,8 @@ pub enum ControllerKind {
     Base(BaseSpec),
     /// A head that pans and tilts.
     Head(HeadSpec),
+    /// A device of another kind, which does what its robot file says that it offers.
+    Device,
 }
 
 /// An arm with a gripper.
@@ -358,7 +360,7 @@ pub enum EffectTerm {
 }
 
 /// What a controller does while a behavior runs, as data.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct CommandTerm {
     /// The claim whose resource it moves.
     pub claim: usize,
@@ -369,10 +371,10 @@ pub struct CommandTerm {
 }
 
 /// What a controller is to do, before positions are filled in.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Task {
-    /// Drive to a stand, map frame.
-    DriveTo(Pose),
+    /// Drive to a stand of a place, map frame.
+    DriveTo(PlaceId, Pose),
     /// Stand still.
     Stand,
     /// Take an object where it is.
@@ -381,6 +383,8 @@ pub enum Task {
     Put(ObjectId, PlaceId),
     /// Look at the surface of a place.
     LookAt(PlaceId),
+    /// Something of its own.
+    Call(Call),
 }
 
 impl RobotSpec {

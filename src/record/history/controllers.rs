@@ -202,7 +202,7 @@ impl Controllers {
             }
             FromController::Result { id, end, .. } => match (self.end(controller, *id), end) {
                 (Some(leaves), PartEnd::Aborted) => self.fail(controller, Some(LastError::Aborted { leaves })),
-                (Some(_), PartEnd::Succeeded | PartEnd::Canceled) | (None, _) => {}
+                (Some(_), PartEnd::Succeeded | PartEnd::Canceled | PartEnd::Inhibited(_)) | (None, _) => {}
             },
         }
     }
@@ -224,5 +224,6 @@ fn verb(command: &Command) -> &'static str {
         Command::Grasp { .. } => "grasping",
         Command::Put { .. } => "putting",
         Command::Look { .. } => "looking",
+        Command::Call(_) => "busy with a call",
     }
 }

@@ -41,7 +41,7 @@ fn heard(message: &FromController) -> String {
         }
         FromController::Result { id, end, began, ended, .. } => {
             let took_s = (*ended - *began).as_secs_f64();
-            format!("goal {} {} after {took_s:.2} s", format::goal(*id), format::word(*end))
+            format!("goal {} {} after {took_s:.2} s", format::goal(*id), format::part_end(*end))
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Sentences that both the story and an account tell.
 
-use ambidex_model::{Blocked, Cause, Change, Consequences, End, Grant, Names, NodeId, Reason, Reopened, Time};
+use ambidex_model::{Blocked, Cause, Change, Consequences, End, Grant, Loss, Names, NodeId, Reason, Reopened, Time};
 use ambidex_record::{History, LeafState};
 
 use crate::text::phrase;
@@ -48,7 +48,7 @@ pub(super) fn ended(history: &History, at: Time, leaf: NodeId, end: End, consequ
     let mut said = vec![match end {
         End::Succeeded => format!("is done{after}."),
         End::Canceled => format!("is canceled{after}."),
-        End::Interrupted => format!("is interrupted{after}, since its runtime was gone."),
+        End::Interrupted => format!("is interrupted{after}, since {}.", interruption(history, leaf)),
         End::Failed(fault) => format!("fails{after}: {}.", fault.sentence(names)),
     }];
     if let Some(done) = consequences.completed.filter(|done| done.node != leaf) {
@@ -58,6 +58,22 @@ pub(super) fn ended(history: &History, at: Time, leaf: NodeId, end: End, consequ
         said.push(format!("With it {} fails.", phrase::part(failed, names)));
     }
     said
+}
+
+/// What kept a behavior from going on that had not failed.
+fn interruption(history: &History, leaf: NodeId) -> String {
+    let state = history.state_of_run();
+    let bindings = state.running().get(&leaf).into_iter().flat_map(|grant| &grant.bindings);
+    let inhibited = bindings.into_iter().find_map(|binding| {
+        let why = state.table().resource(binding.resource).service().outage()?;
+        why.is_inhibition().then_some((binding.resource, why))
+    });
+    match inhibited {
+        Some((resource, Loss::Inhibited(why))) => {
+            format!("the controller of {} is inhibited: {why}", history.names().resource(resource))
+        }
+        Some(_) | None => "its runtime was gone".to_owned(),
+    }
 }
 
 /// What is different in the world, but for where the base is, which moves all the time.

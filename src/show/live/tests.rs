@@ -31,7 +31,7 @@ fn heard(from: u32, message: FromController) -> Record {
 /// The robot picks two objects at once: the left arm is at 45 %, the right arm at 80 %.
 fn picking() -> History {
     let at = nalgebra::Point3::origin();
-    let grasp = |object| Command::Grasp { object: ObjectId(object), at };
+    let grasp = |object| Command::Grasp { object: ObjectId(object), at, place: None };
     let feedback = |from, progress| {
         let state = ControllerState::Arm { gripper: at, velocity: Vector3::zeros(), holds: None };
         let id = id(1);
@@ -42,7 +42,7 @@ fn picking() -> History {
     let begun = sample::experiment_1().into_iter().take(4);
     let under_way = [
         goal(0, "pick 1", Mode::Maintain, Command::Stand),
-        goal(1, "pick 1", Mode::Maintain, Command::Look { at }),
+        goal(1, "pick 1", Mode::Maintain, Command::Look { at, place: None }),
         goal(2, "pick 1", Mode::Achieve, grasp(0)),
         goal(3, "pick 2", Mode::Achieve, grasp(1)),
         feedback(2, 0.45),

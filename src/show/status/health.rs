@@ -1,6 +1,6 @@
 //! How well each controller is, and what it does.
 
-use ambidex_model::{ControllerId, Names, Time};
+use ambidex_model::{ControllerId, Loss, Names, Time};
 use ambidex_record::{ActiveCommand, ControllerView, History, LastError, Presence};
 
 use super::snapshot::{ControllerRow, GoalRow, Health, Phase};
@@ -35,6 +35,9 @@ fn health(history: &History, id: ControllerId, phase: Phase, now: Time) -> (Heal
     };
     match (view.presence, phase) {
         (Presence::Lost, _) => {
+            if let Some((_, Loss::Inhibited(why))) = history.lost(id) {
+                return (Health::Error, format!("inhibited since {}: {why}", view.since));
+            }
             let why = history.lost(id).map_or(String::new(), |(_, why)| format!(": {why}"));
             return (Health::Error, format!("lost at {}{why}", view.since));
         }

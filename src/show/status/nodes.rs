@@ -37,7 +37,7 @@ fn reason(history: &History, node: NodeId, state: LeafState) -> Option<String> {
     let fault = match leaf.last_end() {
         Some(End::Failed(fault)) => Some(fault.sentence(names)),
         Some(End::Canceled) => Some("it was told to end".into()),
-        Some(End::Interrupted) => Some("its runtime was gone while it ran".into()),
+        Some(End::Interrupted) => Some("it was interrupted by no fault of its own".into()),
         Some(End::Succeeded) | None => None,
     };
     let was = if history.end().is_some() && state == LeafState::Waiting { "was waiting: " } else { "" };

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use ambidex_model::{Access, Binding, Change, ControllerId, End, Location, Names, NodeId, Service, Time};
+use ambidex_model::{Access, Binding, Change, ControllerId, End, Location, Loss, Names, NodeId, Service, Time};
 
 /// Most names that a list tells; of more, the rest is counted.
 const MAX_LISTED: usize = 6;
@@ -103,14 +103,19 @@ pub(crate) fn served(controller: ControllerId, service: Service, names: &Names) 
     let controller = names.controller(controller);
     match service {
         Service::Available => format!("{controller} is back"),
+        Service::Unavailable { why: Loss::Inhibited(why), .. } => format!("{controller} is inhibited: {why}"),
         Service::Unavailable { why, .. } => format!("{controller} is unavailable: {why}"),
         Service::Gone { why, .. } => format!("{controller} is awaited no more: {why}"),
     }
 }
 
 /// Until when a mission waits for controllers.
-pub(crate) fn awaited(until: Time) -> String {
-    format!("nothing can go on without what is unavailable, which is awaited until {:.2} s", until.seconds())
+pub(crate) fn awaited(until: Option<Time>) -> String {
+    let how_long = match until {
+        Some(until) => format!("which is awaited until {:.2} s", until.seconds()),
+        None => "which is awaited for as long as it is inhibited".to_owned(),
+    };
+    format!("nothing can go on without what is unavailable, {how_long}")
 }
 
 /// Who asks again after having waited.
@@ -124,7 +129,7 @@ pub(crate) fn ended(end: End, names: &Names) -> String {
     match end {
         End::Succeeded => "succeeded".into(),
         End::Canceled => "was canceled".into(),
-        End::Interrupted => "was interrupted: its runtime was gone".into(),
+        End::Interrupted => "was interrupted by no fault of its own".into(),
         End::Failed(fault) => format!("failed: {}", fault.sentence(names)),
     }
 }

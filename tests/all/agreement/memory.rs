@@ -7,8 +7,8 @@ use std::task::{Context, Poll, Waker};
 use std::time::Duration;
 
 use ambidex::link::{Heard, Link, LinkError};
-use ambidex::model::ToController;
 use ambidex::model::session::{Beat, Received, Session, StampedPulse};
+use ambidex::model::{Inhibition, Labels, Names, Refusal, ToController};
 use ambidex::motion::STEP;
 use ambidex::runtime::{Clock, Port, Wake};
 use ambidex::sim::Body;
@@ -19,30 +19,48 @@ const PID: u32 = 1;
 
 pub struct Memory {
     session: Session<Body>,
+    labels: Labels,
     clock: Clock,
     start: Instant,
     orders: VecDeque<ToController>,
     heard: Vec<Heard>,
     next: Pin<Box<Sleep>>,
     waker: Option<Waker>,
+    /// When it comes to be inhibited, and when it may move again.
+    stops: VecDeque<(Instant, Option<Inhibition>)>,
 }
 
+/// When something inhibits a controller or does so no more, from the start on.
+pub type Stop = (Duration, Option<Inhibition>);
+
 impl Memory {
-    pub fn new(body: Body, clock: Clock) -> Self {
+    pub fn new(body: Body, names: &Names, stops: &[Stop], clock: Clock) -> Self {
         let start = Instant::now();
         let (session, next) = (Session::new(body), Box::pin(sleep_until(start)));
-        Self { session, clock, start, orders: VecDeque::new(), heard: Vec::new(), next, waker: None }
+        let labels = Labels::new(names);
+        let stops = stops.iter().map(|(at, why)| (start + *at, *why)).collect();
+        Self { session, labels, clock, start, orders: VecDeque::new(), heard: Vec::new(), next, waker: None, stops }
     }
 
     /// What the loop of a controller's process does when it wakes.
     fn turn(&mut self) {
         let now_ns = self.clock.now_ns();
+        while let Some((_, why)) = self.stops.pop_front_if(|(at, _)| *at <= Instant::now()) {
+            self.session.inhibit(why);
+        }
         self.session.hear_beat(Beat { pid: PID, epoch: EPOCH, sent_ns: now_ns });
         for message in std::mem::take(&mut self.orders) {
+            let message = self.labels.told(&message);
             self.session.take(Received { message, epoch: EPOCH, origin: self.clock.origin() }, now_ns);
         }
         self.session.tick(now_ns);
-        self.heard.extend(self.session.replies().into_iter().map(|reply| Heard::Message(reply.message)));
+        self.heard.extend(self.session.replies().into_iter().map(|reply| {
+            let (id, is_last) = (reply.message.id(), reply.message.is_last());
+            match self.labels.heard(reply.message) {
+                Ok(message) => Heard::Message(message),
+                Err(why) => Heard::Refused(Refusal { id, why, is_last }),
+            }
+        }));
         self.heard.push(Heard::Pulse(StampedPulse { pid: PID, sent_ns: now_ns, pulse: self.session.pulse() }));
     }
 }
@@ -82,7 +100,8 @@ impl Port for Memory {
         let steps = passed.as_nanos() / STEP.as_nanos() + 1;
         let step = STEP * u32::try_from(steps).expect("no mission lasts for a year");
         let rest = if self.session.is_at_rest() { passed + Duration::from_millis(100) } else { step };
-        self.next.as_mut().reset(self.start + rest);
+        let next = self.start + rest;
+        self.next.as_mut().reset(self.stops.front().map_or(next, |(at, _)| next.min(*at)));
         Poll::Ready(Ok(Wake::Heard))
     }
 

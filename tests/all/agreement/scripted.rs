@@ -1,7 +1,7 @@
 //! A controller that does as a number says: each command takes its time, is rejected, or fails.
 
-use ambidex::model::{Command, ControllerKind, ControllerState, Mode, PartEnd, Rejection};
-use ambidex::motion::{Controller, Progress};
+use ambidex::model::{ControllerKind, Mode, PartEnd, Rejection};
+use ambidex::motion::{Command, Controller, ControllerState, Progress};
 
 use crate::driver::Rng;
 
@@ -29,10 +29,16 @@ impl Scripted {
     /// What is so after a command that came to its end.
     fn finish(&mut self, command: &Command) {
         match (self.state.as_mut().expect("it is configured"), command) {
-            (ControllerState::Base { pose, .. }, Command::Drive { path }) => *pose = path[path.len() - 1],
+            (ControllerState::Base { pose, .. }, Command::Drive { path, .. }) => *pose = path[path.len() - 1],
             (ControllerState::Arm { holds, .. }, Command::Grasp { object, .. }) => *holds = Some(*object),
             (ControllerState::Arm { holds, .. }, Command::Put { .. }) => *holds = None,
-            (ControllerState::Base { .. } | ControllerState::Arm { .. } | ControllerState::Head { .. }, _) => {}
+            (
+                ControllerState::Base { .. }
+                | ControllerState::Arm { .. }
+                | ControllerState::Head { .. }
+                | ControllerState::Device,
+                _,
+            ) => {}
         }
     }
 }

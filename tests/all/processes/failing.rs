@@ -64,6 +64,45 @@ fn a_controller_that_stays_stopped_holds_up_no_end() {
 }
 
 #[test]
+fn an_emergency_stop_stops_one_arm_only() {
+    let home = Home::new();
+    let failures = "  - {at: 1 s, inhibit: left_arm}\n  - {at: 6 s, return: left_arm}\n";
+    let (finished, log) = run(&home, &file("config/missions/scan.yaml"), failures, &[]);
+    assert_eq!(finished.code, Some(0), "{}", finished.stderr);
+    says(
+        &finished,
+        &["on purpose: the emergency stop of left_arm is pressed", "left_arm is inhibited: emergency stop"],
+    );
+    says(&finished, &["interrupted fetch blood", "on purpose: the emergency stop of left_arm is released"]);
+    let at = |words: &str| finished.stderr.rfind(words).unwrap_or_else(|| panic!("{words}\n{}", finished.stderr));
+    assert!(at("done shake water") < at("left_arm is back"), "the other arm carries on\n{}", finished.stderr);
+    assert!(at("fetch blood (left_gripper)") > at("left_arm is back"), "it is used again\n{}", finished.stderr);
+    assert!(log.contains("\"inhibited\":\"emergency_stop\"") && log.contains("\"generation\":2"), "the log tells it");
+    assert!(!finished.stderr.contains("failed"), "{}", finished.stderr);
+}
+
+#[test]
+fn who_is_inhibited_is_awaited_without_limit() {
+    let home = Home::new();
+    let failures = "  - {at: 2 s, inhibit: scanner}\n  - {at: 25 s, return: scanner}\n";
+    let (finished, _) = run(&home, &file("config/missions/scan.yaml"), failures, &["--reattach-timeout", "1"]);
+    assert_eq!(finished.code, Some(0), "{}", finished.stderr);
+    says(&finished, &["scanner is inhibited: emergency stop", "which is awaited for as long as it is inhibited"]);
+    says(&finished, &["scanner is back", "done scan blood", "done scan water"]);
+}
+
+#[test]
+fn calls_are_carried_out_by_processes() {
+    let home = Home::new();
+    let failures = "  - {behavior: scan water, fails: aborted}\n";
+    let (finished, log) = run(&home, &file("config/missions/scan.yaml"), failures, &[]);
+    assert_eq!(finished.code, Some(0), "{}", finished.stderr);
+    says(&finished, &["attached scanner", "failed scan water: scanner gave up", "done scan water", "done spin"]);
+    let called = r#"{"call":{"name":"scan","with":"{\"object\":\"blood\",\"resolution\":600.0}","takes":"#;
+    assert!(log.contains(called), "the log tells it");
+}
+
+#[test]
 fn behaviors_fail_and_hang_and_the_world_changes() {
     let home = Home::new();
     let text = fs::read_to_string(file("config/missions/desk.yaml")).expect("a mission");

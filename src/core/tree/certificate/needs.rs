@@ -186,7 +186,7 @@ fn leaf_needs(mission: &MissionSpec, spec: &BehaviorSpec, is_kept: &[bool], name
     });
     let grasps = spec.commands.iter().filter_map(|term| match term.task {
         Task::Grasp(object) => Some((object, need(term.claim)?)),
-        Task::Put(..) | Task::DriveTo(_) | Task::Stand | Task::LookAt(_) => None,
+        Task::Put(..) | Task::DriveTo(..) | Task::Stand | Task::LookAt(_) | Task::Call(_) => None,
     });
     let takes = effects.chain(grasps).collect();
     let lying = spec.effects.iter().filter_map(|effect| match effect {
@@ -195,7 +195,7 @@ fn leaf_needs(mission: &MissionSpec, spec: &BehaviorSpec, is_kept: &[bool], name
     });
     let put = spec.commands.iter().filter_map(|term| match term.task {
         Task::Put(object, _) => Some(object),
-        Task::Grasp(_) | Task::DriveTo(_) | Task::Stand | Task::LookAt(_) => None,
+        Task::Grasp(_) | Task::DriveTo(..) | Task::Stand | Task::LookAt(_) | Task::Call(_) => None,
     });
     let puts = lying.chain(put).collect();
     LeafNeeds { takes, puts, ..leaf }

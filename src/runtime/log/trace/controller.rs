@@ -100,7 +100,7 @@ fn result(at_s: f64, controller: &str, id: CommandId, end: PartEnd, (began, ende
                 target: CONTROLLER,
                 controller,
                 goal = %format::goal(id),
-                end = %format::word(end),
+                end = format::part_end(end),
                 began_s = began.seconds(),
                 ended_s = ended.seconds(),
                 at_s,
@@ -110,6 +110,6 @@ fn result(at_s: f64, controller: &str, id: CommandId, end: PartEnd, (began, ende
     }
     match end {
         PartEnd::Succeeded | PartEnd::Canceled => result!(trace),
-        PartEnd::Aborted => result!(warn),
+        PartEnd::Aborted | PartEnd::Inhibited(_) => result!(warn),
     }
 }

@@ -112,7 +112,7 @@ pub(super) fn served(at_s: f64, controller: ControllerId, service: Service, name
     }
 }
 
-pub(super) fn awaited(at_s: f64, until_s: f64) {
+pub(super) fn awaited(at_s: f64, until_s: Option<f64>) {
     warn!(target: MISSION, until_s, at_s, "nothing can go on without what is unavailable");
 }
 

@@ -7,7 +7,7 @@ mod tree;
 #[cfg(test)]
 mod tests;
 
-use ambidex_model::{Names, Record};
+use ambidex_model::{Names, Record, Time};
 
 /// Target of messages between nodes.
 const TREE: &str = "ambidex::tree";
@@ -43,7 +43,7 @@ pub fn emit(record: &Record, names: &Names) {
         Record::Resource { at, resource, state } => mission::used(at.seconds(), *resource, state, names),
         Record::Woke { at, leaves } => mission::woke(at.seconds(), leaves, names),
         Record::Served { at, controller, service, .. } => mission::served(at.seconds(), *controller, *service, names),
-        Record::Awaited { at, until } => mission::awaited(at.seconds(), until.seconds()),
+        Record::Awaited { at, until } => mission::awaited(at.seconds(), until.map(Time::seconds)),
         Record::Controller { at, controller, message } => {
             controller::said(at.seconds(), names.controller(*controller), message, names)
         }

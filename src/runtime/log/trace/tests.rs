@@ -116,7 +116,7 @@ fn a_granted_round_is_told_with_its_bindings() {
     assert_eq!(
         events,
         [
-            "INFO ambidex::mission round granted round=[3] granted=[pick 1] refused=[29] at_s=[1.5]",
+            "INFO ambidex::mission round granted round=[3] granted=[pick 1] refused=[30] at_s=[1.5]",
             "DEBUG ambidex::mission grant round=[3] leaf=[pick 1] potential=[8.5] \
              claims=[base for \"at shelf\", base for \"at shelf\", left_gripper alone] at_s=[1.5]",
         ]
@@ -128,7 +128,7 @@ fn messages_of_controllers_name_controller_and_goal() {
     let heard = |message| samples::told(ControllerMessage::Heard { message });
     let (object, at) = (ObjectId(0), nalgebra::Point3::origin());
     check(
-        samples::told(samples::goal(Command::Grasp { object, at })),
+        samples::told(samples::goal(Command::Grasp { object, at, place: None })),
         &["TRACE ambidex::controller goal controller=[left_arm] goal=[1.7] leaf=[pick 1] \
            mode=[achieve] command=[grasp cup] at_s=[1.75]"],
     );

@@ -98,7 +98,7 @@ fn picking() -> Vec<Record> {
         Record::World { at: seconds(7.4), change: Change::Object(ObjectId(3), Location::In(ResourceId(3))) },
         goal(0, "pick 1", Mode::Maintain, Command::Stand),
         controller(7.4, 0, ControllerMessage::Joined { leaf: named("pick 2"), id: id(1) }),
-        goal(2, "pick 1", Mode::Achieve, Command::Grasp { object: ObjectId(0), at }),
+        goal(2, "pick 1", Mode::Achieve, Command::Grasp { object: ObjectId(0), at, place: None }),
         feedback(8.0, 0, 1.0),
         feedback(8.0, 2, 0.45),
     ]);
@@ -182,6 +182,9 @@ fn health_is_told_in_the_words_of_diagnostics() {
     let with = |more: &[Record]| [picking(), more.to_vec()].concat();
     let lost = with(&[controller(8.1, 2, ControllerMessage::Lost { why: ambidex_model::Loss::Ended })]);
     check(&lost, LIVES, 8.1, 2, Health::Error, "lost at 8.10 s: its process ended");
+    let why = Loss::Inhibited(Inhibition::EmergencyStop);
+    let inhibited = with(&[controller(8.1, 2, ControllerMessage::Lost { why })]);
+    check(&inhibited, LIVES, 8.1, 2, Health::Error, "inhibited since 8.10 s: emergency stop");
     let why = Rejection::OutOfReach;
     let rejected = with(&[heard(8.1, 2, FromController::Rejected { id: id(1), why })]);
     check(&rejected, LIVES, 8.1, 2, Health::Warn, "rejected pick 1: the point is out of reach");

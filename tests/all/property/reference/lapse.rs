@@ -106,11 +106,13 @@ impl Model<'_> {
     /// Whether a behavior's effects make a single condition true.
     pub(super) fn promises(&self, leaf: NodeId, condition: &Condition) -> bool {
         let spec = self.behavior(leaf);
-        let drives = spec.commands.iter().any(|term| match (term.task, condition) {
-            (Task::DriveTo(goal), Condition::At { stand, tolerance_m, .. }) => {
+        let drives = spec.commands.iter().any(|term| match (&term.task, condition) {
+            (Task::DriveTo(_, goal), Condition::At { stand, tolerance_m, .. }) => {
                 (goal.at.x - stand.at.x).hypot(goal.at.y - stand.at.y) <= *tolerance_m
             }
-            (Task::DriveTo(_) | Task::Stand | Task::Grasp(_) | Task::Put(..) | Task::LookAt(_), _) => false,
+            (Task::DriveTo(..) | Task::Stand | Task::Grasp(_) | Task::Put(..) | Task::LookAt(_) | Task::Call(_), _) => {
+                false
+            }
         });
         drives
             || spec.effects.iter().any(|effect| match (effect, condition) {

@@ -137,7 +137,7 @@ impl Model<'_> {
         let mut running = self.running.keys().copied();
         running.find(|&leaf| {
             let commands = &self.behavior(leaf).commands;
-            commands.iter().any(|term| matches!(term.task, Task::DriveTo(_)))
+            commands.iter().any(|term| matches!(term.task, Task::DriveTo(..)))
         })
     }
 
