@@ -188,6 +188,7 @@ fn requests(n: usize) -> Vec<Arc<Request>> {
             claims,
             changes: Vec::new(),
             skips: Vec::new(),
+            place: None,
         })
     };
     (0..n).map(request).collect()

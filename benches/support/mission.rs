@@ -1,5 +1,6 @@
 //! Missions built in code.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use ambidex::model::{
@@ -23,9 +24,9 @@ pub fn build(
     MissionSpec {
         name: "bench".into(),
         robot: RobotSpec { name: "bench".into(), resources, controllers, radius_m: 0.4 },
-        world: WorldSpec { places: Vec::new(), object_offsets: Vec::new(), obstacles: Vec::new() },
+        world: WorldSpec { places: Vec::new(), object_offsets: Vec::new(), obstacles: Vec::new(), outside: Vec::new() },
         start: WorldState { base: Pose::new(0.0, 0.0, 0.0), objects: Vec::new(), facts: vec![false; facts] },
-        tree: TreeSpec { nodes, topology: Topology::new(parents) },
+        tree: TreeSpec { nodes, topology: Topology::new(parents), limits: BTreeMap::new() },
         names,
         source: None,
     }
@@ -52,5 +53,6 @@ pub fn behavior(
         timeout: Duration::from_secs(600),
         retries: 0,
         backoff: Duration::ZERO,
+        elsewhere: None,
     }))
 }

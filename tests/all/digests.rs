@@ -7,7 +7,7 @@
 use std::fmt::Write;
 use std::sync::Arc;
 
-use ambidex::model::{Grant, MissionSpec, Names, Record};
+use ambidex::model::{Grant, MissionSpec, Names, Record, Reopened};
 use ambidex::tree::{Serial, Settings};
 
 use crate::fixtures::{file, load, rooms, simulate};
@@ -92,6 +92,13 @@ pub fn decisions(names: &Names, records: &[Record]) -> String {
                 write!(text, "{} {end:?} {completed:?} {failed:?}", leaf.0).expect("a string takes all");
             }
             Record::Ended { end, .. } => write!(text, "{end:?}").expect("a string takes all"),
+            Record::Infeasible { leaf, .. } => write!(text, "{} never", leaf.0).expect("a string takes all"),
+            Record::TimedOut { node, .. } => write!(text, "{} too long", node.0).expect("a string takes all"),
+            Record::Reopened { reopened, .. } => {
+                let Reopened { node, up_to, reset, .. } = reopened;
+                write!(text, "{} of {} again, {reset:?}", node.0, up_to.0).expect("a string takes all");
+            }
+            Record::Overtaken { skip, .. } => write!(text, "{skip:?} by others").expect("a string takes all"),
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => continue,
             Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::World { .. } => continue,
             Record::Resource { .. }

@@ -115,6 +115,10 @@ impl Driver {
     }
 
     /// Whether root wants a turn, and nothing is on its way to it: then it can be given one.
+    pub fn is_at_rest(&self) -> bool {
+        self.edges.is_empty() && !self.is_turn_due()
+    }
+
     pub fn is_turn_due(&self) -> bool {
         let is_for_root = |edge: &Edge| matches!(edge, Edge::Up(child) if self.topology.parent(*child) == NodeId(0));
         self.root().wants_turn() && !self.edges.keys().any(is_for_root)

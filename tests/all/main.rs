@@ -16,6 +16,7 @@ mod home;
 mod importing;
 mod journals;
 mod live;
+mod open_world;
 mod pictures;
 mod processes;
 mod property;

@@ -325,9 +325,17 @@ fn long_run(behaviors: usize, rounds: u32) -> Vec<u8> {
     for round in 1..=rounds {
         let leaf = NodeId(1 + round % (behaviors as u32 / 2));
         let at = Time(u64::from(round) * 1_000_000);
-        let request = Request { leaf, potential: 1.0, heir: false, claims: vec![], changes: vec![], skips: vec![] };
+        let request =
+            Request { leaf, potential: 1.0, heir: false, claims: vec![], changes: vec![], skips: vec![], place: None };
         let grant = Grant { request: request.into(), bindings: vec![], met: vec![] };
-        write(&Record::Decided { at, round, granted: vec![grant], refused: vec![], reopened: None });
+        write(&Record::Decided {
+            at,
+            round,
+            granted: vec![grant],
+            refused: vec![],
+            reopened: None,
+            deadlines: Vec::new(),
+        });
         let at = Time(at.0 + 900_000);
         let end = End::Failed(Fault::TimedOut);
         write(&Record::Released {
@@ -337,6 +345,7 @@ fn long_run(behaviors: usize, rounds: u32) -> Vec<u8> {
             consequences: Consequences::default(),
             changes: vec![],
             waits_until: None,
+            unfit: Vec::new(),
         });
     }
     journal.into_inner()

@@ -3,6 +3,7 @@
 //! What failed once stands in `tests/regressions/trees.txt` and is tried first. `AMBIDEX_TREES=100000` sets how many are
 //! tried behind it, `AMBIDEX_SEED=17` with `AMBIDEX_DEPTH=4` runs one alone and shows what it is.
 
+mod compare;
 mod counts;
 mod generator;
 mod plan;
@@ -96,7 +97,7 @@ pub fn watched(seed: u64, is_canceled: bool, mut watch: impl FnMut(&MissionSpec,
 /// Every decision, lease, change of the world and end is that of the reference model.
 #[test]
 fn decisions_are_those_of_the_reference_model() {
-    let counts = for_all("against the reference", 1, run::against_reference);
+    let counts = for_all("against the reference", 1, compare::against_reference);
     if number::<u64>("AMBIDEX_SEED").is_none() && trees() >= 1000 {
         counts.check_spread();
     }

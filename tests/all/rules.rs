@@ -4,17 +4,19 @@
 
 mod choosing;
 mod ending;
+mod failing;
 mod leases;
 mod reasons;
 mod words;
 
 use ambidex::model::{
-    BehaviorSpec, Change, End, Fault, MissionEnd, MissionSpec, NodeId, Outcome, Reason, Record, Retention, Time, Told,
+    BehaviorSpec, Cause, Change, ControllerId, End, Fault, MissionEnd, MissionSpec, NodeId, Outcome, Reason, Record,
+    Rejection, Retention, Time, Told,
 };
 use ambidex::tree::{Input, Settings};
 
 use crate::driver::{Driver, Rng};
-use crate::support::{Body, Tree};
+use crate::support::{Body, GRIPPER, Tree};
 
 /// What happens next.
 #[derive(Debug, Clone, Copy)]
@@ -27,6 +29,12 @@ pub enum Event {
     FailsWith(&'static str, Change),
     /// It succeeds, and its controller says where the base is or what the gripper holds.
     OkWith(&'static str, Change),
+    /// Its controllers will not take it: it is out of reach.
+    Rejects(&'static str),
+    /// It ends since it was told to.
+    Ends(&'static str),
+    /// So many seconds pass.
+    Wait(u64),
     /// The world changes from outside.
     World(Change),
 }
@@ -56,6 +64,18 @@ impl Run {
                     run.give(run.node(name), outcome(failed, vec![change]));
                 }
                 Event::OkWith(name, change) => run.give(run.node(name), outcome(End::Succeeded, vec![change])),
+                Event::Rejects(name) => {
+                    let node = run.node(name);
+                    let failed = End::Failed(Fault::Rejected(run.mover(node), Rejection::OutOfReach));
+                    run.give(node, outcome(failed, Vec::new()));
+                }
+                Event::Ends(name) => run.give(run.node(name), outcome(End::Canceled, Vec::new())),
+                Event::Wait(seconds) => {
+                    run.driver.now = Time(run.driver.now.0 + seconds * 1_000_000);
+                    if run.driver.root().deadline().is_some_and(|due| due <= run.driver.now) {
+                        run.give(NodeId(0), Told::Woke.into());
+                    }
+                }
                 Event::World(change) => run.give(NodeId(0), Told::World { change }.into()),
             }
         }
@@ -73,6 +93,17 @@ impl Run {
         }
     }
 
+    /// Who moves the gripper of a running behavior.
+    fn mover(&self, leaf: NodeId) -> ControllerId {
+        let grant = &self.driver.root().state().running()[&leaf];
+        let mut bindings = grant.bindings.iter();
+        let mover = bindings.find_map(|binding| {
+            let spec = self.mission.robot.resources[binding.resource.index()];
+            spec.controller.filter(|_| spec.ty == GRIPPER)
+        });
+        mover.expect("a gripper is moved by somebody")
+    }
+
     fn node(&self, name: &str) -> NodeId {
         let names = &self.mission.names.nodes;
         let index = names.iter().position(|other| other == name);
@@ -84,6 +115,7 @@ impl Run {
         let name = |node: NodeId| self.mission.names.node(node);
         let mut steps: Vec<String> = Vec::new();
         for record in &self.driver.records {
+            steps.extend(self.turn(record));
             let Record::Decided { granted, reopened, .. } = record else {
                 continue;
             };
@@ -100,16 +132,34 @@ impl Run {
             Some(MissionEnd::Done) => steps.push("done".into()),
             Some(MissionEnd::Failed(leaf)) => steps.push(format!("failed at {}", name(leaf))),
             Some(end) => steps.push(format!("{end:?}").to_lowercase()),
+            None if self.driver.root().state().running().is_empty() => steps.push("waits".into()),
             None => {}
         }
         steps.join(", ")
     }
 
+    /// What happened beside the rounds.
+    fn turn(&self, record: &Record) -> Option<String> {
+        let name = |node: NodeId| self.mission.names.node(node);
+        match record {
+            Record::Infeasible { leaf, .. } => Some(format!("never {}", name(*leaf))),
+            Record::TimedOut { node, .. } => Some(format!("late {}", name(*node))),
+            Record::Overtaken { goal, .. } => Some(format!("others {}", name(*goal))),
+            Record::Reopened { reopened, .. } => {
+                let how = if reopened.cause == Cause::Leave { "leaves" } else { "again" };
+                Some(format!("{how} {}", name(reopened.node)))
+            }
+            _ => None,
+        }
+    }
+
     /// The last reason of a leaf.
     pub fn reason(&self, name: &str) -> Option<Reason> {
         let leaf = self.node(name);
-        let mut refused = self.driver.records.iter().flat_map(Record::refusals);
-        refused.rfind(|blocked| blocked.leaf == leaf).map(|blocked| blocked.reason.clone())
+        self.driver.records.iter().rev().find_map(|record| match record {
+            Record::Infeasible { leaf: never, reason, .. } if *never == leaf => Some(reason.clone()),
+            _ => record.refusals().iter().rfind(|blocked| blocked.leaf == leaf).map(|blocked| blocked.reason.clone()),
+        })
     }
 
     /// Rounds of which it is recorded why something does not run.

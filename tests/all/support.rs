@@ -1,5 +1,6 @@
 //! Small missions for tests: a tree from nested values, a robot, a world.
 
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::time::Duration;
 
@@ -121,6 +122,7 @@ pub fn mission(body: Body, places: usize, objects: Vec<Location>, facts: Vec<boo
             places: (0..places).map(|index| place(index, places)).collect(),
             object_offsets: (0..objects.len()).map(offset).collect(),
             obstacles: Vec::new(),
+            outside: Vec::new(),
         },
         start: WorldState { base: Pose::new(0.0, 0.0, 0.0), objects, facts },
         robot,
@@ -147,7 +149,7 @@ fn tree_spec(tree: &Tree) -> (TreeSpec, Vec<String>) {
     let mut spec = (vec![NodeKind::Root], vec![NodeId(0)], vec!["root".into()]);
     add(tree, NodeId(0), &mut spec);
     let topology = Topology::new(spec.1);
-    (TreeSpec { nodes: spec.0, topology }, spec.2)
+    (TreeSpec { nodes: spec.0, topology, limits: BTreeMap::new() }, spec.2)
 }
 
 /// The tree, one node a line.
@@ -208,6 +210,7 @@ pub fn blank(kind: &str) -> BehaviorSpec {
         timeout: Duration::from_secs(60),
         retries: 0,
         backoff: Duration::ZERO,
+        elsewhere: None,
     }
 }
 
@@ -257,6 +260,7 @@ pub fn pick(body: Body, object: ObjectId, at: PlaceId, places: usize) -> Behavio
         precondition: Condition::All(vec![
             Condition::At { place: at, stand, tolerance_m: TOLERANCE_M },
             Condition::Free(object),
+            Condition::Lies(object, at),
         ]),
         effects: vec![EffectTerm::Taken(object, 2)],
         commands: vec![

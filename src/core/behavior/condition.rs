@@ -34,6 +34,11 @@ pub fn check(condition: &Condition, view: &View, line: &Lineage<'_>, known: &mut
             Location::In(by) => Err(Reason::Taken { object: *object, by }),
             Location::At(_) | Location::Unknown => Ok(()),
         },
+        Condition::Somewhere(object) => match world_state.objects[object.index()] {
+            Location::At(_) => Ok(()),
+            Location::In(by) => Err(Reason::Taken { object: *object, by }),
+            Location::Unknown => Err(Reason::Nowhere { object: *object }),
+        },
         Condition::Lies(object, place) => {
             let is_there = world_state.objects[object.index()] == Location::At(*place);
             met(is_there, || Reason::Elsewhere { object: *object, place: *place })
@@ -45,7 +50,7 @@ pub fn check(condition: &Condition, view: &View, line: &Lineage<'_>, known: &mut
 }
 
 /// A condition in its single parts, in their order.
-fn singles(condition: &Condition) -> impl Iterator<Item = &Condition> {
+pub(crate) fn singles(condition: &Condition) -> impl Iterator<Item = &Condition> {
     let mut rest = vec![condition];
     std::iter::from_fn(move || {
         while let Some(next) = rest.pop() {
@@ -61,20 +66,30 @@ fn unmet(single: &Condition, view: &View, line: &Lineage<'_>) -> Option<Reason> 
     check(single, view, line, &mut KnownPaths::default()).err()
 }
 
-/// Whether success makes a single condition true, by what the kind promises; a base stands where it was to drive.
-pub(crate) fn makes_so(spec: &BehaviorSpec, condition: &Condition) -> bool {
+/// What success makes so, by what the kind promises; a base stands where it was to drive.
+pub(crate) fn promised(spec: &BehaviorSpec) -> impl Iterator<Item = EffectTerm> {
     let drives = spec.commands.iter().filter_map(|term| match term.task {
         Task::DriveTo(_, stand) => Some(EffectTerm::Stands(stand)),
         Task::Stand | Task::Grasp(_) | Task::Put(..) | Task::LookAt(_) | Task::Call(_) => None,
     });
-    spec.effects.iter().copied().chain(drives).any(|effect| match (effect, condition) {
+    spec.effects.iter().copied().chain(drives)
+}
+
+/// Whether success makes a single condition true.
+pub(crate) fn makes_so(spec: &BehaviorSpec, condition: &Condition) -> bool {
+    promised(spec).any(|effect| becomes_so(effect, condition))
+}
+
+/// Whether an effect makes a single condition true.
+pub(crate) fn becomes_so(effect: EffectTerm, condition: &Condition) -> bool {
+    match (effect, condition) {
         (EffectTerm::Stands(pose), Condition::At { stand, tolerance_m, .. }) => is_at(pose, *stand, *tolerance_m),
         (EffectTerm::Taken(object, _), Condition::Held(wanted)) => object == *wanted,
-        (EffectTerm::Lies(object, _), Condition::Free(wanted)) => object == *wanted,
+        (EffectTerm::Lies(object, _), Condition::Free(wanted) | Condition::Somewhere(wanted)) => object == *wanted,
         (EffectTerm::Lies(object, place), Condition::Lies(wanted, at)) => (object, place) == (*wanted, *at),
         (EffectTerm::Fact(fact, holds), Condition::Fact(wanted, so)) => (fact, holds) == (*wanted, *so),
         (EffectTerm::Stands(_) | EffectTerm::Taken(..) | EffectTerm::Lies(..) | EffectTerm::Fact(..), _) => false,
-    })
+    }
 }
 
 /// What a blocked leaf lacks of its precondition, if that is the reason that it gave.
@@ -87,7 +102,7 @@ pub(crate) fn lacking<'a>(spec: &'a BehaviorSpec, view: &View, leaf: NodeId, rea
 /// Whether a leaf that sent a behavior back still lacks what that makes so.
 pub(crate) fn is_needed(maker: &BehaviorSpec, view: &View, leaf: NodeId) -> bool {
     let line = Lineage { topology: &view.mission.tree.topology, node: leaf, skips: &[] };
-    let spec = view.mission.tree.behavior(leaf).filter(|_| !view.state.is_done(leaf));
+    let spec = view.behavior(leaf).filter(|_| !view.state.is_done(leaf));
     let lacks = |single: &Condition| makes_so(maker, single) && unmet(single, view, &line).is_some();
     spec.is_some_and(|spec| singles(&spec.precondition).any(lacks))
 }

@@ -4,9 +4,9 @@ mod candidates;
 mod condition;
 mod goal;
 
-pub(crate) use candidates::too_few;
+pub(crate) use candidates::{could_serve, lacks_for_good, too_few};
 pub use condition::check;
-pub(crate) use condition::{is_needed, lacking, makes_so};
+pub(crate) use condition::{becomes_so, is_needed, lacking, makes_so, promised, singles};
 pub use goal::{believed, changes, goal};
 
 use crate::world::{KnownPaths, View};
@@ -78,6 +78,7 @@ fn request(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>, known: &mut Kno
         claims,
         changes: spec.changes.clone(),
         skips: line.skips.to_vec(),
+        place: None,
     })
 }
 

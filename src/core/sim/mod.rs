@@ -181,14 +181,12 @@ impl<'a> Simulation<'a> {
                 return self.end.expect("only an ended mission is made safe");
             }
             if !self.advance() {
-                let is_awaited = self.plants.iter().any(Plant::is_inhibited);
-                match self.end {
-                    None if !self.has_begun => self.tell_root(Told::End { end: MissionEnd::NotAttached }),
-                    // Who is inhibited is awaited without limit, and nobody will ever let it move again.
-                    None if is_awaited => self.tell_root(Told::End { end: MissionEnd::Stalled }),
-                    // Nothing moves, nothing is due: a mission that waits for a world in which nothing happens.
-                    end => return end.unwrap_or(MissionEnd::Stalled),
+                if let Some(end) = self.end {
+                    return end;
                 }
+                // Nothing moves, nothing is due: whoever waits for the world waits for one in which nothing happens.
+                let end = if self.has_begun { MissionEnd::Stalled } else { MissionEnd::NotAttached };
+                self.tell_root(Told::End { end });
             }
         }
     }

@@ -70,11 +70,6 @@ impl Plant {
         self.session.inhibit(Some(why));
     }
 
-    /// Whether it is there, and may not move.
-    pub(super) fn is_inhibited(&self) -> bool {
-        self.life == Life::Alive && self.session.inhibited().is_some()
-    }
-
     pub(super) fn hang(&mut self) {
         self.life = Life::Hung;
     }

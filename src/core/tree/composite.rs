@@ -7,8 +7,8 @@ use std::sync::Arc;
 use super::ordering::Ordering;
 use super::{Activation, Allocator, Answer, Down, Effect, News, Offers, Outbox, Scope, Settings, Up, Verdict};
 use crate::world::View;
-use ambidex_model::state::Phase;
-use ambidex_model::{MissionSpec, NodeId, NodeRange, Reason};
+use ambidex_model::state::{Phase, Wait};
+use ambidex_model::{Failing, MissionSpec, NodeId, NodeRange, Reason};
 
 /// The machine of a task node.
 #[derive(Debug)]
@@ -25,6 +25,8 @@ pub struct Composite {
     /// Of OR and THEN: the children whose answers count, by index, in their order.
     order: Vec<usize>,
     said: Option<Arc<Answer>>,
+    /// What it said last was why nothing below is asked.
+    was_silent: bool,
     open: Option<Open>,
 }
 
@@ -70,6 +72,7 @@ impl Composite {
             unsatisfied: 0,
             order: Vec::new(),
             said: None,
+            was_silent: false,
             open: None,
         }
     }
@@ -104,8 +107,8 @@ impl Composite {
 
     fn on_activation(&mut self, Activation { view, skips, scope }: Activation, out: &mut Outbox) {
         assert!(self.open.is_none(), "one round at a time");
-        let is_failing = matches!(view.state.phase(self.id), Phase::Failing(_));
-        if scope == Scope::Anew || is_failing {
+        let is_silent = self.silence(&view).is_some();
+        if scope == Scope::Anew || is_silent {
             self.forget();
         }
         self.open = Some(Open {
@@ -114,10 +117,10 @@ impl Composite {
             scope,
             waiting: 0,
             is_different: self.said.is_none(),
-            news: News::default(),
+            news: self.news_of_silence(),
         });
         self.order.clear();
-        if !is_failing {
+        if !is_silent {
             match self.ordering {
                 Ordering::And => self.ask_all(&view, &skips, out),
                 Ordering::Or | Ordering::Then => {
@@ -128,6 +131,15 @@ impl Composite {
             }
         }
         self.answer_if_complete(out);
+    }
+
+    /// What was said of those below that are not asked does not hold any more.
+    fn news_of_silence(&mut self) -> News {
+        let mut news = News::default();
+        if std::mem::take(&mut self.was_silent) {
+            news.withdrawn.push(NodeRange { from: self.id, to: self.mission.tree.topology.end(self.id) });
+        }
+        news
     }
 
     /// Nothing that was said before counts.
@@ -157,7 +169,7 @@ impl Composite {
 
     fn ask_or_leave(&mut self, index: usize, skips: &Arc<Vec<NodeRange>>, out: &mut Outbox) {
         let open = self.open.as_ref().expect("children are asked in an open round");
-        if open.view.state.is_done(self.children[index].id) {
+        if matches!(open.view.state.phase(self.children[index].id), Phase::Done | Phase::Failed) {
             self.leave(index);
         } else {
             self.ask(index, skips, out);
@@ -244,15 +256,17 @@ impl Composite {
         }
         let Open { view, is_different, mut news, .. } = self.open.take().expect("it is open");
         news.passed_on = news.reasons.len();
-        let said = match (view.state.phase(self.id), self.said.take()) {
-            (Phase::Pending | Phase::Done | Phase::Failed, Some(said)) if !is_different => said,
-            (Phase::Pending | Phase::Done | Phase::Failed, said) => {
+        let said = match (self.silence(&view), self.said.take()) {
+            (None, Some(said)) if !is_different => said,
+            (None, said) => {
                 let answer = self.answer(&view, said.as_deref(), &mut news);
                 said.filter(|said| **said == answer).unwrap_or_else(|| Arc::new(answer))
             }
-            (Phase::Failing(failing), _) => Arc::new(self.failing_answer(&view, failing.child, &mut news)),
+            (Some(reason), _) => Arc::new(self.silent_answer(&view, &reason, &mut news)),
         };
-        self.said = Some(Arc::clone(&said));
+        // What is said in silence is no answer to build on.
+        self.was_silent = self.silence(&view).is_some();
+        self.said = (!self.was_silent).then(|| Arc::clone(&said));
         let news = (!news.is_empty()).then(|| Box::new(news));
         out.push(Effect::Up(Up::Answer { from: self.id, round: view.round, answer: said, news }));
     }
@@ -276,7 +290,8 @@ impl Composite {
                 (self.unsatisfied == 0, requests)
             }
         };
-        Answer { is_running, is_satisfied: is_satisfied && !is_running, requests, reason: None }
+        let can_be = view.state.phase(self.id) == Phase::Pending && !is_running;
+        Answer { is_running, is_satisfied: is_satisfied && can_be, requests, reason: None }
     }
 
     /// An OR or a THEN has asked others than in the last round.
@@ -297,15 +312,27 @@ impl Composite {
         self.children.binary_search_by_key(&child, |child| child.id).expect("children speak to their parent")
     }
 
-    /// A node that waits for its running children to end asks for nothing more.
-    fn failing_answer(&self, view: &View, failed: NodeId, news: &mut News) -> Answer {
+    /// Why nothing below is asked: it waits for what runs there to end, or after a failure.
+    fn silence(&self, view: &View) -> Option<Reason> {
+        let status = view.state.status(self.id);
+        match status.phase {
+            Phase::Failing(Failing { finishes: true, .. }) | Phase::Pending | Phase::Done | Phase::Failed => {
+                status.wait.as_deref().map(Wait::reason)
+            }
+            Phase::Failing(Failing { child, .. }) if child == self.id => Some(Reason::OutOfTime { node: child }),
+            Phase::Failing(Failing { child, .. }) => Some(Reason::Ending { failed: child }),
+        }
+    }
+
+    /// A node below which nothing is asked asks for nothing.
+    fn silent_answer(&self, view: &View, reason: &Reason, news: &mut News) -> Answer {
         let tree = &self.mission.tree;
         let below = NodeRange { from: self.id, to: tree.topology.end(self.id) };
         news.withdrawn.push(below);
         let leaves = (below.from.0..below.to.0).map(NodeId);
         let idle = leaves.filter(|leaf| tree.behavior(*leaf).is_some() && !view.state.running().contains_key(leaf));
-        news.reasons.extend(idle.map(|leaf| (leaf, Some(Reason::Ending { failed }))));
-        Answer { is_running: true, ..Answer::default() }
+        news.reasons.extend(idle.map(|leaf| (leaf, Some(reason.clone()))));
+        Answer { is_running: view.state.is_busy(self.id), ..Answer::default() }
     }
 
     /// Goes to where something starts or is to end.

@@ -16,7 +16,7 @@ impl RoundEnd<'_> {
         lapsing.sort_by_key(|(holder, behavior, resource, _)| (*holder, *behavior, *resource));
         let (holder, leaf, resource, lacks) = lapsing.pop()?;
         let cause = Cause::Lapse { resource, heir: Box::new(lacks) };
-        Some(Reopened { node: leaf, up_to: holder, cause, undecided: Vec::new(), ended: Vec::new() })
+        Some(Reopened { node: leaf, up_to: holder, cause, undecided: Vec::new(), ended: Vec::new(), reset: Vec::new() })
     }
 
     /// The first heir below a holder with what it lacks; none while an heir runs or waits for something that runs.
@@ -54,11 +54,13 @@ impl RoundEnd<'_> {
             Reason::Satisfied
             | Reason::Unwanted
             | Reason::Unavailable { .. }
+            | Reason::Unfit { .. }
             | Reason::Missing { .. }
             | Reason::OutOfReach { .. }
             | Reason::NotHeld { .. }
             | Reason::Taken { .. }
             | Reason::Elsewhere { .. }
+            | Reason::Nowhere { .. }
             | Reason::NotAt { .. }
             | Reason::NoPath { .. }
             | Reason::PathNotFound { .. }
@@ -66,7 +68,8 @@ impl RoundEnd<'_> {
             | Reason::AlreadyDone { .. }
             | Reason::Alternative { .. }
             | Reason::NotItsTurn { .. }
-            | Reason::Ending { .. } => false,
+            | Reason::Ending { .. }
+            | Reason::OutOfTime { .. } => false,
         }
     }
 }

@@ -68,15 +68,15 @@ impl Leaf {
     fn answer(&mut self, view: &View, skips: &[NodeRange]) -> behavior::Answer {
         let tree = &self.mission.tree;
         let line = Lineage { topology: &tree.topology, node: self.id, skips };
-        let spec = spec(&self.mission, self.id);
+        let own = spec(&self.mission, self.id);
+        let (spec, place) = (own.as_in(view.state.world()), own.place_in(view.state.world()));
         let bar = view.state.status(self.id).bar.as_ref().filter(|bar| bar.progress == view.state.progress());
         let answer = match view.state.redone().get(&self.id).and_then(|redone| redone.leaf) {
             Some(by) => behavior::answer_again(spec, view, &line, &mut self.known_paths, by),
             None => behavior::answer(spec, view, &line, &mut self.known_paths),
         };
         if let (Some(wait), false) = (&view.state.status(self.id).wait, answer == behavior::Answer::Satisfied) {
-            let wait_ms = u64::try_from(wait.until.since(wait.since).as_millis()).unwrap_or(u64::MAX);
-            return behavior::Answer::Blocked(Reason::BackingOff { wait_ms, fault: wait.fault });
+            return behavior::Answer::Blocked(wait.reason());
         }
         match (answer, bar) {
             (behavior::Answer::Satisfied, _) => behavior::Answer::Satisfied,
@@ -86,7 +86,7 @@ impl Leaf {
             }),
             (behavior::Answer::Request(request), None) => match view.barred.get(&self.id) {
                 Some(reason) => behavior::Answer::Blocked(reason.clone()),
-                None => behavior::Answer::Request(request),
+                None => behavior::Answer::Request(Request { place, ..request }),
             },
             (answer @ behavior::Answer::Blocked(_), None) => answer,
         }
@@ -94,7 +94,7 @@ impl Leaf {
 
     fn on_verdict(&mut self, verdict: &Verdict, out: &mut Outbox) {
         if let (Some(grant), Some(view)) = (verdict.granted.get(&self.id), &verdict.view) {
-            let spec = spec(&self.mission, self.id);
+            let spec = spec(&self.mission, self.id).at(grant.request.place);
             out.push(Effect::Start(behavior::goal(spec, grant, view, &mut self.known_paths)));
         }
         if verdict.stopped.contains(&self.id) {

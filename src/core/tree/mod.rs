@@ -6,12 +6,16 @@ mod allocator;
 mod certificate;
 mod composite;
 mod effect;
+mod failing;
+mod feasibility;
+mod goals;
 mod lapse;
 mod leaf;
 mod message;
 mod node;
 mod offers;
 mod ordering;
+mod overtaking;
 mod packing;
 mod redo;
 mod reopening;
@@ -20,11 +24,17 @@ mod topics;
 mod waiting;
 mod winners;
 
+use ambidex_model::NodeId;
+
 pub use allocator::{Allocator, Chosen, Greedy, Serial};
 pub use certificate::{Unfinishable, can_finish};
 pub use effect::{Effect, Input, Outbox};
+pub use feasibility::infeasible_at_start;
 pub use message::{Activation, Answer, Down, News, Release, Requests, Scope, Up, Verdict};
 pub use node::{Node, build};
 pub use offers::Offers;
 pub use root::{REATTACH, Root, Settings};
 pub use topics::Topic;
+
+/// The top of the task: root's one child.
+const TOP: NodeId = NodeId(1);

@@ -3,7 +3,9 @@
 
 use super::{Answer, News, Requests};
 use ambidex_model::state::{Phase, State};
-use ambidex_model::{Completion, Consequences, End, Failing, LeaseKind, NodeId, NodeKind, NodeRange, Reason, TreeSpec};
+use ambidex_model::{
+    Completion, Consequences, Failing, Fault, LeaseKind, NodeId, NodeKind, NodeRange, Reason, TreeSpec,
+};
 
 /// The ordering constraint of a task node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,7 +33,7 @@ impl Ordering {
     pub(super) fn first(self, state: &State, node: NodeId) -> impl Iterator<Item = NodeId> {
         let way = state.status(node).way;
         let is_open = move |child: &NodeId| match self {
-            Self::And | Self::Then => !state.is_done(*child),
+            Self::And | Self::Then => !matches!(state.phase(*child), Phase::Done | Phase::Failed),
             Self::Or => way.map_or(state.phase(*child) != Phase::Failed, |way| way == *child),
         };
         let most = if self == Self::Then { 1 } else { usize::MAX };
@@ -43,7 +45,10 @@ impl Ordering {
         match self {
             Self::And | Self::Or => None,
             Self::Then if state.is_busy(node) => None,
-            Self::Then => state.topology().children(node).find(|child| *child > satisfied && !state.is_done(*child)),
+            Self::Then => {
+                let mut later = state.topology().children(node).filter(|child| *child > satisfied);
+                later.find(|child| !state.is_done(*child)).filter(|next| state.phase(*next) != Phase::Failed)
+            }
         }
     }
 
@@ -78,6 +83,21 @@ impl Ordering {
         }
     }
 
+    /// Whether nothing is left to be finished of a node that cannot be complete any more; `now` is how a child of it ends
+    /// now.
+    fn is_finished(self, state: &State, node: NodeId, now: Option<(NodeId, Phase)>) -> bool {
+        let phase = |child: NodeId| match now.filter(|(other, _)| *other == child) {
+            Some((_, phase)) => phase,
+            None => state.phase(child),
+        };
+        let mut phases = state.topology().children(node).map(phase);
+        match self {
+            Self::And => phases.all(|phase| matches!(phase, Phase::Done | Phase::Failed)),
+            Self::Or => phases.all(|phase| phase == Phase::Failed),
+            Self::Then => phases.find(|phase| *phase != Phase::Done).is_none_or(|phase| phase == Phase::Failed),
+        }
+    }
+
     /// What is complete when a child is, and who inherits.
     fn complete(self, state: &State, node: NodeId, child: Completion) -> Completion {
         let mut others = state.topology().children(node).filter(|other| *other != child.node);
@@ -95,40 +115,128 @@ pub(super) trait Answers<'a>: Iterator<Item = (NodeId, &'a Answer)> + Clone {}
 
 impl<'a, T: Iterator<Item = (NodeId, &'a Answer)> + Clone> Answers<'a> for T {}
 
-/// What the end of a behavior means for the nodes above it.
+/// How something ended, for the nodes above it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ended {
+    /// A behavior succeeded.
+    Succeeded,
+    /// A behavior ended otherwise, and will ask again.
+    Again,
+    /// A behavior has failed for good; without a fault it never could run.
+    Failed(Option<Fault>),
+    /// A task node took too long.
+    OutOfTime,
+}
+
+/// What an end means for the nodes above it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Settled {
     pub(super) consequences: Consequences,
-    /// Where something fails: the leaf that it began with, which may have ended before this one.
+    /// Where something fails: the node that it began with, which may have ended before this one.
     pub(super) cause: NodeId,
+    /// A node above whose attempt failed and that has another one, with the fault.
+    pub(super) retried: Option<(NodeId, Fault)>,
 }
 
-/// Follows the end of a behavior up the tree, in a state in which it still runs.
-pub(super) fn settle(tree: &TreeSpec, state: &State, leaf: NodeId, end: End, is_final: bool) -> Settled {
-    let mut completed = (end == End::Succeeded).then_some(Completion { node: leaf, heir: None });
-    let (mut failed, mut failing, mut cause) = (is_final.then_some(leaf), None, leaf);
-    let mut child = leaf;
-    for node in tree.topology.path(leaf).skip(1) {
+/// Follows an end up the tree, in a state in which what ended still runs.
+pub(super) fn settle(tree: &TreeSpec, state: &State, from: NodeId, ended: Ended) -> Settled {
+    let mut completed = (ended == Ended::Succeeded).then_some(Completion { node: from, heir: None });
+    let (mut failed, mut fault) = match ended {
+        Ended::Failed(fault) => (Some(from), fault),
+        Ended::Succeeded | Ended::Again | Ended::OutOfTime => (None, None),
+    };
+    let (mut failing, mut cause, mut retried) = (None, from, None);
+    let mut child = from;
+    for node in tree.topology.path(from).skip(usize::from(ended != Ended::OutOfTime)) {
         let Some(ordering) = Ordering::of(&tree.nodes[node.index()]) else { break };
         let mut ends = match state.phase(node) {
             Phase::Failing(failing) => Some(failing),
             Phase::Pending | Phase::Done | Phase::Failed => None,
         };
-        if failed == Some(child) && ends.is_none() && ordering.fails(state, node, child) {
-            ends = Some(Failing { node, child, cause });
+        if ended == Ended::OutOfTime && node == from {
+            // What cannot be complete any more has failed already, and at something else.
+            let (cause, fault) = (ends.map_or(node, |ends| ends.cause), Some(Fault::TimedOut));
+            ends = Some(Failing { node, child: node, cause, fault, finishes: false });
+            failing = ends;
+        } else if failed == Some(child) && ends.is_none() && ordering.fails(state, node, child) {
+            let finishes = ordering == Ordering::And && !can_recover(tree, state, node, fault);
+            ends = Some(Failing { node, child, cause, fault, finishes });
             failing = ends;
         }
-        if let Some(complete) = completed.as_mut().filter(|completed| completed.node == child && ends.is_none()) {
-            *complete = ordering.complete(state, node, *complete);
+        if let Some(complete) = completed.as_mut().filter(|completed| completed.node == child) {
+            *complete = match ends {
+                None => ordering.complete(state, node, *complete),
+                // It goes on as far as it can.
+                Some(ends) if ends.finishes && ordering == Ordering::Then => {
+                    Completion { heir: Some(node), ..*complete }
+                }
+                Some(_) => *complete,
+            };
         }
+        let now = match (failed == Some(child), completed.is_some_and(|completed| completed.node == child)) {
+            (true, _) => Some((child, Phase::Failed)),
+            (false, true) => Some((child, Phase::Done)),
+            (false, false) => None,
+        };
         if let Some(ends) = ends
-            && state.running_below(node).all(|(other, _)| other == leaf)
+            && state.running_below(node).all(|(other, _)| other == from)
+            && (!ends.finishes || ordering.is_finished(state, node, now))
         {
-            (failed, failing, cause) = (Some(node), None, ends.cause);
+            (failing, cause, fault) = (None, ends.cause, ends.fault);
+            let is_given_up = state.is_over(tree.topology.parent(node));
+            if let Some(fault) = fault.filter(|_| has_attempts(tree, state, node) && !is_given_up) {
+                retried = Some((node, fault));
+                break;
+            }
+            failed = Some(node);
         }
         child = node;
     }
-    Settled { consequences: Consequences { completed, failed, failing }, cause }
+    Settled { consequences: Consequences { completed, failed, failing }, cause, retried }
+}
+
+/// Whether a node may be tried again after it failed, and could be complete then.
+fn has_attempts(tree: &TreeSpec, state: &State, node: NodeId) -> bool {
+    tree.limits(node).retries > state.status(node).failures && !is_never(tree, state, node)
+}
+
+/// Whether a node cannot be complete since behaviors below it can never run.
+pub(super) fn is_never(tree: &TreeSpec, state: &State, node: NodeId) -> bool {
+    let below = node..state.topology().end(node);
+    if state.infeasible().range(below).next().is_none() {
+        return false;
+    }
+    let mut children = state.topology().children(node);
+    match Ordering::of(&tree.nodes[node.index()]) {
+        None => true,
+        Some(Ordering::And | Ordering::Then) => children.any(|child| is_never(tree, state, child)),
+        Some(Ordering::Or) => children.all(|child| is_never(tree, state, child)),
+    }
+}
+
+/// Whether what is canceled below a node will be tried again with it or with something above it.
+pub(super) fn begins_again(tree: &TreeSpec, state: &State, failing: Failing) -> bool {
+    let mut above = tree.topology.path(failing.node).take_while(|node| node.0 > 0);
+    failing.fault.is_some() && above.any(|node| has_attempts(tree, state, node))
+}
+
+/// Whether a node that fails, or something above it, can be tried again or choose another way. What never can run is
+/// not tried again.
+fn can_recover(tree: &TreeSpec, state: &State, failing: NodeId, fault: Option<Fault>) -> bool {
+    let mut child = failing;
+    for node in tree.topology.path(failing).take_while(|node| node.0 > 0) {
+        if let Phase::Failing(above) = state.phase(node) {
+            return !above.finishes;
+        }
+        let is_other_way = |way: NodeId| way != child && state.phase(way) != Phase::Failed;
+        let is_or = node != failing && Ordering::of(&tree.nodes[node.index()]) == Some(Ordering::Or);
+        let has_way = is_or && state.topology().children(node).any(is_other_way);
+        if has_way || fault.is_some() && has_attempts(tree, state, node) {
+            return true;
+        }
+        child = node;
+    }
+    false
 }
 
 /// The ORs above a node whose chosen way has nothing done, nothing running and nothing held below it: a lapse has left

@@ -4,16 +4,23 @@
 use super::ordering::Ordering;
 use super::reopening::RoundEnd;
 use crate::behavior;
-use ambidex_model::{Cause, Kept, LeaseKind, NodeId, Reason, Reopened};
+use ambidex_model::{Cause, Condition, Kept, LeaseKind, NodeId, Reason, Reopened};
 
 impl RoundEnd<'_> {
-    /// The first blocked leaf in tree order for which something earlier can be done again, and the nearest such thing.
-    pub(super) fn redo(&self) -> Option<Reopened> {
-        self.refused.iter().filter(|(_, reason)| is_of_precondition(reason)).find_map(|(&leaf, reason)| {
-            let (node, up_to) = self.sent_back_by(leaf, reason)?;
-            let ended = self.kept_below(up_to);
-            Some(Reopened { node, up_to, cause: Cause::Redo { leaf }, undecided: Vec::new(), ended })
+    /// Leaves in tree order that are blocked by what they lack of their precondition, each with that.
+    pub(super) fn lacking(&self) -> impl Iterator<Item = (NodeId, &Condition)> {
+        let blocked = self.refused.iter().filter(|(_, reason)| is_of_precondition(reason));
+        blocked.filter_map(|(&leaf, reason)| {
+            let spec = self.view.behavior(leaf)?;
+            Some((leaf, behavior::lacking(spec, self.view, leaf, reason)?))
         })
+    }
+
+    /// The nearest earlier thing that can be done again for a leaf that lacks something.
+    pub(super) fn redo(&self, leaf: NodeId, lacking: &Condition) -> Option<Reopened> {
+        let (node, up_to) = self.sent_back_by(leaf, lacking)?;
+        let (ended, reset) = (self.kept_below(up_to), Vec::new());
+        Some(Reopened { node, up_to, cause: Cause::Redo { leaf }, undecided: Vec::new(), ended, reset })
     }
 
     /// What was kept for nodes below a THEN.
@@ -25,16 +32,15 @@ impl RoundEnd<'_> {
     }
 
     /// The nearest earlier behavior of a THEN above a leaf that makes so what the leaf lacks, and that THEN.
-    fn sent_back_by(&self, leaf: NodeId, reason: &Reason) -> Option<(NodeId, NodeId)> {
+    fn sent_back_by(&self, leaf: NodeId, lacking: &Condition) -> Option<(NodeId, NodeId)> {
         let tree = &self.view.mission.tree;
-        let lacking = behavior::lacking(tree.behavior(leaf)?, self.view, leaf, reason)?;
         let mut child = leaf;
         for node in tree.topology.path(leaf).skip(1) {
             if Ordering::of(&tree.nodes[node.index()]) == Some(Ordering::Then) {
                 // Backwards through what stands before the leaf in this THEN.
                 let earlier = (node.0 + 1..child.0).rev().map(NodeId);
                 let makes_it_so = |earlier: &NodeId| {
-                    let spec = tree.behavior(*earlier).filter(|_| self.view.state.is_done(*earlier));
+                    let spec = self.view.behavior(*earlier).filter(|_| self.view.state.is_done(*earlier));
                     spec.is_some_and(|spec| behavior::makes_so(spec, lacking)) && self.is_on_its_way(*earlier, node)
                 };
                 if let Some(maker) = earlier.into_iter().find(makes_it_so) {
@@ -60,9 +66,14 @@ impl RoundEnd<'_> {
     fn can_go_back(&self, leaf: NodeId, then: NodeId) -> bool {
         let state = &self.view.state;
         let was = state.redone().get(&leaf).is_some_and(|redone| redone.progress == state.progress());
-        let below = then..state.topology().end(then);
-        let is_idle = !state.is_busy(then) && !state.waits().iter().any(|(_, leaf)| below.contains(leaf));
-        !was && is_idle
+        !was && self.is_idle(then)
+    }
+
+    /// Whether nothing at or below a node runs or waits after a failure.
+    pub(super) fn is_idle(&self, node: NodeId) -> bool {
+        let state = &self.view.state;
+        let below = node..state.topology().end(node);
+        !state.is_busy(node) && !state.waits().iter().any(|(_, waiting)| below.contains(waiting))
     }
 }
 
@@ -70,9 +81,12 @@ impl RoundEnd<'_> {
 fn is_of_precondition(reason: &Reason) -> bool {
     match reason {
         Reason::NotAt { .. }
+        | Reason::Nowhere { .. }
         | Reason::NotHeld { .. }
         | Reason::Taken { .. }
         | Reason::Elsewhere { .. }
+        | Reason::NoPath { .. }
+        | Reason::PathNotFound { .. }
         | Reason::Fact { .. } => true,
         Reason::Satisfied
         | Reason::Held { .. }
@@ -81,9 +95,8 @@ fn is_of_precondition(reason: &Reason) -> bool {
         | Reason::Missing { .. }
         | Reason::OutOfReach { .. }
         | Reason::Driving { .. }
-        | Reason::NoPath { .. }
-        | Reason::PathNotFound { .. }
         | Reason::Unavailable { .. }
+        | Reason::Unfit { .. }
         | Reason::BackingOff { .. }
         | Reason::Unwanted
         | Reason::NothingAvailable { .. }
@@ -96,6 +109,7 @@ fn is_of_precondition(reason: &Reason) -> bool {
         | Reason::WholeRobot { .. }
         | Reason::WouldDeadlock { .. }
         | Reason::NotItsTurn { .. }
-        | Reason::Ending { .. } => false,
+        | Reason::Ending { .. }
+        | Reason::OutOfTime { .. } => false,
     }
 }

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use super::goals::holds;
 use super::ordering::undecided;
+use super::overtaking::{Overtaken, Overtaking};
 use crate::world::View;
 use ambidex_model::{NodeId, Reason, Record, Reopened};
 
@@ -14,10 +16,32 @@ pub(super) struct RoundEnd<'a> {
     pub(super) refused: &'a BTreeMap<NodeId, Reason>,
 }
 
+/// What is done again, or need not be done.
+#[derive(Debug, Clone)]
+pub(super) enum Found {
+    Reopened(Reopened),
+    Overtaken(Overtaken),
+}
+
 impl RoundEnd<'_> {
     /// At most one in a round.
-    pub(super) fn reopen(&self) -> Option<Reopened> {
-        let mut reopened = self.redo().or_else(|| self.lapse())?;
+    pub(super) fn find(&self) -> Option<Found> {
+        let of_leaf = |(leaf, lacking)| {
+            let overtaken = self.overtaken(leaf).map(Found::Overtaken);
+            overtaken.or_else(|| self.redo(leaf, lacking).map(Found::Reopened))
+        };
+        self.lacking().find_map(of_leaf).or_else(|| self.lapsed().map(Found::Reopened))
+    }
+
+    /// What a blocked leaf need not do any more, while nothing below that THEN runs or waits.
+    fn overtaken(&self, leaf: NodeId) -> Option<Overtaken> {
+        let tree = &self.view.mission.tree;
+        let (holds, can_go_on) = (&|leaf, _| holds(self.view, leaf), &|then| self.is_idle(then));
+        Overtaking { tree, state: &self.view.state, holds, can_go_on }.by(leaf)
+    }
+
+    fn lapsed(&self) -> Option<Reopened> {
+        let mut reopened = self.lapse()?;
         if reopened.lapsed().is_some() {
             let mut after = self.view.state.clone();
             after.apply(&Record::Decided {
@@ -26,6 +50,7 @@ impl RoundEnd<'_> {
                 granted: Vec::new(),
                 refused: Vec::new(),
                 reopened: Some(reopened.clone()),
+                deadlines: Vec::new(),
             });
             reopened.undecided = undecided(&self.view.mission.tree, &after, reopened.node);
         }

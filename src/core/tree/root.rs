@@ -5,21 +5,19 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::certificate::{Certificate, Safe};
-use super::ordering::{Settled, settle};
-use super::reopening::RoundEnd;
+use super::feasibility::Feasibility;
+use super::ordering::{Ended, settle};
+use super::reopening::{Found, RoundEnd};
 use super::topics::{Topic, Touches};
 use super::winners::{winner, with_winner};
-use super::{Activation, Allocator, Answer, Down, Effect, Greedy, News, Outbox, Scope, Verdict};
+use super::{Activation, Allocator, Answer, Down, Effect, Greedy, News, Outbox, Scope, TOP, Verdict};
 use crate::behavior;
 use crate::world::{Compatible, FreeSpace, Unconstrained, View};
 use ambidex_model::state::{Phase, Stage, State};
 use ambidex_model::{
     Blocked, Change, EffectTerm, End, Grant, Header, Location, MissionEnd, MissionSpec, NodeId, Outcome, Reason,
-    Record, Reopened, ResourceTable, Time, Told,
+    Record, ResourceTable, Time, Told,
 };
-
-/// The top of the task: root's one child.
-const TOP: NodeId = NodeId(1);
 
 /// How long a controller is awaited by default, robot time.
 pub const REATTACH: Duration = Duration::from_secs(10);
@@ -78,14 +76,15 @@ impl Default for Settings {
 #[derive(Debug)]
 pub struct Root {
     pub(super) mission: Arc<MissionSpec>,
-    free_space: Arc<FreeSpace>,
+    pub(super) free_space: Arc<FreeSpace>,
     pub(super) settings: Settings,
     pub(super) state: State,
     /// Whom a round has to ask; none where every round asks all.
     touches: Option<Touches>,
     /// Why those that were asked do not run, as they and the nodes above them said it last.
-    reasons: BTreeMap<NodeId, Reason>,
-    certificate: Certificate,
+    pub(super) reasons: BTreeMap<NodeId, Reason>,
+    pub(super) certificate: Certificate,
+    pub(super) feasibility: Feasibility,
     /// The table as the records tell it.
     last_recorded: Arc<ResourceTable>,
     /// What came since the last turn.
@@ -93,6 +92,9 @@ pub struct Root {
     /// Where the base was seen last since then.
     observed: Option<Change>,
     open: Option<Arc<View>>,
+    /// When the last turn was. When an answer comes up is no part of what follows from the records, so that all moments
+    /// are counted from there.
+    pub(super) turned: Time,
     /// A round is to be opened.
     pub(super) is_wanted: bool,
     /// The last round came to nothing, and nothing runs.
@@ -108,8 +110,10 @@ pub struct Root {
 impl Root {
     pub(super) fn new(mission: &Arc<MissionSpec>, settings: &Settings) -> Self {
         let resources = mission.robot.resources.len();
+        let free_space = Arc::new(FreeSpace::new(&mission.world.obstacles, mission.robot.radius_m));
         Self {
-            free_space: Arc::new(FreeSpace::new(&mission.world.obstacles, mission.robot.radius_m)),
+            feasibility: Feasibility::new(mission, &free_space),
+            free_space,
             settings: settings.clone(),
             touches: settings.is_local().then(|| Touches::new(mission, settings.unheard)),
             state: State::new(Arc::new(mission.tree.topology.clone()), resources, mission.start.clone()),
@@ -119,6 +123,7 @@ impl Root {
             told: Vec::new(),
             observed: None,
             open: None,
+            turned: Time::ZERO,
             is_wanted: false,
             is_quiet: false,
             was_quiet: false,
@@ -162,6 +167,7 @@ impl Root {
     /// Takes up what came, in its order; then ends the mission if it is over, else opens a round if one is wanted.
     pub(super) fn turn(&mut self, now: Time, out: &mut Outbox) {
         assert!(self.open.is_none(), "a turn begins between rounds");
+        self.turned = now;
         if let Some(change) = self.observed.take() {
             self.edit(Record::Observed { at: now, change }, out);
         }
@@ -173,6 +179,9 @@ impl Root {
         }
         if self.is_suspended && self.ending.is_some() {
             self.interrupt(now, out);
+        }
+        if !self.is_over() && !self.is_suspended && self.ending.is_none() && self.state.stage() == Stage::Running {
+            self.give_up(now, out);
         }
         if self.is_over() || self.is_suspended {
             return;
@@ -244,6 +253,7 @@ impl Root {
         if let (Some(touches), Some(before)) = (&mut self.touches, before) {
             touches.note(&before, &self.state, &record);
         }
+        self.feasibility.note(&record);
         for leaf in self.certificate.note(&record) {
             self.touches.iter_mut().for_each(|touches| touches.note_bar(leaf));
         }
@@ -266,6 +276,7 @@ impl Root {
             }
             Told::Woke => self.wake(now, out),
             Told::End { end } => {
+                let end = if end == MissionEnd::Stalled { self.stalled() } else { end };
                 self.ending.get_or_insert(end);
             }
         }
@@ -302,7 +313,9 @@ impl Root {
     fn understood(&self, change: Change) -> Change {
         let Change::Emptied(gripper) = change else { return change };
         let Some(held) = self.state.world().held_by(gripper) else { return change };
-        let running = self.state.running().keys().filter_map(|leaf| self.mission.tree.behavior(*leaf));
+        let running = self.state.running().iter();
+        let running =
+            running.filter_map(|(leaf, grant)| Some(self.mission.tree.behavior(*leaf)?.at(grant.request.place)));
         let put_down = running.flat_map(|spec| &spec.effects).find_map(|effect| match effect {
             EffectTerm::Lies(object, place) if *object == held => Some(*place),
             EffectTerm::Lies(..) | EffectTerm::Taken(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
@@ -311,16 +324,8 @@ impl Root {
     }
 
     fn open_round(&mut self, now: Time, out: &mut Outbox) {
-        let view = Arc::new(View {
-            round: self.state.round() + 1,
-            now,
-            state: self.state.clone(),
-            touched: self.touches.as_mut().map(Touches::take),
-            barred: Arc::clone(self.certificate.barred()),
-            mission: Arc::clone(&self.mission),
-            free_space: Arc::clone(&self.free_space),
-            rules: Arc::clone(&self.settings.rules),
-        });
+        let touched = self.touches.as_mut().map(Touches::take);
+        let view = Arc::new(View { touched, ..self.view(now) });
         self.open = Some(Arc::clone(&view));
         let scope = if view.touched.is_none() { Scope::Anew } else { Scope::Changed };
         if scope == Scope::Anew {
@@ -351,12 +356,16 @@ impl Root {
             granted: verdict.granted.values().cloned().collect(),
             refused: Vec::new(),
             reopened: None,
+            deadlines: self.deadlines(verdict.granted.values()),
         };
         let goes_on = !answer.is_satisfied && !is_hiding;
-        let found = goes_on.then(|| self.reopen(view, &decided)).flatten();
-        let found = found.map(|found| with_winner(self.state.running(), &verdict, found));
+        let (found, overtaken) = match goes_on.then(|| self.find(view, &decided)).flatten() {
+            Some(Found::Reopened(found)) => (Some(with_winner(self.state.running(), &verdict, found)), None),
+            Some(Found::Overtaken(overtaken)) => (None, Some(overtaken)),
+            None => (None, None),
+        };
         // Where nothing goes on any more, the reasons are the news.
-        let is_nothing = verdict.granted.is_empty() && found.is_none() && !is_hiding;
+        let is_nothing = verdict.granted.is_empty() && found.is_none() && overtaken.is_none() && !is_hiding;
         let is_idle = self.state.running().is_empty() && self.state.waits().is_empty();
         let is_quiet = is_nothing && is_idle;
         let is_news = is_quiet && !self.was_quiet;
@@ -372,15 +381,18 @@ impl Root {
         }
         self.edit(decided, out);
         self.is_wanted |= !is_nothing;
-        self.is_quiet = is_quiet && !self.settings.waits_when_stalled;
+        self.is_quiet = is_quiet;
+        if let Some(overtaken) = overtaken {
+            self.overtake(now, overtaken, out);
+        }
         verdict
     }
 
-    /// What is reopened once the grants of a decision are made.
-    fn reopen(&self, view: &View, decided: &Record) -> Option<Reopened> {
+    /// What is done again, or need not be done, once the grants of a decision are made.
+    fn find(&self, view: &View, decided: &Record) -> Option<Found> {
         let mut view = View { state: self.state.clone(), ..View::clone(view) };
         view.state.apply(decided);
-        RoundEnd { view: &view, refused: &self.reasons }.reopen()
+        RoundEnd { view: &view, refused: &self.reasons }.find()
     }
 
     fn bar(&mut self, is_hiding: bool, refused: &[Blocked]) {
@@ -395,22 +407,28 @@ impl Root {
         let mission = Arc::clone(&self.mission);
         // What ended when its runtime was gone may be told once more by a controller that lived on.
         let Some(grant) = self.state.running().get(&leaf) else { return };
-        let spec = mission.tree.behavior(leaf).expect("only leaves run");
+        let spec = mission.tree.behavior(leaf).expect("only leaves run").at(grant.request.place);
         let end = behavior::believed(spec, grant, &outcome);
         let changes = behavior::changes(spec, grant, &Outcome { end, ..outcome });
         let has_failed = matches!(end, End::Failed(_));
         let failures = self.state.status(leaf).failures;
-        let is_final = has_failed && failures >= spec.retries;
+        let unfit = match end {
+            End::Failed(fault) => self.unfit(grant, fault),
+            End::Succeeded | End::Canceled | End::Interrupted => Vec::new(),
+        };
+        let is_final = failures >= spec.retries || self.is_left_without(leaf, &unfit);
+        let ended = match end {
+            End::Succeeded => Ended::Succeeded,
+            End::Failed(fault) if is_final => Ended::Failed(Some(fault)),
+            End::Failed(_) | End::Canceled | End::Interrupted => Ended::Again,
+        };
         let waits_until = (has_failed && !is_final).then(|| now + spec.wait(failures + 1));
-        let Settled { consequences, cause } = settle(&mission.tree, &self.state, leaf, end, is_final);
+        let settled = settle(&mission.tree, &self.state, leaf, ended);
+        let consequences = settled.consequences;
         self.is_wanted = true;
-        let waits_until = waits_until.filter(|_| consequences.failed.is_none());
-        self.edit(Record::Released { at: now, leaf, end, consequences, changes, waits_until }, out);
-        if consequences.completed.is_some_and(|completed| completed.node == TOP) {
-            self.finish(now, MissionEnd::Done, out);
-        } else if consequences.failed == Some(TOP) && self.ending.is_none() {
-            self.finish(now, MissionEnd::Failed(cause), out);
-        }
+        let waits_until = waits_until.filter(|_| consequences.failed.is_none() && settled.retried.is_none());
+        self.edit(Record::Released { at: now, leaf, end, consequences, changes, waits_until, unfit }, out);
+        self.conclude(now, settled, out);
     }
 
     fn change_world(&mut self, now: Time, change: Change, out: &mut Outbox) {
@@ -465,7 +483,7 @@ impl Root {
 
 /// Whether a node above a leaf waits for what runs below it to end.
 fn is_below_failing(state: &State, leaf: NodeId) -> bool {
-    state.topology().path(leaf).any(|node| matches!(state.phase(node), Phase::Failing(_)))
+    state.topology().path(leaf).any(|node| matches!(state.phase(node), Phase::Failing(failing) if !failing.finishes))
 }
 
 /// Leaves that a grant skips since their goal is met.

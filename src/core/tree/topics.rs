@@ -25,7 +25,7 @@ pub enum Topic {
     Driver,
     /// What is kept for a node, by all below it.
     Intention(NodeId),
-    /// Whether there was progress, by those that do not ask before.
+    /// Whether there was progress, by those that do not ask before, or not for everything.
     Progress,
     /// What has come of the leaf itself.
     Own(NodeId),
@@ -37,7 +37,7 @@ pub(super) struct Touches {
     mission: Arc<MissionSpec>,
     /// Leaves by what they read, each list in tree order.
     topics: BTreeMap<Topic, Vec<NodeId>>,
-    /// Behaviors that do not ask before there is progress.
+    /// Behaviors that do not ask before there is progress, or not for everything.
     barred: BTreeSet<NodeId>,
     /// Whether a node is in `touched`.
     is_touched: Vec<bool>,
@@ -132,11 +132,21 @@ impl Touches {
                     self.touch(Topic::Own(reopened.node));
                 }
             }
-            Record::Released { leaf, changes, .. } => {
+            Record::Released { leaf, changes, unfit, .. } => {
                 self.note_running(*leaf);
+                if !unfit.is_empty() {
+                    self.barred.insert(*leaf);
+                }
                 changes.iter().for_each(|change| self.note_change(before, *change));
             }
             Record::Woke { leaves, .. } => leaves.iter().for_each(|leaf| self.touch(Topic::Own(*leaf))),
+            Record::Infeasible { leaf, .. } => self.touch(Topic::Own(*leaf)),
+            Record::TimedOut { node, .. } => self.touch(Topic::Own(*node)),
+            Record::Reopened { reopened, .. } => {
+                self.touch(Topic::Own(reopened.up_to));
+                reopened.reset.iter().for_each(|node| self.touch(Topic::Own(*node)));
+            }
+            Record::Overtaken { goal, .. } => self.touch(Topic::Own(*goal)),
             // Of what is different in the table.
             Record::Served { .. } | Record::Awaited { .. } => {}
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Stopped { .. } => {}
@@ -259,7 +269,10 @@ fn read_condition(condition: &Condition, read: &mut impl FnMut(Topic)) {
             read(Topic::Driver);
         }
         Condition::Path { .. } => read(Topic::Base),
-        Condition::Held(object) | Condition::Free(object) | Condition::Lies(object, _) => read(Topic::Object(*object)),
+        Condition::Held(object)
+        | Condition::Free(object)
+        | Condition::Somewhere(object)
+        | Condition::Lies(object, _) => read(Topic::Object(*object)),
         Condition::Fact(fact, _) => read(Topic::Fact(*fact)),
     }
 }

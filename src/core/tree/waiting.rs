@@ -1,7 +1,13 @@
 //! What root waits for: behaviors that failed and ask again later, and controllers that are away (`semantics` 6).
 
-use super::{Outbox, Root};
-use ambidex_model::{ControllerId, Loss, MissionEnd, NodeId, Record, Service, Time, Told};
+use std::collections::BTreeSet;
+
+use super::{Outbox, Root, TOP};
+use ambidex_model::state::Phase;
+use ambidex_model::{
+    Cause, ControllerId, FactId, Loss, MissionEnd, NodeId, NodeKind, Reason, Record, Reopened, Resource, ResourceId,
+    Service, Time, Told,
+};
 
 impl Root {
     /// When it has to be told [`Told::Woke`].
@@ -12,7 +18,8 @@ impl Root {
         let waits = self.state.waits().first().map(|(until, _)| *until);
         let is_awaited = self.state.table().iter().any(|(_, resource)| resource.service().is_awaited());
         let awaited = self.state.awaited_until().filter(|_| is_awaited);
-        waits.into_iter().chain(awaited).min().filter(|_| is_waiting)
+        let deadline = self.state.deadlines().first().map(|(until, _)| *until);
+        waits.into_iter().chain(awaited).chain(deadline).min().filter(|_| is_waiting)
     }
 
     /// Nothing can go on. Who is away may come back; whoever was awaited in vain is what the mission failed for.
@@ -24,13 +31,59 @@ impl Root {
                 // Who is inhibited will say when it is over.
                 let has_limit = awaited.any(|(_, service)| service.is_awaited_for_a_time());
                 let until = has_limit.then(|| now + self.settings.reattach);
-                self.edit(Record::Awaited { at: now, until }, out);
+                self.edit(Record::Awaited { at: now, until, facts: Vec::new() }, out);
             }
             return;
         }
-        let gone = services.into_iter().find(|(_, service)| !service.is_available());
-        let controller = gone.and_then(|(resource, _)| self.mission.robot.resources[resource.index()].controller);
-        self.finish(now, controller.map_or(MissionEnd::Stalled, MissionEnd::ControllerLost), out);
+        if let Some(reopened) = self.leave() {
+            self.is_wanted = true;
+            self.edit(Record::Reopened { at: now, reopened }, out);
+            return;
+        }
+        let facts = self.lacks_of_others();
+        if !facts.is_empty() && self.state.awaited_facts() != facts {
+            self.edit(Record::Awaited { at: now, until: None, facts: facts.clone() }, out);
+        }
+        if self.settings.waits_when_stalled || !facts.is_empty() {
+            return;
+        }
+        self.finish(now, self.stalled(), out);
+    }
+
+    /// How a mission ends in which nothing can go on: as failed, where something has failed of it already; as lost, where
+    /// a controller is awaited no more.
+    pub(super) fn stalled(&self) -> MissionEnd {
+        if let Phase::Failing(failing) = self.state.phase(TOP) {
+            return self.failed_for(failing.cause);
+        }
+        // Who is still awaited may have been what it needs.
+        let is_awaited = self.state.table().iter().any(|(_, resource)| resource.service().is_awaited());
+        let is_gone = |(_, resource): &(ResourceId, &Resource)| !is_awaited && !resource.service().is_available();
+        let gone = self.state.table().iter().find(is_gone);
+        let controller = gone.and_then(|(id, _)| self.mission.robot.resources[id.index()].controller);
+        controller.map_or(MissionEnd::Stalled, MissionEnd::ControllerLost)
+    }
+
+    /// The last OR in tree order that has another way than the one in which nothing goes on: it leaves that.
+    fn leave(&self) -> Option<Reopened> {
+        let (tree, state) = (&self.mission.tree, &self.state);
+        let ors = (1..tree.nodes.len()).rev().map(NodeId::from).filter(|node| tree.nodes[node.index()] == NodeKind::Or);
+        ors.filter(|or| !state.is_over(*or)).find_map(|or| {
+            let way = state.status(or).way.filter(|way| !state.is_done(*way) && !state.was_left(*way))?;
+            let mut others = tree.topology.children(or).filter(|other| *other != way);
+            let has_other = others.any(|other| state.phase(other) != Phase::Failed);
+            let (undecided, ended, reset) = (Vec::new(), Vec::new(), Vec::new());
+            has_other.then_some(Reopened { node: way, up_to: or, cause: Cause::Leave, undecided, ended, reset })
+        })
+    }
+
+    /// Facts that behaviors lack and others may set or clear, in their order.
+    fn lacks_of_others(&self) -> Vec<FactId> {
+        let lacking = self.reasons.values().filter_map(|reason| {
+            let Reason::Fact { fact, .. } = *reason.root_cause() else { return None };
+            self.mission.world.is_outside(fact).then_some(fact)
+        });
+        lacking.collect::<BTreeSet<_>>().into_iter().collect()
     }
 
     /// What a controller moves is away, or can be granted again.
@@ -74,6 +127,12 @@ impl Root {
         if !leaves.is_empty() {
             self.is_wanted = true;
             self.edit(Record::Woke { at: now, leaves }, out);
+        }
+        if self.ending.is_none() {
+            self.time_out(now, out);
+        }
+        if self.is_over() {
+            return;
         }
         if self.state.awaited_until().is_some_and(|until| until <= now) {
             self.is_wanted = true;

@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use super::{FreeSpace, Geometry};
 use ambidex_model::state::State;
-use ambidex_model::{LeaseKind, Lineage, MissionSpec, NodeId, Reason, ResourceId, Task, Time, WorldState};
+use ambidex_model::{
+    BehaviorSpec, LeaseKind, Lineage, MissionSpec, NodeId, Reason, ResourceId, Task, Time, WorldState,
+};
 
 /// The state of the run at the opening of a round.
 #[derive(Debug, Clone)]
@@ -39,6 +41,11 @@ impl View {
     /// The robot in the fixed part of the world.
     pub fn geometry(&self) -> Geometry<'_> {
         Geometry { robot: &self.mission.robot, world: &self.mission.world }
+    }
+
+    /// The behavior of a leaf as the world is.
+    pub fn behavior(&self, leaf: NodeId) -> Option<&BehaviorSpec> {
+        self.mission.tree.behavior_in(leaf, self.state.world())
     }
 
     /// The running behavior that moves the base, if any does.

@@ -1,6 +1,7 @@
 //! A declared behavior with its arguments, bound to robot and world: every name an id, every place a stand.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use nalgebra::Vector2;
 
@@ -16,8 +17,8 @@ use crate::text::scalar;
 use crate::types::Type;
 use crate::world::Built;
 use ambidex_model::{
-    BehaviorSpec, ChannelId, Condition, EffectTerm, FactId, ObjectId, PlaceId, Pose, Potential, RobotSpec, TypeId,
-    suggestion,
+    BehaviorSpec, ChannelId, Condition, EffectTerm, Elsewhere, FactId, ObjectId, PlaceId, Pose, Potential, RobotSpec,
+    TypeId, suggestion,
 };
 
 /// Binds behaviors to a robot in a world.
@@ -30,7 +31,12 @@ pub(crate) struct Binder<'a> {
     channels: Register,
     /// Facts that some behavior needs and that nobody declared, each told already.
     undeclared: BTreeSet<String>,
+    /// Behaviors that were bound for each place, all together.
+    variants: usize,
 }
+
+/// Most behaviors that are bound for each place, each counted as often as there are places.
+const MAX_VARIANTS: usize = 100_000;
 
 /// Where in the task a behavior stands.
 pub(crate) struct Site<'a> {
@@ -51,6 +57,7 @@ impl<'a> Binder<'a> {
             stands: world.spec.places.iter().map(|place| place.stand).collect(),
             channels: Register::of("channel", channels.iter().map(String::as_str)),
             undeclared: BTreeSet::new(),
+            variants: 0,
             robot,
             world,
             known,
@@ -62,8 +69,52 @@ impl<'a> Binder<'a> {
         self.channels.into_names()
     }
 
-    /// The behavior of a node; `None` when it has faults.
+    /// The behavior of a node; `None` when it has faults. One that is about the place of an object is bound for each place
+    /// where that may lie.
     pub(crate) fn bind(&mut self, kind: &Declared, site: &Site<'_>, faults: &mut Faults) -> Option<BehaviorSpec> {
+        let told = site.arguments.iter().flatten().find_map(|argument| argument.value.followed());
+        let Some(object) = told.or_else(|| site.before?.follows) else { return self.bind_one(kind, site, faults) };
+        let start = *self.world.starts.get(object.index())?;
+        let mut behavior = self.bind_at(kind, site, object, start, faults)?;
+        let places = (0..self.stands.len()).map(PlaceId::from);
+        let mut at = places.map(|place| self.bind_at(kind, site, object, place, faults)).collect::<Option<Vec<_>>>()?;
+        if at.iter().all(|other| *other == behavior) {
+            return Some(behavior);
+        }
+        self.variants += at.len();
+        if self.variants > MAX_VARIANTS {
+            let message = format!("more than {MAX_VARIANTS} places in all that behaviors follow objects to");
+            faults.push((site.span, kind.name.value.as_str()), message);
+            return None;
+        }
+        for one in at.iter_mut().chain([&mut behavior]) {
+            let own = std::mem::replace(&mut one.precondition, Condition::Never);
+            one.precondition = Condition::All(vec![Condition::Somewhere(object), own]);
+        }
+        behavior.elsewhere = Some(Arc::new(Elsewhere { object, at }));
+        Some(behavior)
+    }
+
+    /// The behavior while an object that it follows lies at a place.
+    fn bind_at(
+        &mut self,
+        kind: &Declared,
+        site: &Site<'_>,
+        object: ObjectId,
+        place: PlaceId,
+        faults: &mut Faults,
+    ) -> Option<BehaviorSpec> {
+        let follows = |argument: &Argument| argument.value.followed() == Some(object);
+        let there = |argument: Argument| if follows(&argument) { self.place(place) } else { Some(argument) };
+        let arguments: Vec<_> = site.arguments.iter().cloned().map(|argument| argument.and_then(there)).collect();
+        let before = site.before.map(|before| match before.follows == Some(object) {
+            true => before.moved_to(place, &self.stands),
+            false => before,
+        });
+        self.bind_one(kind, &Site { arguments: &arguments, before, ..*site }, faults)
+    }
+
+    fn bind_one(&mut self, kind: &Declared, site: &Site<'_>, faults: &mut Faults) -> Option<BehaviorSpec> {
         let before = faults.errors();
         let arguments = self.with_defaults(kind, site, faults)?;
         let mut bound = Bound { binder: self, kind, site, arguments, claims: Vec::new(), faults };
@@ -82,6 +133,7 @@ impl<'a> Binder<'a> {
             timeout: kind.timeout,
             retries: kind.retries,
             backoff: kind.backoff,
+            elsewhere: None,
         };
         bound.check_takers(&behavior);
         bound.commands(&mut behavior);
@@ -166,9 +218,11 @@ impl Bound<'_, '_> {
         let place = self.place(&stand.place)?;
         let own = self.binder.stands[place.index()];
         Some(match (stand.offset(&self.arguments), self.site.before) {
-            (Some(offset), _) => Stop { place, stand: Pose { at: own.at + Vector2::from(offset), ..own } },
+            (Some(offset), _) => {
+                Stop { place, stand: Pose { at: own.at + Vector2::from(offset), ..own }, follows: None }
+            }
             (None, Some(before)) if before.place == place => before,
-            (None, _) => Stop { place, stand: own },
+            (None, _) => Stop { place, stand: own, follows: None },
         })
     }
 
@@ -265,11 +319,11 @@ impl Bound<'_, '_> {
     pub(super) fn condition(&mut self, term: &ConditionTerm) -> Option<Condition> {
         Some(match term {
             ConditionTerm::At(stand) => {
-                let Stop { place, stand } = self.stop(stand)?;
+                let Stop { place, stand, .. } = self.stop(stand)?;
                 Condition::At { place, stand, tolerance_m: self.binder.world.tolerance_m }
             }
             ConditionTerm::Path(stand) => {
-                let Stop { place, stand } = self.stop(stand)?;
+                let Stop { place, stand, .. } = self.stop(stand)?;
                 Condition::Path { place, stand }
             }
             ConditionTerm::Held(object) => Condition::Held(self.object(object)?),

@@ -144,8 +144,11 @@ fn json(argument: &Argument) -> Value {
     match argument.value {
         Meaning::Number(number) => Value::from(number),
         Meaning::Offset(offset) => Value::from(offset.to_vec()),
-        Meaning::Object(_) | Meaning::Place(_) | Meaning::Resource(_) | Meaning::Kind(_) | Meaning::Text => {
-            Value::from(argument.text.as_str())
-        }
+        Meaning::Object(_)
+        | Meaning::Place(_)
+        | Meaning::PlaceOf(_)
+        | Meaning::Resource(_)
+        | Meaning::Kind(_)
+        | Meaning::Text => Value::from(argument.text.as_str()),
     }
 }

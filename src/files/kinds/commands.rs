@@ -43,7 +43,7 @@ impl Bound<'_, '_> {
         let Some(Doing { action, with }) = term else { return Some(Task::Stand) };
         Some(match action {
             Action::DriveTo(stand) => {
-                let Stop { place, stand } = self.stop(stand)?;
+                let Stop { place, stand, .. } = self.stop(stand)?;
                 Task::DriveTo(place, stand)
             }
             Action::Grasp(object) => Task::Grasp(self.object(object)?),

@@ -18,7 +18,8 @@ pub(crate) const MAX_RETRIES: u32 = 1000;
 
 const TIMEOUT_S: f64 = 120.0;
 const RETRIES: u32 = 2;
-const BACKOFF_S: f64 = 0.5;
+/// How long something waits before it tries again after it failed once, seconds.
+pub(crate) const BACKOFF_S: f64 = 0.5;
 
 const CONDITIONS: List<Map<ConditionTerm>> = List(MAPS, Map::new());
 const MAPS: &str = "a list of maps, each with a dash";

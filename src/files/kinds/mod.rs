@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 pub(crate) use bind::{Binder, Site};
-pub(crate) use declare::{MAX_RETRIES, behavior_shape};
+pub(crate) use declare::{BACKOFF_S, MAX_RETRIES, behavior_shape};
 
 use crate::document::PAPER_FILE;
 use crate::fault::Faults;
@@ -20,7 +20,7 @@ use crate::names::refuse_argument;
 use crate::parameter::{Argument, Known, Parameter};
 use crate::reader::{Item, Name};
 use crate::types::Type;
-use ambidex_model::{PlaceId, Pose, TypeId};
+use ambidex_model::{ObjectId, PlaceId, Pose, TypeId};
 use terms::{
     Action, Base, ClaimTarget, ClaimTerm, Command, ConditionTerm, Doing, Effect, Offset, PotentialTerm, Stand, Table,
 };
@@ -84,6 +84,16 @@ enum Claims {
 pub(crate) struct Stop {
     pub(crate) place: PlaceId,
     pub(crate) stand: Pose,
+    /// The object whose place it is, wherever that lies; `place` is where it lies at the start.
+    pub(crate) follows: Option<ObjectId>,
+}
+
+impl Stop {
+    /// The same at another place.
+    pub(crate) fn moved_to(self, place: PlaceId, stands: &[Pose]) -> Self {
+        let (from, to) = (stands[self.place.index()], stands[place.index()]);
+        Self { place, stand: Pose { at: to.at + (self.stand.at - from.at), ..to }, ..self }
+    }
 }
 
 impl Kinds {
@@ -180,15 +190,17 @@ impl Declared {
     }
 
     /// Where a node of it drives to; none where it does not, or where nothing tells the place.
-    pub(crate) fn stop(&self, arguments: &[Option<Argument>], stands: &[Pose]) -> Option<Stop> {
+    pub(crate) fn stop(&self, arguments: &[Option<Argument>], stands: &[Pose], starts: &[PlaceId]) -> Option<Stop> {
         let drive = self.commands.iter().find_map(|command| match &command.order.task().value {
             Some(Doing { action: Action::DriveTo(stand), .. }) => Some(stand),
             None | Some(_) => None,
         })?;
-        let place = arguments.get(drive.place.parameter?)?.as_ref()?.value.place()?;
+        let told = arguments.get(drive.place.parameter?)?.as_ref()?.value;
+        let follows = told.followed();
+        let place = told.place().or_else(|| starts.get(follows?.index()).copied())?;
         let mut stand = *stands.get(place.index())?;
         stand.at += nalgebra::Vector2::from(drive.offset(arguments).unwrap_or_default());
-        Some(Stop { place, stand })
+        Some(Stop { place, stand, follows })
     }
 
     /// Types that its claims name, as far as they are told.

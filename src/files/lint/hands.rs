@@ -88,7 +88,11 @@ fn stand(condition: &Condition) -> Option<(Pose, f64)> {
     match condition {
         Condition::All(parts) => parts.iter().find_map(stand),
         Condition::At { stand, tolerance_m, .. } => Some((*stand, *tolerance_m)),
-        Condition::Never | Condition::Path { .. } | Condition::Held(_) | Condition::Free(_) => None,
+        Condition::Never
+        | Condition::Path { .. }
+        | Condition::Held(_)
+        | Condition::Free(_)
+        | Condition::Somewhere(_) => None,
         Condition::Lies(..) | Condition::Fact(..) => None,
     }
 }

@@ -3,9 +3,9 @@
 //! One check per file; what is wrong with a single value was told when that was read.
 
 mod deadlock;
-mod facts;
 mod hands;
 mod heirs;
+mod infeasible;
 mod shortage;
 mod stands;
 
@@ -17,7 +17,7 @@ use ambidex_model::{Access, BehaviorSpec, Claim, MissionSpec, NodeId, ResourceId
 pub(crate) fn check(mission: &MissionSpec, spans: &[SourceSpan], faults: &mut Faults) {
     let seen = Seen { mission, spans };
     heirs::check(&seen, faults);
-    facts::check(&seen, faults);
+    infeasible::check(&seen, faults);
     stands::check(&seen, faults);
     hands::check(&seen, faults);
     if shortage::check(&seen, faults) {

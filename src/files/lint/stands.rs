@@ -38,7 +38,11 @@ fn must_stand(condition: &Condition) -> bool {
     match condition {
         Condition::All(parts) => parts.iter().any(must_stand),
         Condition::At { .. } => true,
-        Condition::Never | Condition::Path { .. } | Condition::Held(_) | Condition::Free(_) => false,
+        Condition::Never
+        | Condition::Path { .. }
+        | Condition::Held(_)
+        | Condition::Free(_)
+        | Condition::Somewhere(_) => false,
         Condition::Lies(..) | Condition::Fact(..) => false,
     }
 }

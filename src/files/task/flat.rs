@@ -1,19 +1,20 @@
 //! The task as written, to nodes in preorder: kinds and subtrees looked up, arguments filled in.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
 
-use super::node::{AND, MAY_RUN, NAMED, Node, OR, OfAll, OfBehaviors, RETRIES, THEN, USE, WAITS, word_for};
+use super::node::{AND, MAY_RUN, NAMED, Node, OR, OfAll, RETRIES, THEN, USE, WAITS, word_for};
 use super::subtrees::{Filled, Named, Scope, Subtrees};
 use super::{Call, Draft, DraftKind, MAX_NODES, Surroundings};
 use crate::describe::{Described, Reads};
 use crate::document::SourceSpan;
 use crate::fault::Faults;
-use crate::kinds::{Declared, Kinds};
+use crate::kinds::{BACKOFF_S, Declared, Kinds};
 use crate::parameter::{Argument, Known, Parameter, assign, example, warn_of_unused};
 use crate::reader::{Fields, Item, Name};
 use crate::scope::Reading;
 use crate::types::Type;
-use ambidex_model::{NodeId, Pose, nearest, suggestion};
+use ambidex_model::{Limits, NodeId, PlaceId, Pose, nearest, suggestion};
 
 /// Deepest tree: what files can nest.
 const MAX_LEVELS: usize = 64;
@@ -24,6 +25,8 @@ pub(super) struct Flat<'a> {
     pub(super) subtrees: &'a Subtrees<'a>,
     pub(super) known: Known<'a>,
     pub(super) stands: &'a [Pose],
+    /// Where each object lies at the start.
+    pub(super) starts: &'a [PlaceId],
     pub(super) drafts: Vec<Draft<'a>>,
     pub(super) parents: Vec<NodeId>,
     /// Parameters of the subtree at hand that something uses.
@@ -40,6 +43,45 @@ pub(super) struct Under<'s> {
     scope: &'s Scope<'s>,
     /// What the node is to be called: the name of the `use` that it comes from.
     wish: Option<&'s Name>,
+    /// What that `use` tells of it, which wins over its own.
+    told: Told,
+}
+
+/// How long a node may take, and how often it is tried, as far as that is told.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Told {
+    pub(super) retries: Option<u32>,
+    pub(super) backoff_s: Option<f64>,
+    pub(super) timeout_s: Option<f64>,
+}
+
+impl Told {
+    fn of(written: &OfAll<'_>, faults: &mut Faults) -> Self {
+        Self {
+            retries: written.retries.and_then(|item| RETRIES.take(item, faults)),
+            backoff_s: written.backoff.and_then(|item| WAITS.take(item, faults)),
+            timeout_s: written.timeout.and_then(|item| MAY_RUN.take(item, faults)),
+        }
+    }
+
+    /// The same, but for what is told by something that wins.
+    fn or(self, winner: Self) -> Self {
+        Self {
+            retries: winner.retries.or(self.retries),
+            backoff_s: winner.backoff_s.or(self.backoff_s),
+            timeout_s: winner.timeout_s.or(self.timeout_s),
+        }
+    }
+
+    /// What it makes of a task node; none where nothing is told.
+    pub(super) fn limits(self) -> Option<Limits> {
+        let is_told = self.retries.is_some() || self.backoff_s.is_some() || self.timeout_s.is_some();
+        is_told.then(|| Limits {
+            timeout: self.timeout_s.map(Duration::from_secs_f64),
+            retries: self.retries.unwrap_or_default(),
+            backoff: Duration::from_secs_f64(self.backoff_s.unwrap_or(BACKOFF_S)),
+        })
+    }
 }
 
 /// What a node turned out to be.
@@ -52,17 +94,19 @@ enum Is<'a, 'i> {
 impl<'s> Under<'s> {
     /// Right below the root.
     pub(super) fn root(scope: &'s Scope<'s>) -> Self {
-        Self { parent: NodeId(0), level: 1, scope, wish: None }
+        Self { parent: NodeId(0), level: 1, scope, wish: None, told: Told::default() }
     }
 }
 
 impl<'a> Flat<'a> {
     pub(super) fn new(subtrees: &'a Subtrees<'a>, around: &'a Surroundings<'a>, stands: &'a [Pose]) -> Self {
+        let starts = around.world.map_or(&[][..], |world| &world.starts);
         Self {
             kinds: around.kinds,
             subtrees,
             known: around.known,
             stands,
+            starts,
             drafts: Vec::new(),
             parents: Vec::new(),
             used: BTreeSet::new(),
@@ -87,19 +131,12 @@ impl<'a> Flat<'a> {
         let Some(written) = Node::from_map(&fields, &mut Reading::new(faults)) else { return };
         let is = self.is(&written, &fields, faults);
         let name = written.of_all.name.and_then(|item| self.name(item, under.scope, faults));
-        if !matches!(is, None | Some(Is::Behavior(..))) {
-            for item in fields.among(&OfBehaviors::shape().keys().collect::<Vec<_>>()) {
-                let help = format!("beside `and`, `or`, `then` and `use` may stand: {}", listed(OfAll::shape().keys()));
-                let message = format!("`{}` belongs to behaviors such as move, pick and place", item.key);
-                faults.push_with(&item, message, help);
-            }
-        }
+        let told = Told::of(&written.of_all, faults).or(under.told);
         if let Some(Is::Use(item)) = is {
-            self.insert(item, fields.span(), name.as_ref().or(under.wish), under, faults);
+            self.insert(item, fields.span(), name.as_ref().or(under.wish), Under { told, ..under }, faults);
             return;
         }
-        let more = &written.of_behaviors;
-        self.add_draft(is, more, name, fields.span(), under, faults);
+        self.add_draft(is, told, name, fields.span(), under, faults);
     }
 
     /// Adds a node that is a word alone: a kind of behavior that needs no argument.
@@ -125,21 +162,14 @@ impl<'a> Flat<'a> {
         }
         let nothing = Item::nothing(item.key, item.span);
         let is = Some(Is::Behavior(kind, nothing));
-        self.add_draft(
-            is,
-            &OfBehaviors { retries: None, backoff: None, timeout: None },
-            None,
-            item.span,
-            under,
-            faults,
-        );
+        self.add_draft(is, under.told, None, item.span, under, faults);
     }
 
     /// Adds a node that is no `use`, and what is below it.
     fn add_draft(
         &mut self,
         is: Option<Is<'a, '_>>,
-        written: &OfBehaviors<'_>,
+        told: Told,
         name: Option<Name>,
         span: SourceSpan,
         under: Under<'_>,
@@ -151,15 +181,13 @@ impl<'a> Flat<'a> {
             name: name.or_else(|| under.wish.cloned()),
             is_used: under.scope.is_subtree,
             kind: None,
-            retries: written.retries.and_then(|item| RETRIES.take(item, faults)),
-            backoff_s: written.backoff.and_then(|item| WAITS.take(item, faults)),
-            timeout_s: written.timeout.and_then(|item| MAY_RUN.take(item, faults)),
+            told,
         });
         self.parents.push(under.parent);
         match is {
             Some(Is::Composite(kind, item)) => {
                 self.drafts[node.index()].kind = Some(kind);
-                let below = Under { parent: node, level: under.level + 1, wish: None, ..under };
+                let below = Under { parent: node, level: under.level + 1, wish: None, told: Told::default(), ..under };
                 for child in item.list("a list of nodes, each with a dash", faults).into_iter().flatten() {
                     self.add(child, below, faults);
                 }
@@ -186,10 +214,7 @@ impl<'a> Flat<'a> {
         for (key, _) in &unknown {
             match found.first() {
                 None => faults.push_with((key.span, &key.value), no_kind(&key.value), self.kind_meant(&key.value)),
-                Some(first) => {
-                    let more = OfBehaviors::shape().keys().filter(|_| matches!(first, Is::Behavior(..)));
-                    fields.unknown(key, OfAll::shape().keys().chain(more), faults);
-                }
+                Some(_) => fields.unknown(key, OfAll::shape().keys(), faults),
             }
         }
         if found.len() > 1 || (found.is_empty() && unknown.is_empty()) {
@@ -258,7 +283,12 @@ impl<'a> Flat<'a> {
         let arguments: Vec<_> = arguments.into_iter().map(|given| given.map(|(argument, _)| argument)).collect();
         let types = self.known.robot.map(|names| &names.types);
         let find = |word: &str| types.and_then(|types| types.id(word)).map(Into::into);
-        Some(Call { stop: kind.stop(&arguments, self.stands), types: kind.types(&arguments, find), kind, arguments })
+        Some(Call {
+            stop: kind.stop(&arguments, self.stands, self.starts),
+            types: kind.types(&arguments, find),
+            kind,
+            arguments,
+        })
     }
 
     /// Reads a subtree where it is used.

@@ -23,7 +23,7 @@ use crate::settings::Given;
 use crate::shape::Shape;
 use crate::world::Built;
 use ambidex_model::{NodeId, NodeKind, Topology, TreeSpec, TypeId};
-use flat::{Flat, Under, check_subtrees};
+use flat::{Flat, Told, Under, check_subtrees};
 use labels::label;
 use node::{Node, TIMEOUT_KEY};
 use siblings::{Afters, moves_before};
@@ -62,9 +62,7 @@ struct Draft<'a> {
     is_used: bool,
     /// None when something in it is wrong; that has its fault.
     kind: Option<DraftKind<'a>>,
-    retries: Option<u32>,
-    backoff_s: Option<f64>,
-    timeout_s: Option<f64>,
+    told: Told,
 }
 
 /// What a node is.
@@ -90,15 +88,7 @@ struct Call<'a> {
 
 impl Draft<'_> {
     fn root(span: SourceSpan) -> Self {
-        Self {
-            span,
-            name: None,
-            is_used: false,
-            kind: Some(DraftKind::Root),
-            retries: None,
-            backoff_s: None,
-            timeout_s: None,
-        }
+        Self { span, name: None, is_used: false, kind: Some(DraftKind::Root), told: Told::default() }
     }
 
     /// The behavior, if it is one.
@@ -111,7 +101,7 @@ impl Draft<'_> {
 
     /// A node may shorten the time of its kind, but not below what it takes.
     fn check_timeout(&self, takes: Duration, faults: &mut Faults) {
-        if let Some(timeout_s) = self.timeout_s.filter(|timeout_s| *timeout_s <= takes.as_secs_f64()) {
+        if let Some(timeout_s) = self.told.timeout_s.filter(|timeout_s| *timeout_s <= takes.as_secs_f64()) {
             let message = format!("it takes {} s, and its timeout is {timeout_s} s", takes.as_secs_f64());
             faults.push_with((self.span, TIMEOUT_KEY), message, "give it a greater `timeout`");
         }
@@ -158,7 +148,9 @@ pub(crate) fn build(
     let mut binder = Binder::new(around.robot?, around.world?, around.known);
     let nodes = bind_all(&drafts, &topology, &mut binder, faults)?;
     let spans = drafts.iter().map(|draft| draft.span).collect();
-    Some(BuiltTask { tree: TreeSpec { nodes, topology }, names, channels: binder.into_channels(), spans })
+    let tasks = drafts.iter().enumerate().filter(|(_, draft)| draft.call().is_none());
+    let limits = tasks.filter_map(|(index, draft)| Some((NodeId::from(index), draft.told.limits()?))).collect();
+    Some(BuiltTask { tree: TreeSpec { nodes, topology, limits }, names, channels: binder.into_channels(), spans })
 }
 
 fn bind_all(
@@ -188,9 +180,10 @@ fn bind_all(
                 };
                 binder.bind(call.kind, &site, faults).map(|mut behavior| {
                     draft.check_timeout(behavior.takes, faults);
-                    behavior.timeout = draft.timeout_s.map_or(behavior.timeout, Duration::from_secs_f64);
-                    behavior.retries = draft.retries.unwrap_or(behavior.retries);
-                    behavior.backoff = draft.backoff_s.map_or(behavior.backoff, Duration::from_secs_f64);
+                    let told = draft.told;
+                    behavior.timeout = told.timeout_s.map_or(behavior.timeout, Duration::from_secs_f64);
+                    behavior.retries = told.retries.unwrap_or(behavior.retries);
+                    behavior.backoff = told.backoff_s.map_or(behavior.backoff, Duration::from_secs_f64);
                     NodeKind::Behavior(Box::new(behavior))
                 })
             }

@@ -16,7 +16,7 @@ pub(crate) const THEN: &str = "then";
 pub(crate) const USE: &str = "use";
 /// The key of a node's name.
 pub(super) const NAME: &str = "name";
-/// The key of how long a behavior may run.
+/// The key of how long a node may take.
 pub(super) const TIMEOUT_KEY: &str = "timeout";
 
 pub(super) const NAMED: Word = Word("a name");
@@ -43,7 +43,6 @@ described! {
         subtree: Option<Item<'a>> =
             maybe(USE, "A subtree with its arguments: `use: {deliver: {object: cup}}`.", ARGUMENTS),
         of_all: OfAll<'a> = all(OfAll),
-        of_behaviors: OfBehaviors<'a> = all(OfBehaviors),
     }
 }
 
@@ -52,21 +51,21 @@ described! {
     pub(super) struct OfAll<'a>: "a node of the task", "What may be told of any node." {
         name: Option<Item<'a>> =
             maybe(NAME, "What it is called; without one after what it is.", Later(|| NAMED.form())),
-    }
-}
-
-described! {
-    /// What may stand beside a kind of behavior alone.
-    pub(super) struct OfBehaviors<'a>: "a behavior of the task", "What may be told of a behavior." {
-        retries: Option<Item<'a>> =
-            maybe("retries", "How often a behavior tries again after it failed.", Later(|| RETRIES.form())),
+        retries: Option<Item<'a>> = maybe(
+            "retries",
+            "How often it is tried again after it failed; 2 for behaviors, 0 for `and`, `or`, `then`.",
+            Later(|| RETRIES.form())
+        ),
         backoff: Option<Item<'a>> = maybe(
             "backoff",
-            "How long a behavior waits before it tries again, twice as long each further time.",
+            "How long it waits before it is tried again, twice as long each further time; 0.5 s.",
             Later(|| WAITS.form())
         ),
-        timeout: Option<Item<'a>> =
-            maybe(TIMEOUT_KEY, "How long a behavior may run.", Later(|| MAY_RUN.form())),
+        timeout: Option<Item<'a>> = maybe(
+            TIMEOUT_KEY,
+            "How long an attempt may take; of `and`, `or` and `then` from the first start below it.",
+            Later(|| MAY_RUN.form())
+        ),
     }
 }
 

@@ -257,7 +257,7 @@ fn a_library_may_speak_of_what_a_mission_does_not_have() {
         );
         let loaded = load_mission(&written(MISSION, &library), PATH.as_ref(), None, &[]).expect("it is legal");
         let said = loaded.warnings.iter().map(|fault| format!("{fault}; {}", fault.help().unwrap_or_default()));
-        said.collect::<Vec<_>>().join("; ")
+        said.filter(|said| !said.contains("it can never run")).collect::<Vec<_>>().join("; ")
     };
     assert_eq!(said("{cup: 2, bowl: 3}"), "");
     assert_eq!(said("{cub: 2, bowl: 3}"), "cub: there is no object `cub`; did you mean `cup`?");

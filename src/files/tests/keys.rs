@@ -54,7 +54,7 @@ world:
     table: {stand: [3, 2]}
   objects: {cup: {at: shelf, offset: [0, 0.1, 0]}}
   obstacles: [{min: [5, 5], max: [6, 6]}]
-  facts: {clean: false, dusty: true}
+  facts: {clean: {holds: false, outside: yes}, dusty: true}
 task:
   then:
     - use: {twice: shelf}

@@ -29,8 +29,12 @@ behaviors:
     faults.iter().map(|fault| format!("{} {fault}", kind(fault))).collect()
 }
 
+/// Most tasks here do not drive, and that is told by itself.
+const NO_DRIVE: &str = "it can never run: the base does not stand at";
+
 fn check(hands: usize, task: &str, expected: &[&str]) {
-    let said = said(hands, task);
+    let mut said = said(hands, task);
+    said.retain(|said| !said.contains(NO_DRIVE));
     assert_eq!(said.len(), expected.len(), "{task}: {said:#?}");
     for (said, expected) in said.iter().zip(expected) {
         assert!(said.contains(expected), "{task}: {said} without `{expected}`");
@@ -87,9 +91,17 @@ fn behaviors_that_exclude_each_other_in_every_order() {
 
 #[test]
 fn facts_that_nobody_brings() {
-    check(2, "enter:", &["warning enter: it can never run: no behavior clears \"door_open\""]);
+    check(2, "enter:", &["warning enter: it can never run: no behavior that can run clears \"door_open\""]);
     check(2, "then: [{close: }, {enter: }]", &[]);
-    check(2, "then: [{open: }, {enter: }]", &["no behavior clears \"door_open\""]);
+    check(2, "then: [{open: }, {enter: }]", &["no behavior that can run clears \"door_open\""]);
+}
+
+#[test]
+fn what_nothing_makes_so() {
+    assert_eq!(said(2, "pick: cup"), ["warning pick cup: it can never run: the base does not stand at shelf"]);
+    assert_eq!(said(2, "and: [{pick: cup}, {then: [{move: shelf}, {close: }]}]"), [] as [&str; 0]);
+    let placed = "warning place cup: it can never run: cup is not held by this branch of the task";
+    check(2, "then: [{move: table}, {place: {object: cup, at: table}}]", &[placed]);
 }
 
 #[test]

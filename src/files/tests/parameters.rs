@@ -72,8 +72,8 @@ fn what_cannot_be_set_is_told() {
     check(&["to=table", "to=shelf"], &["--set to=shelf: `to` is set twice"]);
     check(&["to="], &["--set to=: a name cannot be empty"]);
     check(&["to=$before"], &["--set to=$before: there is no place `$before`"]);
-    let both = ["--set to=cup: there is no place `cup`", "--set object=table: there is no object `table`"];
-    check(&["to=cup", "object=table"], &both);
+    let both = ["--set to=spoon: there is no place `spoon`", "--set object=table: there is no object `table`"];
+    check(&["to=spoon", "object=table"], &both);
 }
 
 #[test]

@@ -117,7 +117,11 @@ fn a_pick_is_as_the_paper_tells() {
     assert!(pick.claims.iter().all(Claim::is_sound));
     assert_eq!(pick.potential, Potential::Constant(9.0));
     assert_eq!(pick.satisfied, Condition::Held(ObjectId(0)));
-    let ready = Condition::All(vec![stop(0, stand.at.x, stand.at.y), Condition::Free(ObjectId(0))]);
+    let ready = Condition::All(vec![
+        stop(0, stand.at.x, stand.at.y),
+        Condition::Free(ObjectId(0)),
+        Condition::Lies(ObjectId(0), PlaceId(0)),
+    ]);
     assert_eq!(pick.precondition, ready);
     assert_eq!(pick.effects, [EffectTerm::Taken(ObjectId(0), 2)]);
     assert_eq!(pick.changes, [ObjectId(0)]);

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{Bar, Phase, Redone, Stage, State, Status, Wait};
+use super::{Bar, Phase, Redone, Stage, State, Status, Unfit, Wait};
 use crate::{
-    Cause, Change, Consequences, End, Grant, Heir, Kept, MissionEnd, NodeId, NodeRange, Record, Reopened, ResourceId,
-    Service, WorldState,
+    Cause, Change, Consequences, Deadline, End, Failing, Grant, Heir, Kept, MissionEnd, NodeId, NodeRange, Reason,
+    Record, Reopened, ResourceId, Service, Time, WorldState,
 };
 
 impl State {
@@ -16,17 +16,28 @@ impl State {
             Record::Began { world_state, .. } => self.begin(world_state),
             Record::Observed { change, .. } => self.change_world(&[*change]),
             Record::World { change, .. } => self.change(&[*change]),
-            Record::Decided { round, granted, reopened, .. } => {
+            Record::Decided { at, round, granted, reopened, deadlines, .. } => {
                 self.round = *round;
                 if !granted.is_empty() {
                     (self.is_awaiting, self.awaited_until) = (false, None);
+                    self.awaited_facts = Arc::default();
                 }
                 let are_granted = each(granted, |grant| self.grant(grant));
-                reopened.iter().all(|reopened| self.reopen(reopened)) && are_granted
+                let are_timed = each(deadlines, |deadline| self.begin_time(*deadline));
+                reopened.iter().all(|reopened| self.reopen(*at, reopened)) && are_granted && are_timed
+            }
+            Record::Reopened { at, reopened } => self.reopen(*at, reopened),
+            Record::Infeasible { leaf, reason, consequences, .. } => self.give_up(*leaf, reason, *consequences),
+            Record::TimedOut { node, consequences, .. } => self.time_out(*node, *consequences),
+            Record::Overtaken { leaf, skip, goal, consequences, .. } => {
+                self.overtake(*leaf, *skip, *goal, *consequences)
             }
             Record::Stopped { leaves, .. } => each(leaves, |leaf| self.stop(*leaf)),
-            Record::Released { at, leaf, end, consequences, changes, waits_until } => {
+            Record::Released { at, leaf, end, consequences, changes, waits_until, unfit } => {
                 let is_known = self.release(*leaf, *end, *consequences, changes);
+                if !unfit.is_empty() {
+                    self.find_unfit(*leaf, unfit);
+                }
                 if let (true, End::Failed(fault), Some(until)) = (is_known, end, waits_until) {
                     self.wait(*leaf, Wait { since: *at, until: *until, fault: *fault });
                 }
@@ -37,9 +48,12 @@ impl State {
                 (self.is_awaiting, self.awaited_until) = (false, None);
                 each(resources, |resource| self.serve(*resource, *service))
             }
-            Record::Awaited { until, .. } => {
-                (self.is_awaiting, self.awaited_until) = (true, *until);
-                true
+            Record::Awaited { until, facts, .. } => {
+                match facts.is_empty() {
+                    true => (self.is_awaiting, self.awaited_until) = (true, *until),
+                    false => self.awaited_facts = Arc::new(facts.clone()),
+                }
+                facts.iter().all(|fact| fact.index() < self.world.facts.len())
             }
             Record::Ended { end, .. } => {
                 self.finish(*end);
@@ -68,10 +82,35 @@ impl State {
         is_running
     }
 
-    fn wait(&mut self, leaf: NodeId, wait: Wait) {
-        self.wake(leaf);
-        Arc::make_mut(&mut self.waits).insert((wait.until, leaf));
-        self.status_mut(leaf).wait = Some(Box::new(wait));
+    fn wait(&mut self, node: NodeId, wait: Wait) {
+        self.wake(node);
+        Arc::make_mut(&mut self.waits).insert((wait.until, node));
+        self.status_mut(node).wait = Some(Box::new(wait));
+    }
+
+    /// The time of a task node runs, unless it does already.
+    fn begin_time(&mut self, Deadline { node, until }: Deadline) -> bool {
+        let is_known = node.index() < self.topology.count();
+        if is_known && !self.timed.contains_key(&node) {
+            Arc::make_mut(&mut self.timed).insert(node, until);
+            Arc::make_mut(&mut self.deadlines).insert((until, node));
+        }
+        is_known
+    }
+
+    fn end_time(&mut self, node: NodeId) {
+        if let Some(until) = self.timed.get(&node).copied() {
+            Arc::make_mut(&mut self.timed).remove(&node);
+            Arc::make_mut(&mut self.deadlines).remove(&(until, node));
+        }
+    }
+
+    fn find_unfit(&mut self, leaf: NodeId, found: &[ResourceId]) {
+        let mut resources = [self.unfit(leaf), found].concat();
+        resources.sort_unstable();
+        resources.dedup();
+        let unfit = Unfit { progress: self.progress, resources };
+        Arc::make_mut(&mut self.unfit).insert(leaf, unfit);
     }
 
     /// It waits no longer.
@@ -130,14 +169,16 @@ impl State {
             self.status_mut(child).phase = Phase::Done;
         }
         self.forget_needs(skip.from..skip.to);
-        self.forget_waits(skip.from..skip.to);
+        self.forget_moments(skip.from..skip.to);
     }
 
-    /// Behaviors that are done or have failed wait for nothing more.
-    fn forget_waits(&mut self, nodes: std::ops::Range<NodeId>) {
-        let waiting: Vec<NodeId> =
-            self.waits.iter().map(|(_, leaf)| *leaf).filter(|leaf| nodes.contains(leaf)).collect();
-        each(&waiting, |leaf| self.wake(*leaf));
+    /// What is done or has failed waits for nothing more.
+    fn forget_moments(&mut self, nodes: std::ops::Range<NodeId>) {
+        let waits = self.waits.iter().map(|(_, node)| *node);
+        let waiting: Vec<NodeId> = waits.filter(|node| nodes.contains(node)).collect();
+        each(&waiting, |node| self.wake(*node));
+        let timed: Vec<NodeId> = self.timed.range(nodes).map(|(&node, _)| node).collect();
+        timed.into_iter().for_each(|node| self.end_time(node));
     }
 
     /// Behaviors that were sent back are done again, or will not be.
@@ -152,11 +193,22 @@ impl State {
         }
     }
 
-    fn reopen(&mut self, reopened: &Reopened) -> bool {
+    fn reopen(&mut self, at: Time, reopened: &Reopened) -> bool {
         if !self.can_reopen(reopened) {
             return false;
         }
         let progress = self.progress;
+        match reopened.cause {
+            Cause::Lapse { .. } | Cause::Redo { .. } => {}
+            Cause::Leave => {
+                self.leave(reopened.node, reopened.up_to);
+                return true;
+            }
+            Cause::Retry { fault, until } => {
+                self.try_again(reopened, Wait { since: at, until, fault });
+                return true;
+            }
+        }
         let path: Vec<NodeId> = self.topology.path(reopened.node).take_while(|node| *node != reopened.up_to).collect();
         for node in path {
             self.status_mut(node).phase = Phase::Pending;
@@ -169,10 +221,118 @@ impl State {
         }
         self.status_mut(reopened.node).bar = match &reopened.cause {
             Cause::Lapse { heir, .. } => Some(Box::new(Bar { progress, heir: (**heir).clone() })),
-            Cause::Redo { .. } => None,
+            Cause::Redo { .. } | Cause::Leave | Cause::Retry { .. } => None,
         };
         if let Cause::Lapse { resource, .. } = reopened.cause {
             Arc::make_mut(&mut self.table).lapse(resource, reopened.up_to);
+        }
+        true
+    }
+
+    /// An OR is free to choose again. What is done in the way that it leaves stays done.
+    fn leave(&mut self, way: NodeId, or: NodeId) {
+        self.status_mut(or).way = None;
+        let progress = self.progress;
+        Arc::make_mut(&mut self.left).insert(way, progress);
+        let topology = Arc::clone(&self.topology);
+        self.gather(or, |holder| topology.is_within(holder, way));
+        self.forget_moments(way..topology.end(way));
+    }
+
+    /// A node begins anew, but for what it keeps, when it has waited.
+    fn try_again(&mut self, reopened: &Reopened, wait: Wait) {
+        let top = reopened.node;
+        for &node in &reopened.reset {
+            self.end_time(node);
+            self.wake(node);
+            let failures = if node == top { self.status(node).failures + 1 } else { 0 };
+            let status = self.status_mut(node);
+            (status.phase, status.way, status.failures, status.bar) = (Phase::Pending, None, failures, None);
+            Arc::make_mut(&mut self.infeasible).remove(&node);
+            self.forget_needs(node..NodeId(node.0 + 1));
+        }
+        self.gather(top, |holder| reopened.reset.binary_search(&holder).is_ok());
+        if wait.until > wait.since {
+            self.wait(top, wait);
+        }
+    }
+
+    /// What full grippers hold below a node goes to it; all else that is held there is free.
+    fn gather(&mut self, to: NodeId, is_from: impl Fn(NodeId) -> bool) {
+        let world = Arc::clone(&self.world);
+        Arc::make_mut(&mut self.table).gather(to, is_from, |resource| world.held_by(resource).is_some());
+    }
+
+    /// A behavior fails without having run.
+    fn give_up(&mut self, leaf: NodeId, reason: &Reason, consequences: Consequences) -> bool {
+        if !self.can_fail(leaf, consequences) || self.running.contains_key(&leaf) {
+            return false;
+        }
+        Arc::make_mut(&mut self.infeasible).insert(leaf, reason.clone());
+        self.fall(leaf, consequences);
+        true
+    }
+
+    fn time_out(&mut self, node: NodeId, consequences: Consequences) -> bool {
+        if !self.can_fail(node, consequences) {
+            return false;
+        }
+        self.end_time(node);
+        self.fall(node, consequences);
+        true
+    }
+
+    /// What fails with a node that does not run.
+    fn fall(&mut self, from: NodeId, consequences: Consequences) {
+        if let Some(failed) = consequences.failed {
+            let (topology, world) = (Arc::clone(&self.topology), Arc::clone(&self.world));
+            let is_full = |resource| world.held_by(resource).is_some();
+            Arc::make_mut(&mut self.table).take_back(&topology, from, Some(failed), is_full);
+            self.fail(from, failed);
+        }
+        if let Some(failing) = consequences.failing {
+            self.begin_failing(failing);
+        }
+    }
+
+    fn begin_failing(&mut self, failing: Failing) {
+        self.status_mut(failing.node).phase = Phase::Failing(failing);
+        if !failing.finishes {
+            let below: Vec<NodeId> =
+                self.timed.range(failing.node..self.topology.end(failing.node)).map(|(&node, _)| node).collect();
+            below.into_iter().for_each(|node| self.end_time(node));
+            return;
+        }
+        // Nothing above can be complete any more either.
+        let topology = Arc::clone(&self.topology);
+        let mut child = failing.node;
+        for node in topology.path(failing.node).skip(1).take_while(|node| node.0 > 0) {
+            if self.phase(node) == Phase::Pending {
+                self.status_mut(node).phase = Phase::Failing(Failing { node, child, ..failing });
+            }
+            child = node;
+        }
+    }
+
+    /// Others did what a THEN was about to do.
+    fn overtake(&mut self, leaf: NodeId, skip: NodeRange, goal: NodeId, consequences: Consequences) -> bool {
+        if !self.can_overtake(leaf, skip, goal, consequences) {
+            return false;
+        }
+        self.skip(skip);
+        if let Some(completed) = consequences.completed {
+            let heir = Heir { node: completed.heir.unwrap_or(completed.node), goes_on: completed.heir.is_some() };
+            let topology = Arc::clone(&self.topology);
+            let is_below = |holder| skip.contains(holder) || topology.is_within(holder, completed.node);
+            Arc::make_mut(&mut self.table).move_up(is_below, heir);
+            for node in topology.path(goal).take_while(|node| *node >= completed.node) {
+                self.status_mut(node).phase = Phase::Done;
+            }
+            self.forget_needs(completed.node..topology.end(completed.node));
+            self.forget_moments(completed.node..topology.end(completed.node));
+        }
+        if let Some(failed) = consequences.failed {
+            self.fall(goal, Consequences { failed: Some(failed), ..Consequences::default() });
         }
         true
     }
@@ -221,7 +381,7 @@ impl State {
             self.fail(consequences.completed.map_or(leaf, |completed| topology.parent(completed.node)), failed);
         }
         if let Some(failing) = consequences.failing {
-            self.status_mut(failing.node).phase = Phase::Failing(failing);
+            self.begin_failing(failing);
         }
         self.release_emptied(&were_occupied, changes);
         true
@@ -233,7 +393,7 @@ impl State {
             self.status_mut(node).phase = Phase::Done;
         }
         self.forget_needs(top..self.topology.end(top));
-        self.forget_waits(top..self.topology.end(top));
+        self.forget_moments(top..self.topology.end(top));
         let status = self.status_mut(leaf);
         if !std::mem::replace(&mut status.has_completed, true) {
             self.progress += 1;
@@ -246,8 +406,10 @@ impl State {
             self.status_mut(node).phase = Phase::Failed;
         }
         let parent = self.topology.parent(top);
-        self.status_mut(parent).way = None;
-        self.forget_waits(top..self.topology.end(top));
+        if self.status(parent).way == Some(top) {
+            self.status_mut(parent).way = None;
+        }
+        self.forget_moments(top..self.topology.end(top));
     }
 
     fn change(&mut self, changes: &[Change]) -> bool {

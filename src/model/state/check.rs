@@ -2,7 +2,8 @@
 
 use super::State;
 use crate::{
-    Cause, Change, Consequences, Grant, Kept, LeaseKind, Lineage, Location, NodeId, Reopened, ResourceId, Told,
+    Cause, Change, Consequences, Grant, Kept, LeaseKind, Lineage, Location, NodeId, NodeRange, Reopened, ResourceId,
+    Told,
 };
 
 impl State {
@@ -58,6 +59,15 @@ impl State {
             }
             Cause::Lapse { .. } => false,
             Cause::Redo { leaf } => self.has(leaf),
+            Cause::Leave => {
+                let is_child = self.has(reopened.node) && self.topology.parent(reopened.node) == reopened.up_to;
+                return is_child && !self.is_busy(reopened.node);
+            }
+            Cause::Retry { .. } => {
+                let is_below = |node: &NodeId| self.is_above(reopened.node, *node);
+                let is_known = self.has(reopened.node) && reopened.node.0 > 0 && !self.is_busy(reopened.node);
+                return is_known && reopened.reset.is_sorted() && reopened.reset.iter().all(is_below);
+            }
         };
         let is_kept = |kept: &Kept| {
             let leases =
@@ -83,6 +93,28 @@ impl State {
             && consequences.completed.and_then(|completed| completed.heir).is_none_or(is_mine)
             && consequences.failing.is_none_or(|failing| self.has(failing.node))
             && changes.iter().all(|change| self.knows(*change))
+    }
+
+    /// A node that does not run, and nothing does that fails with it.
+    pub(super) fn can_fail(&self, from: NodeId, consequences: Consequences) -> bool {
+        let is_above = |node: NodeId| node.0 > 0 && self.is_above(node, from);
+        self.has(from)
+            && from.0 > 0
+            && consequences.failed.is_none_or(|failed| is_above(failed) && !self.is_busy(failed))
+            && consequences.failing.is_none_or(|failing| is_above(failing.node))
+    }
+
+    /// Children of one THEN from the one with the leaf up to the goal, and nothing of them runs.
+    pub(super) fn can_overtake(&self, leaf: NodeId, skip: NodeRange, goal: NodeId, consequences: Consequences) -> bool {
+        let is_run = skip.from.0 > 0 && skip.from < skip.to && skip.to.index() <= self.topology.count();
+        let is_above = |node: NodeId| node.0 > 0 && self.is_above(node, goal);
+        is_run
+            && skip.contains(leaf)
+            && skip.contains(goal)
+            && self.topology.parent(goal) == self.topology.parent(skip.from)
+            && (skip.from.0..skip.to.0).all(|node| !self.running.contains_key(&NodeId(node)))
+            && consequences.completed.is_none_or(|completed| is_above(completed.node))
+            && consequences.failed.is_none_or(|failed| is_above(failed) && !self.is_busy(failed))
     }
 
     fn has(&self, node: NodeId) -> bool {

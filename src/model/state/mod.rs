@@ -9,9 +9,9 @@ mod status;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use crate::{Grant, MissionEnd, NodeId, ResourceTable, Time, Topology, WorldState};
+use crate::{FactId, Grant, MissionEnd, NodeId, Reason, ResourceId, ResourceTable, Time, Topology, WorldState};
 pub use chunks::Chunks;
-pub use status::{Bar, Phase, Redone, Status, Wait};
+pub use status::{Bar, Phase, Redone, Status, Unfit, Wait};
 
 /// The state of a run. A clone is cheap: it shares everything that neither of the two changes afterwards.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,7 +24,15 @@ pub struct State {
     running: Arc<BTreeMap<NodeId, Grant>>,
     waits: Arc<BTreeSet<(Time, NodeId)>>,
     is_awaiting: bool,
+    deadlines: Arc<BTreeSet<(Time, NodeId)>>,
+    /// Task nodes with the moment at which they will have taken too long.
+    timed: Arc<BTreeMap<NodeId, Time>>,
+    /// Ways that their ORs left, with the progress at which they did.
+    left: Arc<BTreeMap<NodeId, u64>>,
+    infeasible: Arc<BTreeMap<NodeId, Reason>>,
+    unfit: Arc<BTreeMap<NodeId, Unfit>>,
     awaited_until: Option<Time>,
+    awaited_facts: Arc<Vec<FactId>>,
     round: u32,
     progress: u64,
     stage: Stage,
@@ -53,7 +61,13 @@ impl State {
             running: Arc::default(),
             waits: Arc::default(),
             is_awaiting: false,
+            deadlines: Arc::default(),
+            timed: Arc::default(),
+            left: Arc::default(),
+            infeasible: Arc::default(),
+            unfit: Arc::default(),
             awaited_until: None,
+            awaited_facts: Arc::default(),
             round: 0,
             progress: 0,
             stage: Stage::Waiting,
@@ -100,7 +114,43 @@ impl State {
         &self.running
     }
 
-    /// Behaviors that wait after a failure, with the moment at which they ask again, the next one first.
+    /// Whether nothing at or below a node is granted any more: it or one above is done, has failed, or waits for what
+    /// runs to end.
+    pub fn is_over(&self, node: NodeId) -> bool {
+        self.topology.path(node).any(|node| match self.phase(node) {
+            Phase::Pending => false,
+            Phase::Done | Phase::Failed => true,
+            Phase::Failing(failing) => !failing.finishes,
+        })
+    }
+
+    /// Task nodes whose time runs, with the moment at which they will have taken too long, the next one first.
+    pub fn deadlines(&self) -> &BTreeSet<(Time, NodeId)> {
+        &self.deadlines
+    }
+
+    /// Whether the time of a task node runs.
+    pub fn is_timed(&self, node: NodeId) -> bool {
+        self.timed.contains_key(&node)
+    }
+
+    /// Whether an OR has left a way since there was progress.
+    pub fn was_left(&self, way: NodeId) -> bool {
+        self.left.get(&way) == Some(&self.progress)
+    }
+
+    /// Behaviors that failed since they could never run, each with what it lacked.
+    pub fn infeasible(&self) -> &BTreeMap<NodeId, Reason> {
+        &self.infeasible
+    }
+
+    /// What would not do a behavior, for reach or kind, as the world is now.
+    pub fn unfit(&self, leaf: NodeId) -> &[ResourceId] {
+        let unfit = self.unfit.get(&leaf).filter(|unfit| unfit.progress == self.progress);
+        unfit.map_or(&[], |unfit| &unfit.resources)
+    }
+
+    /// Nodes that wait after a failure, with the moment at which they ask again, the next one first.
     pub fn waits(&self) -> &BTreeSet<(Time, NodeId)> {
         &self.waits
     }
@@ -108,6 +158,11 @@ impl State {
     /// Whether the mission waits for a controller without which nothing can go on.
     pub fn is_awaiting(&self) -> bool {
         self.is_awaiting
+    }
+
+    /// Facts that others are to set or clear before anything can go on.
+    pub fn awaited_facts(&self) -> &[FactId] {
+        &self.awaited_facts
     }
 
     /// Until when it does; none where it does so without limit.

@@ -1,6 +1,6 @@
 //! What a node has come to.
 
-use crate::{Blocked, Failing, Fault, NodeId, ResourceId, Time};
+use crate::{Blocked, Failing, Fault, NodeId, Reason, ResourceId, Time};
 
 /// A node's part of the state.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -9,7 +9,7 @@ pub struct Status {
     pub phase: Phase,
     /// The child through which something was granted last. An OR is committed to it; none when it is to choose again.
     pub way: Option<NodeId>,
-    /// How often its behavior failed.
+    /// How often it failed.
     pub failures: u32,
     /// Whether its behavior completed at least once.
     pub has_completed: bool,
@@ -31,7 +31,7 @@ pub enum Phase {
     Pending,
     /// Its goal is reached.
     Done,
-    /// It will have failed when nothing below it runs any more.
+    /// It will have failed when nothing below it runs any more, or nothing is left there that can be finished.
     Failing(Failing),
     /// It has failed for good.
     Failed,
@@ -46,7 +46,7 @@ pub struct Redone {
     pub leaf: Option<NodeId>,
 }
 
-/// A behavior waits before it asks again.
+/// A node waits before it asks again.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wait {
     /// Since when, robot time.
@@ -55,6 +55,23 @@ pub struct Wait {
     pub until: Time,
     /// How it failed.
     pub fault: Fault,
+}
+
+impl Wait {
+    /// Why it does not ask.
+    pub fn reason(&self) -> Reason {
+        let wait_ms = u64::try_from(self.until.since(self.since).as_millis()).unwrap_or(u64::MAX);
+        Reason::BackingOff { wait_ms, fault: self.fault }
+    }
+}
+
+/// What would not do a behavior, for reach or kind.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unfit {
+    /// The progress at which that was.
+    pub progress: u64,
+    /// Which, in resource order.
+    pub resources: Vec<ResourceId>,
 }
 
 /// A behavior whose lease lapsed does not ask before there is progress.

@@ -1,6 +1,7 @@
 //! The vocabulary: what travels between the rooms. No IO, no clock, no decisions beyond the table's own rules.
 
 mod claim;
+mod consequences;
 mod deadlock;
 mod failure;
 mod goal;
@@ -26,6 +27,7 @@ mod time;
 mod world_state;
 
 pub use claim::{Access, Claim, Retention, Selector};
+pub use consequences::{Cause, Completion, Consequences, Deadline, Failing, Kept, Reopened};
 pub use deadlock::{Deadlock, Standstill};
 pub use failure::{Failures, Flaw, FlawKind, Mishap};
 pub use goal::{ARGUMENTS_MAX, Call, Command, End, Fault, Goal, Mode, NO_ARGUMENTS, Outcome, Part};
@@ -38,20 +40,17 @@ pub use loss::{Inhibition, Loss};
 pub use matching::match_claims;
 pub use names::{Names, is_obeyed, make_legible};
 pub use pose::Pose;
-pub use reason::Reason;
-pub use record::{
-    Blocked, Cause, Completion, Consequences, ControllerMessage, Failing, Kept, Message, MissionEnd, Record, Reopened,
-    Told,
-};
+pub use reason::{Blocked, Reason};
+pub use record::{ControllerMessage, Message, MissionEnd, Record, Told};
 pub use rejection::{Refusal, Rejection};
 pub use request::{Binding, Candidate, ClaimOptions, Grant, Request};
 pub use resource::{Heir, Lease, LeaseKind, Resource, ResourceTable};
 pub use service::Service;
 pub use source::{Source, SourceFile};
 pub use spec::{
-    ArmSpec, BaseSpec, BehaviorSpec, CommandTerm, Condition, ControllerKind, ControllerSpec, EffectTerm, HeadSpec,
-    MissionSpec, NodeKind, Obstacle, PlaceSpec, Potential, ResourceSpec, RobotSpec, Task, Topology, TreeSpec,
-    WorldSpec,
+    ArmSpec, BaseSpec, BehaviorSpec, CommandTerm, Condition, ControllerKind, ControllerSpec, EffectTerm, Elsewhere,
+    HeadSpec, Limits, MissionSpec, NodeKind, Obstacle, PlaceSpec, Potential, ResourceSpec, RobotSpec, Task, Topology,
+    TreeSpec, WorldSpec,
 };
 pub use suggestion::{nearest, suggestion};
 pub use time::Time;

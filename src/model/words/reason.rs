@@ -62,6 +62,11 @@ pub enum Reason {
         /// Where it should be.
         place: PlaceId,
     },
+    /// The object lies at no place that anybody knows of.
+    Nowhere {
+        /// What is missed.
+        object: ObjectId,
+    },
     /// The base does not stand at the place.
     NotAt {
         /// Where the base should stand.
@@ -97,6 +102,11 @@ pub enum Reason {
         resource: ResourceId,
         /// How the controller came to be away.
         why: Loss,
+    },
+    /// The controller of what it needs would not do it, for reach or kind, and nothing has changed since.
+    Unfit {
+        /// The resource.
+        resource: ResourceId,
     },
     /// It failed, and waits before it asks again.
     BackingOff {
@@ -172,6 +182,20 @@ pub enum Reason {
         /// The child that failed.
         failed: NodeId,
     },
+    /// A node above took too long and is waiting for what still runs.
+    OutOfTime {
+        /// That node.
+        node: NodeId,
+    },
+}
+
+/// A leaf and why it does not run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Blocked {
+    /// The behavior that does not run.
+    pub leaf: NodeId,
+    /// What keeps it.
+    pub reason: Reason,
 }
 
 impl Reason {
@@ -194,8 +218,9 @@ impl Reason {
             Self::Unavailable { resource, why } => {
                 format!("{} is unavailable ({})", names.resource(*resource), away(*why))
             }
+            Self::Unfit { resource } => format!("{} has refused to do it", names.resource(*resource)),
             Self::BackingOff { wait_ms, fault } => {
-                format!("waits {} s after failing: {}", *wait_ms as f64 / 1e3, fault.sentence(names))
+                format!("it waits {} s after failing: {}", *wait_ms as f64 / 1e3, fault.sentence(names))
             }
             Self::TooFew { of, wanted, free } => format!("needs {wanted} {}s, {free} free", names.ty(*of)),
             Self::Missing { of } => format!("the robot has no {}", names.ty(*of)),
@@ -209,6 +234,7 @@ impl Reason {
             Self::Elsewhere { object, place } => {
                 format!("{} is not at {}", names.thing(*object), names.place(*place))
             }
+            Self::Nowhere { object } => format!("nobody knows where {} is", names.thing(*object)),
             Self::NotAt { place } => format!("the base does not stand at {}", names.place(*place)),
             Self::Driving { by } => format!("the base is being driven by {}", names.node(*by)),
             Self::NoPath { place } => format!("no free path leads to {}", names.place(*place)),
@@ -218,9 +244,7 @@ impl Reason {
             Self::Fact { fact, holds: true } => format!("\"{}\" does not hold", names.fact(*fact)),
             Self::Fact { fact, holds: false } => format!("\"{}\" holds", names.fact(*fact)),
             Self::Unwanted => "its potential is 0, which means that it is not to run".into(),
-            Self::NothingAvailable { of } => {
-                format!("no {} would be available to it there", names.ty(*of))
-            }
+            Self::NothingAvailable { of } => format!("no {} would be available to it there", names.ty(*of)),
             Self::AlreadyDone { heir, lacks } => {
                 format!("already done for {}, which still lacks: {}", names.node(*heir), lacks.sentence(names))
             }
@@ -238,8 +262,9 @@ impl Reason {
             Self::WholeRobot { by } => format!("one behavior at a time, and {} has the robot", names.node(*by)),
             Self::WouldDeadlock { deadlock } => format!("would deadlock: {}", deadlock.sentence(names)),
             Self::NotItsTurn { after } => format!("its turn comes after {}", names.node(*after)),
-            Self::Ending { failed } => {
-                format!("{} failed; its siblings are being canceled", names.node(*failed))
+            Self::Ending { failed } => format!("{} failed; its siblings are being canceled", names.node(*failed)),
+            Self::OutOfTime { node } => {
+                format!("{} took too long; what runs below it is being canceled", names.node(*node))
             }
         }
     }

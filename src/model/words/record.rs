@@ -5,8 +5,9 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Change, CommandId, ControllerId, End, FromController, Grant, Header, Loss, NodeId, Outcome, Reason, Rejection,
-    Request, Resource, ResourceId, Service, Time, ToController, WorldState,
+    Blocked, Change, CommandId, Consequences, ControllerId, Deadline, End, FactId, FromController, Grant, Header, Loss,
+    NodeId, NodeRange, Outcome, Reason, Rejection, Reopened, Request, Resource, ResourceId, Service, Time,
+    ToController, WorldState,
 };
 
 /// One line of the journal.
@@ -67,6 +68,49 @@ pub enum Record {
         refused: Vec<Blocked>,
         /// What is not done any more.
         reopened: Option<Reopened>,
+        /// Task nodes whose time begins with what is granted.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        deadlines: Vec<Deadline>,
+    },
+    /// A behavior can never run as things are: it has failed for good without having run.
+    Infeasible {
+        /// Robot time at which root saw it.
+        at: Time,
+        /// The behavior.
+        leaf: NodeId,
+        /// What nothing makes so any more, or what the robot lacks.
+        reason: Reason,
+        /// What fails with it.
+        consequences: Consequences,
+    },
+    /// A task node took longer than it may.
+    TimedOut {
+        /// Robot time at which root saw it.
+        at: Time,
+        /// The node.
+        node: NodeId,
+        /// What fails with it.
+        consequences: Consequences,
+    },
+    /// Something is tried again or otherwise, without a round that decided it.
+    Reopened {
+        /// Robot time at which root did it.
+        at: Time,
+        /// What, and why.
+        reopened: Reopened,
+    },
+    /// A THEN goes on behind a child whose goal others have reached.
+    Overtaken {
+        /// Robot time at which root saw it.
+        at: Time,
+        /// The behavior that cannot run, and need not.
+        leaf: NodeId,
+        /// Children of the THEN that count as done now; the last one is what others did.
+        skip: NodeRange,
+        /// That last one.
+        goal: NodeId,
+        /// What is complete with it.
+        consequences: Consequences,
     },
     /// Root told behaviors to end.
     Stopped {
@@ -90,8 +134,11 @@ pub enum Record {
         /// Until when the behavior waits before it asks again; none where it does not.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         waits_until: Option<Time>,
+        /// What would not do it, for reach or kind: it is no candidate before there is progress.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        unfit: Vec<ResourceId>,
     },
-    /// Behaviors that waited after a failure ask again.
+    /// Nodes that waited after a failure ask again.
     Woke {
         /// Robot time at which root applied it.
         at: Time,
@@ -109,12 +156,15 @@ pub enum Record {
         /// What these are now.
         service: Service,
     },
-    /// Nothing can go on without a controller that is away.
+    /// Nothing can go on without a controller that is away, or before others set or clear facts.
     Awaited {
         /// Robot time since when.
         at: Time,
-        /// Until when it is awaited; none for as long as it is inhibited.
+        /// Until when it is awaited; none for as long as it is inhibited, and for facts.
         until: Option<Time>,
+        /// The facts; none where it is a controller.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        facts: Vec<FactId>,
     },
     /// The world changed from outside.
     World {
@@ -167,6 +217,10 @@ macro_rules! moment {
             | Record::Woke { at, .. }
             | Record::Served { at, .. }
             | Record::Awaited { at, .. }
+            | Record::Infeasible { at, .. }
+            | Record::TimedOut { at, .. }
+            | Record::Reopened { at, .. }
+            | Record::Overtaken { at, .. }
             | Record::Resource { at, .. }
             | Record::Controller { at, .. }
             | Record::Ended { at, .. } => Some(at),
@@ -193,6 +247,7 @@ impl Record {
             Self::Began { .. } | Self::Decided { .. } | Self::Stopped { .. } | Self::Released { .. } => true,
             Self::World { .. } | Self::Resource { .. } | Self::Ended { .. } => true,
             Self::Woke { .. } | Self::Served { .. } | Self::Awaited { .. } => true,
+            Self::Infeasible { .. } | Self::TimedOut { .. } | Self::Reopened { .. } | Self::Overtaken { .. } => true,
             Self::Header(_) | Self::Told { .. } | Self::Observed { .. } | Self::Turn { .. } => false,
             Self::Sent { .. } | Self::Controller { .. } => false,
         }
@@ -252,79 +307,6 @@ pub enum Told {
     },
 }
 
-/// A leaf and why it does not run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Blocked {
-    /// The behavior that does not run.
-    pub leaf: NodeId,
-    /// What keeps it.
-    pub reason: Reason,
-}
-
-/// A behavior that was done and is not any more, with the nodes between it and a node above.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Reopened {
-    /// The behavior that is done again.
-    pub node: NodeId,
-    /// The THEN for which it was done, which is not reopened itself.
-    pub up_to: NodeId,
-    /// Why.
-    pub cause: Cause,
-    /// ORs above the behavior of which nothing is done, runs or is held any more: they choose again.
-    #[serde(default)]
-    pub undecided: Vec<NodeId>,
-    /// Leases for an intention that end with it, since they were kept below that THEN; whoever kept them is not done either.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub ended: Vec<Kept>,
-}
-
-/// A lease for an intention.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Kept {
-    /// The resource.
-    pub resource: ResourceId,
-    /// The node that holds it.
-    pub holder: NodeId,
-    /// The behavior that kept it.
-    pub behavior: NodeId,
-}
-
-/// Why something is done again.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Cause {
-    /// A lease that was kept for an intention lapsed; the behavior does not ask again before there is progress.
-    Lapse {
-        /// The resource.
-        resource: ResourceId,
-        /// For whom it was kept, and what that one lacks.
-        heir: Box<Blocked>,
-    },
-    /// A later behavior needs what it made so, and that is not so any more.
-    Redo {
-        /// The behavior that needs it.
-        leaf: NodeId,
-    },
-}
-
-impl Reopened {
-    /// The resource whose lease lapsed, if one did.
-    pub fn lapsed(&self) -> Option<ResourceId> {
-        match self.cause {
-            Cause::Lapse { resource, .. } => Some(resource),
-            Cause::Redo { .. } => None,
-        }
-    }
-
-    /// For whom it was done and what that one lacks, if that is known.
-    pub fn lacks(&self) -> Option<&Blocked> {
-        match &self.cause {
-            Cause::Lapse { heir, .. } => Some(heir),
-            Cause::Redo { .. } => None,
-        }
-    }
-}
-
 /// A message between two nodes, as the journal shows it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
@@ -361,38 +343,6 @@ pub enum Message {
         /// Success, failure with its fault, or cancel.
         end: End,
     },
-}
-
-/// What the end of a behavior means for the nodes above.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Consequences {
-    /// What it completes; none where it did not succeed.
-    pub completed: Option<Completion>,
-    /// The topmost node that fails now, if any does.
-    pub failed: Option<NodeId>,
-    /// The node that fails once nothing below it runs any more.
-    #[serde(default)]
-    pub failing: Option<Failing>,
-}
-
-/// A node that cannot be complete any more and waits for what runs below it to end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Failing {
-    /// The node.
-    pub node: NodeId,
-    /// Its child that failed.
-    pub child: NodeId,
-    /// The leaf that it began with.
-    pub cause: NodeId,
-}
-
-/// What a success completes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Completion {
-    /// The topmost node that is complete now.
-    pub node: NodeId,
-    /// The THEN above it that goes on, if its parent is one.
-    pub heir: Option<NodeId>,
 }
 
 /// A message between the runtime and one controller, or what became of one.
@@ -451,7 +401,7 @@ impl ControllerMessage {
 pub enum MissionEnd {
     /// The task is complete.
     Done,
-    /// The task failed, first at this leaf.
+    /// The task failed, first at this node: a leaf, or one that took too long.
     Failed(NodeId),
     /// Nothing runs and nothing can.
     Stalled,

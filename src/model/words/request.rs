@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Access, ChannelId, NodeId, NodeRange, ObjectId, ResourceId, Retention};
+use super::{Access, ChannelId, NodeId, NodeRange, ObjectId, PlaceId, ResourceId, Retention};
 
 /// A resource that would serve a claim, and what it costs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -66,6 +66,9 @@ pub struct Request {
     pub changes: Vec<ObjectId>,
     /// What THEN nodes skipped to come to it.
     pub skips: Vec<NodeRange>,
+    /// Where the object lies that the behavior follows; none where it follows none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<PlaceId>,
 }
 
 /// A claim bound to a resource.

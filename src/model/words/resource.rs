@@ -213,6 +213,19 @@ impl ResourceTable {
         }
     }
 
+    /// What some nodes hold that do not run: a resource with something in it goes to another node, all else is free.
+    pub fn gather(&mut self, to: NodeId, is_from: impl Fn(NodeId) -> bool, is_full: impl Fn(ResourceId) -> bool) {
+        for (index, resource) in self.resources.iter_mut().enumerate() {
+            let access = resource.access;
+            for lease in resource.remove(|lease| is_from(lease.holder)) {
+                if is_full(ResourceId::from(index)) && lease.kind == LeaseKind::Physical {
+                    let access = access.expect("a resource with a lease has an access");
+                    resource.add(Lease { holder: to, ..lease }, access);
+                }
+            }
+        }
+    }
+
     /// Ends an intention lease of a holder.
     pub fn lapse(&mut self, resource: ResourceId, holder: NodeId) {
         self.resources[resource.index()].remove(|lease| lease.holder == holder && lease.kind == LeaseKind::Intention);
@@ -235,7 +248,8 @@ impl ResourceTable {
         }
     }
 
-    fn move_up(&mut self, leaves_from: impl Fn(NodeId) -> bool, heir: Heir) {
+    /// What some nodes hold that are done goes to their heir.
+    pub fn move_up(&mut self, leaves_from: impl Fn(NodeId) -> bool, heir: Heir) {
         for resource in &mut self.resources {
             let access = resource.access;
             for lease in resource.remove(|lease| leaves_from(lease.holder)) {

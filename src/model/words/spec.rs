@@ -1,13 +1,15 @@
 //! What a mission is: robot, world and tree, checked and with every name interned.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Duration;
 
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Call, Claim, ControllerId, FactId, Mode, Names, NodeId, ObjectId, PlaceId, Pose, ResourceId, Selector, Source,
-    TypeId, WorldState,
+    Call, Claim, ControllerId, FactId, Location, Mode, Names, NodeId, ObjectId, PlaceId, Pose, ResourceId, Retention,
+    Selector, Source, TypeId, WorldState,
 };
 
 /// A mission that can be run.
@@ -128,6 +130,15 @@ pub struct WorldSpec {
     pub object_offsets: Vec<Vector3<f64>>,
     /// What the base must not drive into.
     pub obstacles: Vec<Obstacle>,
+    /// Facts that others may set and clear, by fact.
+    pub outside: Vec<bool>,
+}
+
+impl WorldSpec {
+    /// Whether others than behaviors may set and clear a fact.
+    pub fn is_outside(&self, fact: FactId) -> bool {
+        self.outside.get(fact.index()).copied().unwrap_or(false)
+    }
 }
 
 /// A place: where the robot stands, and where things lie.
@@ -218,15 +229,45 @@ pub struct TreeSpec {
     pub nodes: Vec<NodeKind>,
     /// Parents and extents of the nodes.
     pub topology: Topology,
+    /// Task nodes that may be tried again, or may take only so long.
+    pub limits: BTreeMap<NodeId, Limits>,
+}
+
+/// How long a task node may take, and how often it is tried.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Limits {
+    /// How long an attempt may take from the first grant below, robot time; none without end.
+    pub timeout: Option<Duration>,
+    /// How often it is tried again after it failed.
+    pub retries: u32,
+    /// How long it waits before that, robot time; twice as long after each further time.
+    pub backoff: Duration,
+}
+
+impl Limits {
+    /// How long it waits after so many failures, robot time.
+    pub fn wait(&self, failures: u32) -> Duration {
+        doubled(self.backoff, failures)
+    }
 }
 
 impl TreeSpec {
+    /// How long a task node may take, and how often it is tried.
+    pub fn limits(&self, node: NodeId) -> Limits {
+        self.limits.get(&node).copied().unwrap_or_default()
+    }
+
     /// The behavior of a leaf.
     pub fn behavior(&self, node: NodeId) -> Option<&BehaviorSpec> {
         match &self.nodes[node.index()] {
             NodeKind::Behavior(spec) => Some(spec),
             NodeKind::Root | NodeKind::And | NodeKind::Or | NodeKind::Then => None,
         }
+    }
+
+    /// The behavior of a leaf as the world is.
+    pub fn behavior_in(&self, node: NodeId, world_state: &WorldState) -> Option<&BehaviorSpec> {
+        self.behavior(node).map(|spec| spec.as_in(world_state))
     }
 
     /// All leaves in tree order.
@@ -277,14 +318,54 @@ pub struct BehaviorSpec {
     pub retries: u32,
     /// How long it waits before it asks again after it failed once, robot time; twice as long after each further time.
     pub backoff: Duration,
+    /// The same behavior wherever an object lies that it follows; none where it follows none.
+    pub elsewhere: Option<Arc<Elsewhere>>,
+}
+
+/// A behavior that is about the place where an object lies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Elsewhere {
+    /// The object.
+    pub object: ObjectId,
+    /// The behavior for each place, by place.
+    pub at: Vec<BehaviorSpec>,
 }
 
 impl BehaviorSpec {
+    /// The behavior as the world is: for the place where the object lies that it follows, else for the one at the start.
+    pub fn as_in(&self, world_state: &WorldState) -> &Self {
+        self.at(self.place_in(world_state))
+    }
+
+    /// The place that it is about as the world is; none where it follows no object, or that lies nowhere.
+    pub fn place_in(&self, world_state: &WorldState) -> Option<PlaceId> {
+        let followed = self.elsewhere.as_ref()?;
+        match world_state.objects[followed.object.index()] {
+            Location::At(place) => Some(place),
+            Location::In(_) | Location::Unknown => None,
+        }
+    }
+
+    /// The behavior for a place that it is about.
+    pub fn at(&self, place: Option<PlaceId>) -> &Self {
+        let found = self.elsewhere.as_ref().zip(place).and_then(|(followed, place)| followed.at.get(place.index()));
+        found.unwrap_or(self)
+    }
+
     /// How long a behavior waits that wants to be tried again after so many failures, robot time.
     pub fn wait(&self, failures: u32) -> Duration {
-        let doubled = 1u32.checked_shl(failures.saturating_sub(1)).unwrap_or(u32::MAX);
-        self.backoff.saturating_mul(doubled).min(MOST_BACKOFF)
+        doubled(self.backoff, failures)
     }
+
+    /// Whether it keeps a base for an intention: what it reaches is there to be used, and is no goal in itself.
+    pub fn is_drive(&self) -> bool {
+        self.claims.iter().any(|claim| matches!(claim.keep, Retention::Intention(_)))
+    }
+}
+
+fn doubled(backoff: Duration, failures: u32) -> Duration {
+    let times = 1u32.checked_shl(failures.saturating_sub(1)).unwrap_or(u32::MAX);
+    backoff.saturating_mul(times).min(MOST_BACKOFF)
 }
 
 /// However often it failed, nothing waits longer than a day.
@@ -340,6 +421,8 @@ pub enum Condition {
     Held(ObjectId),
     /// The object is in no gripper.
     Free(ObjectId),
+    /// The object lies at some place.
+    Somewhere(ObjectId),
     /// The object lies at the place.
     Lies(ObjectId, PlaceId),
     /// The fact holds, or does not.

@@ -2,8 +2,8 @@
 
 use ambidex_model::state::Stage;
 use ambidex_model::{
-    Blocked, Consequences, ControllerId, ControllerMessage, ControllerState, End, FromController, Grant, Message,
-    MissionEnd, NodeId, Record, Reopened, ResourceId, Time,
+    Blocked, Cause, Consequences, ControllerId, ControllerMessage, ControllerState, End, FromController, Grant,
+    Message, MissionEnd, NodeId, Record, Reopened, ResourceId, Time,
 };
 
 use super::{History, Phase, Step};
@@ -54,6 +54,19 @@ impl History {
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Began { .. } => {}
             Record::Observed { .. } | Record::Stopped { .. } | Record::World { .. } => {}
             Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } => {}
+            Record::Infeasible { leaf, reason, consequences, .. } => {
+                if let Some(history) = self.states.leaf_mut(*leaf) {
+                    history.reason = Some(reason.clone());
+                }
+                self.states.enter(*leaf, at, Phase::Infeasible);
+                self.states.settle(*leaf, at, *consequences);
+            }
+            Record::TimedOut { node, consequences, .. } => self.states.settle(*node, at, *consequences),
+            Record::Reopened { reopened, .. } => self.reopen(at, reopened),
+            Record::Overtaken { skip, goal, consequences, .. } => {
+                self.states.overtake(*skip, at);
+                self.states.settle(*goal, at, *consequences);
+            }
         }
     }
 
@@ -98,6 +111,17 @@ impl History {
 
     fn reopen(&mut self, at: Time, reopened: &Reopened) {
         self.is_step_over |= reopened.lapsed().is_some();
+        match reopened.cause {
+            Cause::Lapse { .. } | Cause::Redo { .. } => {}
+            Cause::Leave => {
+                self.states.leave(reopened.node, at);
+                return;
+            }
+            Cause::Retry { .. } => {
+                self.states.try_again(&reopened.reset, at);
+                return;
+            }
+        }
         for leaf in reopened.ended.iter().map(|kept| kept.behavior).chain([reopened.node]) {
             self.states.reopen(leaf, at);
         }
@@ -156,6 +180,9 @@ impl History {
                 self.states.skip(leaf, at);
             }
             self.states.complete(at);
+        }
+        if let MissionEnd::Failed(_) = end {
+            self.states.fail();
         }
         self.states.end();
     }

@@ -38,9 +38,11 @@ fn waits_for(reason: &Reason) -> Option<NodeId> {
         Reason::Alternative { chosen } => Some(*chosen),
         Reason::AlreadyDone { heir, .. } => Some(*heir),
         Reason::Ending { failed } => Some(*failed),
+        Reason::OutOfTime { node } => Some(*node),
         Reason::Satisfied
         | Reason::Held { .. }
         | Reason::Unavailable { .. }
+        | Reason::Unfit { .. }
         | Reason::BackingOff { .. }
         | Reason::NoneFree { .. }
         | Reason::TooFew { .. }
@@ -49,6 +51,7 @@ fn waits_for(reason: &Reason) -> Option<NodeId> {
         | Reason::NotHeld { .. }
         | Reason::Taken { .. }
         | Reason::Elsewhere { .. }
+        | Reason::Nowhere { .. }
         | Reason::NotAt { .. }
         | Reason::Driving { .. }
         | Reason::NoPath { .. }

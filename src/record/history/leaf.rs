@@ -64,6 +64,12 @@ pub enum Phase {
         /// Whether it is not asked again.
         is_final: bool,
     },
+    /// It can never run, and has failed for that.
+    Infeasible,
+    /// Others did what it was to do.
+    Overtaken,
+    /// An OR above left its way.
+    Left,
     /// It was told to end.
     Canceled,
     /// It was done and is not any more, or it was interrupted.
@@ -78,11 +84,11 @@ impl Phase {
     /// The state without its past.
     pub fn state(self) -> LeafState {
         match self {
-            Self::Waiting | Self::Reopened | Self::Failed { is_final: false, .. } => LeafState::Waiting,
+            Self::Waiting | Self::Reopened | Self::Left | Self::Failed { is_final: false, .. } => LeafState::Waiting,
             Self::Active => LeafState::Active,
             Self::Done => LeafState::Done,
-            Self::Skipped => LeafState::Skipped,
-            Self::Failed { is_final: true, .. } => LeafState::Failed,
+            Self::Skipped | Self::Overtaken => LeafState::Skipped,
+            Self::Failed { is_final: true, .. } | Self::Infeasible => LeafState::Failed,
             Self::Canceled => LeafState::Canceled,
             Self::NotAsked => LeafState::NotAsked,
             Self::NotNeeded => LeafState::NotNeeded,

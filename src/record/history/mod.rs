@@ -220,6 +220,11 @@ impl History {
         self.states.leaf(leaf)
     }
 
+    /// Whether a node is another one or below it.
+    pub fn is_within(&self, node: NodeId, top: NodeId) -> bool {
+        self.states.path(node).any(|above| above == top)
+    }
+
     /// What any node is; a composite is what its leaves and the ends that root applied make it.
     pub fn state(&self, node: NodeId) -> LeafState {
         self.states.state(node)

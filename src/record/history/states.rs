@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ambidex_model::{Consequences, EntryKind, Header, NodeId, Time, Topology};
+use ambidex_model::{Consequences, EntryKind, Header, NodeId, NodeRange, Time, Topology};
 
 use super::leaf::{LeafHistory, LeafState, Phase};
 
@@ -194,10 +194,43 @@ impl LeafStates {
         }
     }
 
+    /// What begins anew is neither done nor has it failed.
+    pub(super) fn try_again(&mut self, nodes: &[NodeId], at: Time) {
+        let known = |node: &NodeId| node.index() < self.nodes.len();
+        for node in nodes.iter().copied().filter(known).collect::<Vec<_>>().into_iter().rev() {
+            let was_done = self.is_done(node);
+            let entry = &mut self.nodes[node.index()];
+            (entry.is_complete, entry.is_failed) = (false, false);
+            self.tell_parent(node, was_done);
+            if self.leaf(node).is_some_and(|leaf| leaf.phase != Phase::Waiting) {
+                self.enter(node, at, Phase::Reopened);
+            }
+        }
+    }
+
+    /// What an OR leaves is not gone on with, but for what is done.
+    pub(super) fn leave(&mut self, way: NodeId, at: Time) {
+        self.enter_all(way, at, LeafState::Waiting, Phase::Left, |_, _| true);
+    }
+
+    /// Leaves that are passed over since others did what they were to do.
+    pub(super) fn overtake(&mut self, skip: NodeRange, at: Time) {
+        for leaf in skip.nodes(self.nodes.len()) {
+            if self.leaf(leaf).is_some_and(|leaf| leaf.state().is_open()) {
+                self.enter(leaf, at, Phase::Overtaken);
+            }
+        }
+    }
+
     /// The task is complete, whatever was left of it.
     pub(super) fn complete(&mut self, at: Time) {
         self.nodes.iter_mut().take(2).for_each(|node| node.is_complete = true);
         self.enter_all(NodeId(0), at, LeafState::Waiting, Phase::NotNeeded, |_, _| true);
+    }
+
+    /// The task has failed, though some of it may have been finished.
+    pub(super) fn fail(&mut self) {
+        self.nodes.iter_mut().skip(1).take(1).filter(|top| top.kind != Kind::Leaf).for_each(|top| top.is_failed = true);
     }
 
     /// Nothing is tried again.
@@ -223,7 +256,8 @@ impl LeafStates {
 
     /// Marks what is above a leaf up to a node.
     fn mark(&mut self, leaf: NodeId, top: NodeId, mark: impl Fn(&mut Node)) {
-        for node in self.path(leaf).skip(1).take_while(|node| *node >= top).collect::<Vec<_>>() {
+        let is_task = |node: &NodeId| self.nodes[node.index()].kind != Kind::Leaf;
+        for node in self.path(leaf).filter(is_task).take_while(|node| *node >= top).collect::<Vec<_>>() {
             let was_done = self.is_done(node);
             mark(&mut self.nodes[node.index()]);
             self.tell_parent(node, was_done);

@@ -45,8 +45,15 @@ fn decided(at: u64, grants: &[(NodeId, &[NodeId])], reopened: Option<NodeId>, re
     let range = |skip: &NodeId| NodeRange { from: *skip, to: NodeId(skip.0 + 1) };
     let grant = |(leaf, skips): &(NodeId, &[NodeId])| {
         let skips = skips.iter().map(range).collect();
-        let request =
-            Request { leaf: *leaf, potential: 1.0, heir: false, claims: Vec::new(), changes: Vec::new(), skips };
+        let request = Request {
+            leaf: *leaf,
+            potential: 1.0,
+            heir: false,
+            claims: Vec::new(),
+            changes: Vec::new(),
+            skips,
+            place: None,
+        };
         let is_met = |(leaf, reason): &&(NodeId, Reason)| *reason == Reason::Satisfied && skips_of(&request, *leaf);
         let met = refused.iter().filter(is_met).map(|(leaf, _)| *leaf).collect();
         Grant { request: Arc::new(request), bindings: Vec::new(), met }
@@ -63,7 +70,9 @@ fn decided(at: u64, grants: &[(NodeId, &[NodeId])], reopened: Option<NodeId>, re
             cause: Cause::Redo { leaf: node },
             undecided: Vec::new(),
             ended: Vec::new(),
+            reset: Vec::new(),
         }),
+        deadlines: Vec::new(),
     }
 }
 
@@ -74,7 +83,15 @@ fn granted(at: u64, leaf: NodeId) -> Record {
 fn ended(at: u64, leaf: NodeId, end: End, completed: Option<NodeId>, failed: Option<NodeId>) -> Record {
     let completed = completed.map(|node| Completion { node, heir: None });
     let consequences = Consequences { completed, failed, failing: None };
-    Record::Released { at: Time(at), leaf, end, consequences, changes: Vec::new(), waits_until: None }
+    Record::Released {
+        at: Time(at),
+        leaf,
+        end,
+        consequences,
+        changes: Vec::new(),
+        waits_until: None,
+        unfit: Vec::new(),
+    }
 }
 
 fn succeeded(at: u64, leaf: NodeId, completed: NodeId) -> Record {

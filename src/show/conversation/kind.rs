@@ -40,6 +40,14 @@ pub enum Kind {
     Served,
     /// Nothing can go on without a controller that is away.
     Awaited,
+    /// A behavior can never run, and has failed for that.
+    Infeasible,
+    /// A task node took too long.
+    TimedOut,
+    /// A way is left, or something is tried again.
+    Reopened,
+    /// Others did what was still to be done.
+    Overtaken,
     /// A resource is held otherwise.
     Resource,
     /// A controller is there.
@@ -102,6 +110,10 @@ impl Kind {
             Record::Woke { .. } => Self::Woke,
             Record::Served { .. } => Self::Served,
             Record::Awaited { .. } => Self::Awaited,
+            Record::Infeasible { .. } => Self::Infeasible,
+            Record::TimedOut { .. } => Self::TimedOut,
+            Record::Reopened { .. } => Self::Reopened,
+            Record::Overtaken { .. } => Self::Overtaken,
             Record::Resource { .. } => Self::Resource,
             Record::Controller { message, .. } => Self::of_controller(message),
             Record::Ended { .. } => Self::Ended,

@@ -110,7 +110,11 @@ impl Conversation {
             Record::World { change, .. } => line("world".into(), phrase::changed(change, names)),
             Record::Woke { leaves, .. } => line(root, phrase::asking_again(leaves, names)),
             Record::Served { controller, service, .. } => line(root, phrase::served(*controller, *service, names)),
-            Record::Awaited { until, .. } => line(root, phrase::awaited(*until)),
+            Record::Awaited { until, facts, .. } => line(root, phrase::awaited(*until, facts, names)),
+            Record::Infeasible { .. }
+            | Record::TimedOut { .. }
+            | Record::Reopened { .. }
+            | Record::Overtaken { .. } => line(root, phrase::turned(record, &self.history).unwrap_or_default()),
             Record::Resource { resource, state, .. } => {
                 line(names.resource(*resource).into(), nodes::used(state, names))
             }
@@ -175,7 +179,9 @@ fn style(record: &Record, palette: &Palette) -> Style {
         },
         Record::Header(_) | Record::Ended { .. } => palette.strong,
         Record::Stopped { .. } => palette.canceled,
-        Record::Awaited { .. } => palette.waiting,
+        Record::Awaited { .. } | Record::Reopened { .. } => palette.waiting,
+        Record::Infeasible { .. } | Record::TimedOut { .. } => palette.failed,
+        Record::Overtaken { .. } => palette.active,
         Record::Served { service, .. } if !service.is_available() => palette.failed,
         Record::Woke { .. } | Record::Served { .. } => Style::new(),
         Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } => palette.faint,

@@ -19,6 +19,14 @@ pub(super) fn of_node(record: &Record, history: &History, marks: &[bool]) -> boo
             Told::Service { .. } | Told::Woke => false,
         },
         Record::Served { .. } | Record::Awaited { .. } => false,
+        Record::Infeasible { leaf, consequences, .. } => is(*leaf) || consequences_of(consequences, is),
+        Record::TimedOut { node, consequences, .. } => is(*node) || consequences_of(consequences, is),
+        Record::Reopened { reopened, .. } => {
+            is(reopened.node) || is(reopened.up_to) || reopened.reset.iter().copied().any(is)
+        }
+        Record::Overtaken { skip, goal, consequences, .. } => {
+            skip.nodes(marks.len()).any(is) || is(*goal) || consequences_of(consequences, is)
+        }
         Record::Stopped { leaves, .. } | Record::Woke { leaves, .. } => leaves.iter().any(|leaf| is(*leaf)),
         Record::Sent { from, to, message, .. } => is(*from) || is(*to) || message_of(message, is),
         Record::Decided { granted, refused, reopened, .. } => {
@@ -62,6 +70,8 @@ pub(super) fn of_resource(record: &Record, wanted: ResourceId) -> bool {
             Told::Begin { .. } | Told::Resumed | Told::Woke | Told::End { .. } => false,
         },
         Record::Served { resources, .. } => resources.contains(&wanted),
+        Record::Infeasible { reason, .. } => lacks(reason, wanted),
+        Record::TimedOut { .. } | Record::Reopened { .. } | Record::Overtaken { .. } => false,
         Record::Woke { .. } | Record::Awaited { .. } => false,
         Record::Header(_) | Record::Controller { .. } | Record::Ended { .. } => false,
         Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } | Record::Stopped { .. } => false,
@@ -79,6 +89,8 @@ pub(super) fn of_controller(record: &Record, wanted: ControllerId) -> bool {
         Record::Told { input: Told::Service { controller, .. }, .. } | Record::Served { controller, .. } => {
             *controller == wanted
         }
+        Record::Infeasible { .. } | Record::TimedOut { .. } => false,
+        Record::Reopened { .. } | Record::Overtaken { .. } => false,
         Record::Woke { .. } | Record::Awaited { .. } => false,
         Record::Told { input: Told::Ended { outcome, .. }, .. } => outcome.end.at_fault() == Some(wanted),
         Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => false,
@@ -136,9 +148,8 @@ fn consequences_of(consequences: &Consequences, is: &impl Fn(NodeId) -> bool) ->
 
 fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
     match reason {
-        Reason::Held { resource, .. } | Reason::Outbid { resource, .. } | Reason::Unavailable { resource, .. } => {
-            *resource == wanted
-        }
+        Reason::Held { resource, .. } | Reason::Outbid { resource, .. } => *resource == wanted,
+        Reason::Unavailable { resource, .. } | Reason::Unfit { resource } => *resource == wanted,
         Reason::Taken { by, .. } => *by == wanted,
         Reason::AlreadyDone { lacks: inner, .. } => lacks(inner, wanted),
         Reason::WouldDeadlock { deadlock } => {
@@ -153,6 +164,7 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
         | Reason::OutOfReach { .. }
         | Reason::NotHeld { .. }
         | Reason::Elsewhere { .. }
+        | Reason::Nowhere { .. }
         | Reason::NotAt { .. }
         | Reason::Driving { .. }
         | Reason::NoPath { .. }
@@ -165,7 +177,8 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
         | Reason::Alternative { .. }
         | Reason::WholeRobot { .. }
         | Reason::NotItsTurn { .. }
-        | Reason::Ending { .. } => false,
+        | Reason::Ending { .. }
+        | Reason::OutOfTime { .. } => false,
     }
 }
 

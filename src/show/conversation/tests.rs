@@ -66,6 +66,7 @@ fn request() -> Request {
         claims: vec![need(Access::Shared(ChannelId(0)), &[0]), need(Access::Exclusive, &[2, 3])],
         changes: vec![ObjectId(0)],
         skips: vec![NodeRange { from: at, to: NodeId(at.0 + 1) }],
+        place: None,
     }
 }
 

@@ -82,6 +82,12 @@ impl Account {
             }
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
             Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } => {}
+            Record::Infeasible { .. }
+            | Record::TimedOut { .. }
+            | Record::Reopened { .. }
+            | Record::Overtaken { .. } => {
+                self.turn(at, record);
+            }
             Record::Header(_)
             | Record::Stopped { .. }
             | Record::Ended { .. }
@@ -104,6 +110,16 @@ impl Account {
             self.tell_what_is_not_needed(at);
         }
         self.remember(record);
+    }
+
+    /// What happened beside the rounds to some leaves.
+    fn turn(&mut self, at: Time, record: &Record) {
+        let Some(said) = phrase::turned(record, &self.history) else { return };
+        let state = sentence::turned(record);
+        let said = format!("{}.", sentence::capital(&said, self.history.names()));
+        let meant: Vec<NodeId> =
+            self.leaves.keys().copied().filter(|leaf| sentence::is_turned(record, *leaf, &self.history)).collect();
+        meant.into_iter().for_each(|leaf| self.tell(leaf, Entry::moment(at, None, state, said.clone())));
     }
 
     /// The account in sentences.

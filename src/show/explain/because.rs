@@ -40,6 +40,7 @@ pub(super) fn because(reason: &Reason, history: &History) -> Because {
         }
         Reason::Satisfied
         | Reason::Unavailable { .. }
+        | Reason::Unfit { .. }
         | Reason::BackingOff { .. }
         | Reason::Unwanted
         | Reason::Missing { .. }
@@ -47,6 +48,7 @@ pub(super) fn because(reason: &Reason, history: &History) -> Because {
         | Reason::NotHeld { .. }
         | Reason::Taken { .. }
         | Reason::Elsewhere { .. }
+        | Reason::Nowhere { .. }
         | Reason::NotAt { .. }
         | Reason::Driving { .. }
         | Reason::NoPath { .. }
@@ -60,7 +62,8 @@ pub(super) fn because(reason: &Reason, history: &History) -> Because {
         | Reason::WholeRobot { .. }
         | Reason::WouldDeadlock { .. }
         | Reason::NotItsTurn { .. }
-        | Reason::Ending { .. } => plain(None),
+        | Reason::Ending { .. }
+        | Reason::OutOfTime { .. } => plain(None),
     }
 }
 

@@ -1,6 +1,8 @@
 //! Sentences that both the story and an account tell.
 
-use ambidex_model::{Blocked, Cause, Change, Consequences, End, Grant, Loss, Names, NodeId, Reason, Reopened, Time};
+use ambidex_model::{
+    Blocked, Cause, Change, Consequences, End, Grant, Loss, Names, NodeId, Reason, Record, Reopened, Time,
+};
 use ambidex_record::{History, LeafState};
 
 use crate::text::phrase;
@@ -57,6 +59,7 @@ pub(super) fn ended(history: &History, at: Time, leaf: NodeId, end: End, consequ
     if let Some(failed) = consequences.failed.filter(|failed| *failed != leaf) {
         said.push(format!("With it {} fails.", phrase::part(failed, names)));
     }
+    said.extend(phrase::failing(consequences, names).map(|failing| format!("{}.", capital(&failing, names))));
     said
 }
 
@@ -111,13 +114,53 @@ pub(super) fn reopened(reopened: &Reopened, names: &Names) -> String {
             heir.reason.sentence(names)
         ),
         Cause::Redo { leaf } => format!(": {} needs it again", names.node(*leaf)),
+        Cause::Retry { fault, .. } => {
+            format!(": {} failed and is tried again: {}", phrase::part(reopened.node, names), fault.sentence(names))
+        }
+        Cause::Leave => format!(": {} leaves its way", phrase::part(reopened.up_to, names)),
     };
     format!("counts as done no more{why}.")
 }
 
+/// What those are that something happened to beside the rounds.
+pub(super) fn turned(record: &Record) -> LeafState {
+    match record {
+        Record::Infeasible { .. } | Record::TimedOut { .. } => LeafState::Failed,
+        Record::Overtaken { .. } => LeafState::Skipped,
+        Record::Reopened { .. } => LeafState::Waiting,
+        Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Began { .. } => LeafState::Waiting,
+        Record::Observed { .. } | Record::Stopped { .. } | Record::World { .. } => LeafState::Waiting,
+        Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } => LeafState::Waiting,
+        Record::Decided { .. } | Record::Released { .. } | Record::Resource { .. } => LeafState::Waiting,
+        Record::Sent { .. } | Record::Controller { .. } | Record::Ended { .. } => LeafState::Waiting,
+    }
+}
+
+/// Whether it happened to a leaf.
+pub(super) fn is_turned(record: &Record, leaf: NodeId, history: &History) -> bool {
+    let state = history.state(leaf);
+    let is_below = |node: NodeId| history.is_within(leaf, node);
+    match record {
+        Record::Infeasible { leaf: other, consequences, .. } => {
+            *other == leaf || consequences.failed.is_some_and(is_below) && state == LeafState::Waiting
+        }
+        Record::TimedOut { node, .. } => is_below(*node) && state.is_open() | (state == LeafState::Active),
+        Record::Overtaken { skip, .. } => skip.contains(leaf) && state.is_open(),
+        Record::Reopened { reopened, .. } => match reopened.cause {
+            Cause::Leave => is_below(reopened.node) && state == LeafState::Waiting,
+            Cause::Retry { .. } | Cause::Lapse { .. } | Cause::Redo { .. } => reopened.reset.contains(&leaf),
+        },
+        Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Began { .. } => false,
+        Record::Observed { .. } | Record::Stopped { .. } | Record::World { .. } | Record::Sent { .. } => false,
+        Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } | Record::Decided { .. } => false,
+        Record::Released { .. } | Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => false,
+    }
+}
+
 /// A sentence begins with a capital unless it begins with a name.
-fn capital(said: &str, names: &Names) -> String {
-    let is_name = names.resources.iter().chain(&names.objects).any(|name| said.starts_with(name.as_str()));
+pub(super) fn capital(said: &str, names: &Names) -> String {
+    let named = names.resources.iter().chain(&names.objects).chain(&names.nodes);
+    let is_name = named.into_iter().any(|name| said.starts_with(name.as_str()));
     let mut letters = said.chars();
     match letters.next() {
         Some(first) if !is_name && !said.starts_with("object ") => first.to_uppercase().chain(letters).collect(),

@@ -69,9 +69,18 @@ impl Story {
                 let said = format!("{}.", phrase::served(*controller, *service, names));
                 self.happens(*at, state, said);
             }
-            Record::Awaited { until, .. } => {
-                let said = format!("For now {}.", phrase::awaited(*until));
+            Record::Awaited { until, facts, .. } => {
+                let said = format!("For now {}.", phrase::awaited(*until, facts, names));
                 self.happens(*at, LeafState::Waiting, said);
+            }
+            Record::Infeasible { .. }
+            | Record::TimedOut { .. }
+            | Record::Reopened { .. }
+            | Record::Overtaken { .. } => {
+                let state = sentence::turned(record);
+                if let Some(said) = phrase::turned(record, &self.history) {
+                    self.happens(*at, state, format!("{}.", sentence::capital(&said, names)));
+                }
             }
             Record::Ended { end, .. } => {
                 let skipped = sentence::skipped(&self.history.met(), names).filter(|_| *end == MissionEnd::Done);

@@ -51,6 +51,7 @@ fn turns() -> Vec<Record> {
             cause: Cause::Lapse { resource: base, heir: Box::new(lacks) },
             undecided: Vec::new(),
             ended: Vec::new(),
+            reset: Vec::new(),
         });
     }
     vec![

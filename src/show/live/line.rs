@@ -24,7 +24,10 @@ pub fn line(history: &History, record: &Record) -> Option<String> {
         Record::Released { leaf, end, .. } => released(*leaf, *end, names),
         Record::World { change, .. } => changed(change, names)?,
         Record::Served { controller, service, .. } => phrase::served(*controller, *service, names),
-        Record::Awaited { until, .. } => phrase::awaited(*until),
+        Record::Awaited { until, facts, .. } => phrase::awaited(*until, facts, names),
+        Record::Infeasible { .. } | Record::TimedOut { .. } | Record::Reopened { .. } | Record::Overtaken { .. } => {
+            phrase::turned(record, history)?
+        }
         Record::Woke { leaves, .. } => phrase::asking_again(leaves, names),
         Record::Controller { controller, message, .. } => said(history, *controller, message)?,
         Record::Ended { end, .. } => ended(history, *end),

@@ -21,6 +21,8 @@ pub(crate) enum Mark {
     NotAsked,
     /// Not to run any more since something else did it: a small ring with a long stroke.
     NotNeeded,
+    /// In a way that was left: a corner.
+    Left,
     /// Not done any more: an arrow back.
     Reopened,
     /// Runs when the log ends: an arrow on.
@@ -55,6 +57,12 @@ pub(crate) fn mark(mark: Mark, (x, y): (f64, f64), radius: f64) -> Shape {
         Mark::NotNeeded => {
             let ring = Shape::circle("line", (x, y), r * 0.7);
             Shape::group("left", [ring, Shape::line("line", (x - r * 0.8, y + r * 0.8), (x + r * 0.8, y - r * 0.8))])
+        }
+        Mark::Left => {
+            let points = [(x - r, y - r * 0.7), (x + r * 0.2, y - r * 0.7), (x + r * 0.2, y + r)];
+            let tip = [(x - r * 0.5, y + r * 0.4), (x + r * 0.2, y + r), (x + r * 0.9, y + r * 0.4)];
+            let strokes = [points, tip].map(|points| Shape::path("mark-reopened", &points, false));
+            Shape::group("turn", strokes)
         }
         Mark::Reopened => {
             let points = [(x + r, y - r), (x + r, y + r * 0.2), (x - r, y + r * 0.2)];

@@ -42,6 +42,12 @@ fn cause(history: &History, end: MissionEnd) -> Option<String> {
         MissionEnd::Canceled => "it was told to end".into(),
         MissionEnd::Failed(leaf) => {
             let name = names.node(leaf);
+            if let Some(reason) = history.state_of_run().infeasible().get(&leaf) {
+                return Some(format!("{name} can never run: {}", reason.sentence(names)));
+            }
+            if history.leaf(leaf).is_none() {
+                return Some(format!("{name} took too long"));
+            }
             match history.leaf(leaf).and_then(|leaf| leaf.failures()) {
                 None => format!("{name} failed"),
                 Some(failures) => {

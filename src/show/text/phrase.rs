@@ -2,7 +2,11 @@
 
 use std::borrow::Cow;
 
-use ambidex_model::{Access, Binding, Change, ControllerId, End, Location, Loss, Names, NodeId, Service, Time};
+use ambidex_model::{
+    Access, Binding, Cause, Change, Consequences, ControllerId, End, FactId, Location, Loss, Names, NodeId, Record,
+    Reopened, Service, Time,
+};
+use ambidex_record::History;
 
 /// Most names that a list tells; of more, the rest is counted.
 const MAX_LISTED: usize = 6;
@@ -109,13 +113,72 @@ pub(crate) fn served(controller: ControllerId, service: Service, names: &Names) 
     }
 }
 
-/// Until when a mission waits for controllers.
-pub(crate) fn awaited(until: Option<Time>) -> String {
+/// What a mission waits for: for controllers, until when.
+pub(crate) fn awaited(until: Option<Time>, facts: &[FactId], names: &Names) -> String {
+    if !facts.is_empty() {
+        let facts: Vec<String> = facts.iter().map(|fact| format!("\"{}\"", names.fact(*fact))).collect();
+        return format!("nothing can go on before others change {}", listed(&facts));
+    }
     let how_long = match until {
         Some(until) => format!("which is awaited until {:.2} s", until.seconds()),
         None => "which is awaited for as long as it is inhibited".to_owned(),
     };
     format!("nothing can go on without what is unavailable, {how_long}")
+}
+
+/// What root says beside its rounds of what fails, is tried again or otherwise, or need not be done; none of anything else.
+pub(crate) fn turned(record: &Record, history: &History) -> Option<String> {
+    let names = history.names();
+    match record {
+        Record::Infeasible { leaf, reason, consequences, .. } => {
+            let never = format!("{} can never run: {}", names.node(*leaf), reason.sentence(names));
+            Some(with_consequences(never, *leaf, *consequences, names))
+        }
+        Record::TimedOut { node, consequences, .. } => {
+            Some(with_consequences(format!("{} took too long", part(*node, names)), *node, *consequences, names))
+        }
+        Record::Reopened { reopened, .. } => Some(reopened_to(reopened, names)),
+        Record::Overtaken { skip, goal, consequences, .. } => {
+            let is_open = |leaf: &NodeId| history.leaf(*leaf).is_some_and(|leaf| leaf.state().is_open());
+            let passed = nodes(skip.nodes(names.nodes.len()).filter(is_open), names);
+            let done = format!("done by others: {passed} ({} holds already)", part(*goal, names));
+            Some(with_consequences(done, *goal, *consequences, names))
+        }
+        Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Began { .. } => None,
+        Record::Observed { .. } | Record::Stopped { .. } | Record::World { .. } | Record::Sent { .. } => None,
+        Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } | Record::Decided { .. } => None,
+        Record::Released { .. } | Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => None,
+    }
+}
+
+/// A way that is left, or a node that is tried again.
+fn reopened_to(reopened: &Reopened, names: &Names) -> String {
+    let node = part(reopened.node, names);
+    match &reopened.cause {
+        Cause::Leave => format!("{} leaves {node}, in which nothing can go on", part(reopened.up_to, names)),
+        Cause::Retry { fault, until } => {
+            format!("{node} is tried again at {:.2} s, since it failed: {}", until.seconds(), fault.sentence(names))
+        }
+        Cause::Lapse { .. } | Cause::Redo { .. } => format!("{node} is done no more"),
+    }
+}
+
+fn with_consequences(said: String, from: NodeId, consequences: Consequences, names: &Names) -> String {
+    let completed = consequences.completed.filter(|done| done.node != from);
+    let completed = completed.map(|done| format!("with it {} is complete", part(done.node, names)));
+    let failed = consequences.failed.filter(|failed| *failed != from);
+    let failed = failed.map(|failed| format!("with it {} fails", part(failed, names)));
+    [Some(said), completed, failed, failing(consequences, names)].into_iter().flatten().collect::<Vec<_>>().join("; ")
+}
+
+/// What becomes of a node that cannot be complete any more and is not over yet.
+pub(crate) fn failing(consequences: Consequences, names: &Names) -> Option<String> {
+    let failing = consequences.failing?;
+    let node = part(failing.node, names);
+    Some(match failing.finishes {
+        true => format!("the rest of {node} is finished as far as it can be"),
+        false => format!("what runs of {node} is canceled"),
+    })
 }
 
 /// Who asks again after having waited.

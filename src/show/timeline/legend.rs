@@ -114,6 +114,7 @@ impl Sample {
                 Mark::Canceled => "canceled",
                 Mark::NotAsked => "not asked",
                 Mark::NotNeeded => "not needed",
+                Mark::Left => "way left",
                 Mark::Reopened => "not done any more",
                 Mark::RunsOn => "active when the log ends",
             },

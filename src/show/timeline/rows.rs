@@ -47,18 +47,23 @@ impl Bar {
 /// The bar of a phase, if it has one.
 fn bar(phase: Phase) -> Option<Bar> {
     match phase {
-        Phase::Waiting | Phase::Reopened | Phase::Failed { is_final: false, .. } => Some(Bar::Waiting),
+        Phase::Waiting | Phase::Reopened | Phase::Left | Phase::Failed { is_final: false, .. } => Some(Bar::Waiting),
         Phase::Active => Some(Bar::Active),
-        Phase::Done | Phase::Skipped => Some(Bar::Done),
-        Phase::Failed { is_final: true, .. } | Phase::Canceled | Phase::NotAsked | Phase::NotNeeded => None,
+        Phase::Done | Phase::Skipped | Phase::Overtaken => Some(Bar::Done),
+        Phase::Failed { is_final: true, .. }
+        | Phase::Infeasible
+        | Phase::Canceled
+        | Phase::NotAsked
+        | Phase::NotNeeded => None,
     }
 }
 
 /// The sign with which a phase begins, if it has one.
 fn sign(phase: Phase) -> Option<Mark> {
     match phase {
-        Phase::Skipped => Some(Mark::Skipped),
-        Phase::Failed { .. } => Some(Mark::Failed),
+        Phase::Skipped | Phase::Overtaken => Some(Mark::Skipped),
+        Phase::Failed { .. } | Phase::Infeasible => Some(Mark::Failed),
+        Phase::Left => Some(Mark::Left),
         Phase::Canceled => Some(Mark::Canceled),
         Phase::Reopened => Some(Mark::Reopened),
         Phase::NotNeeded => Some(Mark::NotNeeded),
@@ -164,6 +169,9 @@ fn said(name: &str, stretch: &Stretch, way: Option<NodeId>, names: &Names) -> St
         Phase::Failed { fault, is_final: false } => {
             format!("{name}: failed at {from} and is to run again: {}", fault.sentence(names))
         }
+        Phase::Infeasible => format!("{name}: failed at {from}, since it can never run"),
+        Phase::Overtaken => format!("{name}: done by others at {from}"),
+        Phase::Left => format!("{name}: its way was left at {from}"),
         Phase::Canceled => format!("{name}: canceled at {from}"),
         Phase::Reopened => format!("{name}: not done any more from {from} on, waiting until {until}"),
         Phase::NotAsked => format!("{name}: no longer wanted from {from} on"),

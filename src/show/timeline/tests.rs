@@ -21,7 +21,15 @@ fn phases(history: &History, name: &str) -> Vec<(f64, Phase)> {
 fn failed_for_good(at_s: f64, name: &str, top: &str) -> Record {
     let (end, consequences) =
         (End::Failed(Fault::TimedOut), Consequences { completed: None, failed: Some(named(top)), failing: None });
-    Record::Released { at: seconds(at_s), leaf: named(name), end, consequences, changes: Vec::new(), waits_until: None }
+    Record::Released {
+        at: seconds(at_s),
+        leaf: named(name),
+        end,
+        consequences,
+        changes: Vec::new(),
+        waits_until: None,
+        unfit: Vec::new(),
+    }
 }
 
 fn lease(holder: &str, hold: &str) -> serde_json::Value {
@@ -66,10 +74,22 @@ fn what_fails_waits_again_until_it_fails_for_good() {
 #[test]
 fn what_is_reopened_is_not_done_any_more() {
     let (node, up_to) = (named("move 1-1"), named("object 1"));
-    let reopened =
-        Reopened { node, up_to, cause: Cause::Redo { leaf: node }, undecided: Vec::new(), ended: Vec::new() };
-    let back =
-        Record::Decided { at: seconds(5.0), round: 2, granted: vec![], refused: vec![], reopened: Some(reopened) };
+    let reopened = Reopened {
+        node,
+        up_to,
+        cause: Cause::Redo { leaf: node },
+        undecided: Vec::new(),
+        ended: Vec::new(),
+        reset: Vec::new(),
+    };
+    let back = Record::Decided {
+        at: seconds(5.0),
+        round: 2,
+        granted: vec![],
+        refused: vec![],
+        reopened: Some(reopened),
+        deadlines: Vec::new(),
+    };
     let history = history(&[
         header(),
         decided(0.0, 1, vec![grant("move 1-1", &[], &[0], &[])]),

@@ -80,6 +80,9 @@ fn stretches(history: &History, leaf: NodeId) -> Vec<(Time, LeafState)> {
             | Phase::Failed { .. }
             | Phase::Canceled
             | Phase::Reopened
+            | Phase::Infeasible
+            | Phase::Overtaken
+            | Phase::Left
             | Phase::NotAsked
             | Phase::NotNeeded => stretches.push((at, phase.state())),
         }

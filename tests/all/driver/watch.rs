@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use ambidex::model::{
-    Access, Consequences, End, Goal, Grant, LeaseKind, MissionEnd, MissionSpec, NodeId, NodeKind, Reason, Record,
-    ResourceTable, Retention, Told, WorldState,
+    Access, Consequences, End, Goal, Grant, LeaseKind, MissionEnd, MissionSpec, NodeId, NodeKind, NodeRange, Reason,
+    Record, ResourceTable, Retention, Told, WorldState,
 };
 use ambidex::tree::{Down, Input, Root, Up};
 
@@ -113,6 +113,14 @@ impl Watch {
             Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::World { .. } => {}
             Record::Resource { .. } | Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } => {}
             Record::Controller { .. } | Record::Ended { .. } => {}
+            Record::Infeasible { consequences, .. } | Record::TimedOut { consequences, .. } => self.fail(consequences),
+            Record::Reopened { reopened, .. } => {
+                for node in &reopened.reset {
+                    self.done.remove(node);
+                    self.failed.remove(node);
+                }
+            }
+            Record::Overtaken { skip, goal, consequences, .. } => self.overtake(*skip, *goal, consequences),
         }
     }
 
@@ -248,15 +256,32 @@ impl Watch {
             }
         }
         assert_eq!(end == End::Succeeded, consequences.completed.is_some());
+        self.fail(consequences);
+        self.complete(leaf, consequences);
+    }
+
+    fn fail(&mut self, consequences: &Consequences) {
         self.failed.extend(consequences.failed);
-        // It waits for what runs below it, and starts nothing more.
-        self.failed.extend(consequences.failing.map(|failing| failing.node));
+        // It waits for what runs below it, and starts nothing more, unless it finishes what it can.
+        let failing = consequences.failing.filter(|failing| !failing.finishes);
+        self.failed.extend(failing.map(|failing| failing.node));
+    }
+
+    fn overtake(&mut self, skip: NodeRange, goal: NodeId, consequences: &Consequences) {
+        let topology = &self.mission.tree.topology;
+        assert!(!self.granted.keys().any(|leaf| skip.contains(*leaf)), "what runs is passed over");
+        self.done.extend(topology.children(topology.parent(goal)).filter(|child| skip.contains(*child)));
+        self.fail(consequences);
+        self.complete(goal, consequences);
+    }
+
+    fn complete(&mut self, from: NodeId, consequences: &Consequences) {
         let Some(completed) = consequences.completed else {
             return;
         };
         let topology = &self.mission.tree.topology;
-        let mut node = leaf;
-        self.done.insert(leaf);
+        let mut node = from;
+        self.done.insert(from);
         while node != completed.node {
             node = topology.parent(node);
             let done = || topology.children(node).filter(|child| self.done.contains(child)).count();

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use ambidex::model::{MissionEnd, Reason, Record};
+use ambidex::model::{Cause, Consequences, MissionEnd, Reason, Record};
 
 /// Sums over many trees.
 #[derive(Debug, Default)]
@@ -20,15 +20,17 @@ pub struct Counts {
     went_back: u64,
     failures: u64,
     pub rechoices: u64,
+    /// What happened beside rounds and ends, by name.
+    others: BTreeMap<String, u64>,
 }
 
 /// Made elsewhere: a leaf whose turn has not come is not activated.
 const NOT_OF_THE_CORE: [&str; 1] = ["NotItsTurn"];
-const REASONS: [&str; 20] = [
+const REASONS: [&str; 22] = [
     "Satisfied",
     "Held",
     "NoneFree",
-    "Missing",
+    "Unfit",
     "OutOfReach",
     "NotHeld",
     "Taken",
@@ -45,7 +47,12 @@ const REASONS: [&str; 20] = [
     "Alternative",
     "WholeRobot",
     "Ending",
+    "OutOfTime",
+    "BackingOff",
 ];
+/// What happens beside rounds and ends.
+const OTHERS: [&str; 8] =
+    ["infeasible Missing", "timed out", "retry", "leave", "done by others", "unfit", "cancels", "finishes"];
 
 /// The name of a reason's variant.
 pub fn variant(reason: &Reason) -> String {
@@ -87,7 +94,25 @@ impl Counts {
                     self.went_back += u64::from(reopened.lapsed().is_none());
                 }
             }
-            Record::Released { consequences, .. } => self.failures += u64::from(consequences.failed.is_some()),
+            Record::Released { consequences, unfit, .. } => {
+                self.failures += u64::from(consequences.failed.is_some());
+                self.count_failing(consequences);
+                self.count_other("unfit", !unfit.is_empty());
+            }
+            Record::Infeasible { reason, consequences, .. } => {
+                self.count_failing(consequences);
+                self.count_other(&format!("infeasible {}", variant(reason)), true);
+            }
+            Record::TimedOut { consequences, .. } => {
+                self.count_failing(consequences);
+                self.count_other("timed out", true);
+            }
+            Record::Reopened { reopened, .. } => {
+                let is_retry = matches!(reopened.cause, Cause::Retry { .. });
+                self.count_other("retry", is_retry);
+                self.count_other("leave", !is_retry);
+            }
+            Record::Overtaken { .. } => self.count_other("done by others", true),
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
             Record::Stopped { .. } => {}
             Record::Header(_)
@@ -99,6 +124,16 @@ impl Counts {
             | Record::Awaited { .. } => {}
             Record::Controller { .. } | Record::Ended { .. } => {}
         }
+    }
+
+    fn count_failing(&mut self, consequences: &Consequences) {
+        let failing = consequences.failing;
+        self.count_other("cancels", failing.is_some_and(|failing| !failing.finishes));
+        self.count_other("finishes", failing.is_some_and(|failing| failing.finishes));
+    }
+
+    fn count_other(&mut self, name: &str, is_so: bool) {
+        *self.others.entry(name.to_owned()).or_default() += u64::from(is_so);
     }
 
     /// How many trees stalled.
@@ -128,15 +163,21 @@ impl Counts {
         self.went_back += other.went_back;
         self.failures += other.failures;
         self.rechoices += other.rechoices;
+        for (name, count) in other.others {
+            *self.others.entry(name).or_default() += count;
+        }
         self
     }
 
     /// The trees are worth running: most are done, and everything that can happen does.
     pub fn check_spread(&self) {
         let done = self.ends.get("done").copied().unwrap_or_default();
-        assert!(done * 10 >= self.trees * 6, "only {done} of {} are done", self.trees);
+        assert!(done * 2 >= self.trees, "only {done} of {} are done", self.trees);
         for reason in REASONS {
             assert!(self.reasons.contains_key(reason), "{reason} never occurs");
+        }
+        for other in OTHERS {
+            assert!(self.others.get(other).is_some_and(|count| *count > 0), "{other} never occurs");
         }
         for reason in NOT_OF_THE_CORE {
             assert!(!self.reasons.contains_key(reason), "{reason} occurs");
@@ -160,6 +201,7 @@ impl fmt::Display for Counts {
             f,
             "  skips {skips}, lapses {lapses}, go-backs {went_back}, OR re-choices {rechoices}, failures {failures}"
         )?;
+        writeln!(f, "  beside that {:?}", self.others)?;
         write!(f, "  reasons {reasons:?}")
     }
 }

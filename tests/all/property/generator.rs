@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use ambidex::model::{
-    Access, BehaviorSpec, ChannelId, Claim, Condition, EffectTerm, FactId, Location, MissionSpec, NodeId, ObjectId,
-    Obstacle, PlaceId, Potential, ResourceId, Retention, Selector, TypeId,
+    Access, BehaviorSpec, ChannelId, Claim, Condition, EffectTerm, FactId, Limits, Location, MissionSpec, NodeId,
+    NodeKind, ObjectId, Obstacle, PlaceId, Potential, ResourceId, Retention, Selector, TypeId,
 };
 use ambidex::tree::{Allocator, Greedy, Serial};
 use nalgebra::Point3;
@@ -48,6 +48,8 @@ impl Case {
             let corner = |by: f64, z| Point3::new(stand.x + by, stand.y + by, z);
             Obstacle { min: corner(-0.4, 0.0), max: corner(0.4, 1.0) }
         }));
+        add_limits(seed, &mut mission);
+        add_shortcuts(seed, &mut mission);
         // Rules speak of behaviors on resources: what claims none is in nobody's way.
         let claims = |leaf: &NodeId| !mission.tree.behavior(*leaf).expect("a leaf").claims.is_empty();
         let leaves: Vec<_> = mission.tree.leaves().filter(claims).collect();
@@ -77,12 +79,59 @@ impl Case {
         let start = &self.mission.start;
         let types: Vec<_> = self.mission.robot.resources.iter().map(|spec| spec.ty.0).collect();
         format!(
-            "serial {}, types {types:?}, start {start:?}, clashing {:?}, plan {:?}\n{}",
+            "serial {}, types {types:?}, start {start:?}, clashing {:?}, plan {:?}, outside {:?}, limits {:?}\n{}",
             self.is_serial,
             self.clashing,
             self.plan,
+            self.mission.world.outside,
+            self.mission.tree.limits,
             support::draw(&self.mission)
         )
+    }
+}
+
+/// Task nodes that may be tried again, or take only so long, and facts that others may set.
+fn add_limits(seed: u64, mission: &mut MissionSpec) {
+    let mut rng = Rng::of(&[seed, 11]);
+    let has_limits = rng.is(50);
+    for index in 1..mission.tree.nodes.len() {
+        if matches!(mission.tree.nodes[index], NodeKind::Behavior(_)) || !has_limits || !rng.is(30) {
+            continue;
+        }
+        let timeout = rng.is(50).then(|| Duration::from_millis(2000 + rng.below(18_000) as u64));
+        let backoff = Duration::from_millis(rng.one(&[0, 200, 500]));
+        let limits = Limits { timeout, retries: rng.below(3) as u32, backoff };
+        mission.tree.limits.insert(NodeId::from(index), limits);
+    }
+    if rng.is(40) {
+        mission.world.outside = (0..1 + rng.below(FACTS)).map(|_| rng.is(50)).collect();
+    }
+}
+
+/// In some THENs a behavior that waits for a fact, and behind it one whose goal others may reach.
+fn add_shortcuts(seed: u64, mission: &mut MissionSpec) {
+    let mut rng = Rng::of(&[seed, 14]);
+    if !rng.is(20) {
+        return;
+    }
+    let (needed, reached) = (rng.below(FACTS / 2), FACTS / 2 + rng.below(FACTS / 2));
+    mission.world.outside.resize(FACTS, false);
+    (mission.world.outside[needed], mission.world.outside[reached]) = (true, rng.is(60));
+    let (needed, reached) = (FactId::from(needed), FactId::from(reached));
+    for node in (1..mission.tree.nodes.len()).map(NodeId::from) {
+        let is_gadget = |child: &NodeId| mission.tree.behavior(*child).is_some_and(|spec| spec.kind == "gadget");
+        let gadgets: Vec<_> = mission.tree.topology.children(node).filter(is_gadget).collect();
+        if mission.tree.nodes[node.index()] != NodeKind::Then || gadgets.len() < 2 {
+            continue;
+        }
+        if let NodeKind::Behavior(spec) = &mut mission.tree.nodes[gadgets[0].index()] {
+            spec.effects.push(EffectTerm::Fact(reached, true));
+            let precondition = std::mem::replace(&mut spec.precondition, Condition::Never);
+            spec.precondition = Condition::All(vec![precondition, Condition::Fact(needed, true)]);
+        }
+        if let NodeKind::Behavior(spec) = &mut mission.tree.nodes[gadgets[1].index()] {
+            spec.satisfied = Condition::Fact(reached, true);
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use ambidex::model::{
     Change, ControllerId, EffectTerm, End, FactId, Fault, Grant, Location, Loss, MissionSpec, ObjectId, Outcome,
-    PlaceId, Selector, Time,
+    PlaceId, Rejection, ResourceId, Selector, Time,
 };
 
 use crate::driver::Rng;
@@ -17,6 +17,8 @@ pub struct Plan {
     pub failing: usize,
     /// Of a hundred successes, how many end otherwise than the kind promises.
     pub odd: usize,
+    /// Of a hundred attempts, how many a controller rejects.
+    pub rejecting: usize,
     /// Whether failing behaviors drop what they hold.
     pub drops: bool,
     pub changes: Vec<(Time, Change)>,
@@ -45,7 +47,15 @@ impl Plan {
             };
             Some((at, change))
         });
-        let changes = changes.collect();
+        let mut changes: Vec<_> = changes.collect();
+        let mut others = Rng::of(&[seed, 12]);
+        for fact in (0..mission.start.facts.len()).map(FactId::from).filter(|fact| mission.world.is_outside(*fact)) {
+            let at = Time(others.below(30_000_000) as u64);
+            if others.is(60) {
+                changes.push((at, Change::Fact(fact, others.is(70))));
+            }
+        }
+        changes.extend(brought(&mut others, mission));
         let mut rng = Rng::of(&[seed, 5]);
         let controllers = mission.robot.controllers.len();
         let losses = if controllers > 0 && rng.is(25) { 1 + rng.below(2) } else { 0 };
@@ -61,6 +71,7 @@ impl Plan {
             services,
             seed,
             failing: rng.one(&[0, 0, 0, 0, 5, 5, 10, 20]),
+            rejecting: others.one(&[0, 0, 0, 2, 5, 15]),
             odd: if is_wild { rng.one(&[0, 10]) } else { 0 },
             drops: is_wild,
             changes,
@@ -72,9 +83,27 @@ impl Plan {
         let mut rng = Rng::of(&[self.seed, 3, u64::from(grant.leaf().0), attempt]);
         let lasts = Duration::from_millis(100 + rng.below(5000) as u64);
         let end = if rng.is(self.failing) { End::Failed(Fault::TimedOut) } else { End::Succeeded };
+        if let Some(end) = self.rejected(mission, grant, attempt) {
+            return (Duration::from_millis(50), Outcome { end, changes: Vec::new() });
+        }
         let is_odd = end != End::Succeeded || rng.is(self.odd);
         let changes = if is_odd { self.odd_changes(mission, grant, &mut rng) } else { Vec::new() };
         (lasts, Outcome { end, changes })
+    }
+
+    /// A controller that would not take a goal.
+    fn rejected(&self, mission: &MissionSpec, grant: &Grant, attempt: u64) -> Option<End> {
+        let mut rng = Rng::of(&[self.seed, 13, u64::from(grant.leaf().0), attempt]);
+        let claims = mission.tree.behavior(grant.leaf()).expect("only leaves run").claims.len();
+        let claimed = grant.bindings[..claims].iter();
+        let controller = |resource: ResourceId| mission.robot.resources[resource.index()].controller;
+        let all: Vec<_> = claimed.filter_map(|binding| controller(binding.resource)).collect();
+        if all.is_empty() || !rng.is(self.rejecting) {
+            return None;
+        }
+        let reach = Rejection::OutOfReach;
+        let why = rng.one(&[reach, reach, reach, Rejection::Unsupported, Rejection::Malformed]);
+        Some(End::Failed(Fault::Rejected(rng.one(&all), why)))
     }
 
     /// What a goal that is told to stop says in the end.
@@ -121,4 +150,17 @@ impl Plan {
     pub fn cancel_after(&self) -> usize {
         Rng::of(&[self.seed, 5]).below(200)
     }
+}
+
+/// Objects that others bring where the mission would have brought them.
+fn brought(rng: &mut Rng, mission: &MissionSpec) -> Vec<(Time, Change)> {
+    let behaviors = mission.tree.leaves().filter_map(|leaf| mission.tree.behavior(leaf));
+    let puts = behaviors.flat_map(|spec| &spec.effects).filter_map(|effect| match *effect {
+        EffectTerm::Lies(object, place) => Some((object, place)),
+        EffectTerm::Taken(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
+    });
+    let is_brought = rng.is(15);
+    let moments = puts.map(|(object, place)| (Time(rng.below(25_000_000) as u64), object, place, rng.is(50)));
+    let brought = moments.filter(|(.., is_it)| *is_it && is_brought);
+    brought.map(|(at, object, place, _)| (at, Change::Object(object, Location::At(place)))).collect()
 }

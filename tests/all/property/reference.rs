@@ -2,20 +2,27 @@
 //!
 //! It imports the vocabulary alone, so that an error in the core cannot be in here by inheritance.
 
+mod failing;
+mod feasible;
 mod lapse;
 mod leases;
+mod others;
+mod retry;
 mod round;
 mod settle;
+mod stall;
 mod world;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use ambidex::model::{
-    ControllerId, Fault, Grant, Loss, MissionEnd, MissionSpec, NodeId, NodeKind, NodeRange, Reason, Reopened,
-    ResourceId, Time, WorldState,
+    Consequences, ControllerId, Deadline, End, Failing, Fault, Grant, Loss, MissionEnd, MissionSpec, NodeId, NodeKind,
+    NodeRange, Reason, Reopened, ResourceId, Time, WorldState,
 };
 
 pub use leases::{Held, Row};
+
+const TOP: NodeId = NodeId(1);
 
 /// The whole state of a mission.
 pub struct Model<'a> {
@@ -31,17 +38,31 @@ pub struct Model<'a> {
     pub done: BTreeSet<NodeId>,
     pub end: Option<MissionEnd>,
     pub now: Time,
-    /// Behaviors that wait after a failure: until when, how long, why.
+    /// What came to pass, in order, until somebody takes it.
+    pub log: Vec<Step>,
+    /// Nodes that wait after a failure: until when, how long, why.
     waits: BTreeMap<NodeId, (Time, u64, Fault)>,
     /// Controllers that are away, and whether they are awaited.
     away: BTreeMap<ControllerId, (Loss, bool)>,
     awaited: Option<Time>,
     /// What each behavior failed with.
     bad: BTreeSet<(NodeId, ResourceId)>,
+    /// What would not do a behavior for reach or kind, with the progress at which that was.
+    unfit: BTreeSet<(NodeId, ResourceId, u64)>,
     failed: BTreeSet<NodeId>,
-    /// Nodes that fail and wait for what runs below: the child that failed, the leaf it began with.
-    ending: BTreeMap<NodeId, (NodeId, NodeId)>,
+    /// How each node failed that did not fail since it could never run.
+    faults: BTreeMap<NodeId, Fault>,
+    /// Leaves that failed since they could never run.
+    infeasible: BTreeMap<NodeId, Reason>,
+    /// Nodes that will have failed: when nothing runs below, or when nothing is left that can be finished.
+    failing: BTreeMap<NodeId, Failing>,
     failures: BTreeMap<NodeId, u32>,
+    /// When task nodes will have taken too long.
+    deadlines: BTreeMap<NodeId, Time>,
+    /// Ways that their ORs left, with the progress at which they did.
+    left: BTreeMap<NodeId, u64>,
+    /// Behaviors that were told to end.
+    stopping: BTreeSet<NodeId>,
     committed: BTreeMap<NodeId, NodeId>,
     /// What lapsed does not ask before the count of progress grows.
     silent: BTreeMap<NodeId, (u64, NodeId, Reason)>,
@@ -73,11 +94,23 @@ pub struct Refusal {
 }
 
 /// What a round came to.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Decision {
     pub granted: BTreeMap<NodeId, Grant>,
     pub refused: BTreeMap<NodeId, Refusal>,
     pub reopened: Option<Reopened>,
+    pub deadlines: Vec<Deadline>,
+}
+
+/// Something that came to pass.
+#[derive(Debug, Clone)]
+pub enum Step {
+    Released { leaf: NodeId, end: End, consequences: Consequences, unfit: Vec<ResourceId> },
+    Decided(Decision),
+    Infeasible { leaf: NodeId, reason: Reason, consequences: Consequences },
+    TimedOut { node: NodeId, consequences: Consequences },
+    Reopened(Reopened),
+    Overtaken { leaf: NodeId, skip: NodeRange, goal: NodeId, consequences: Consequences },
 }
 
 impl From<Reason> for Refusal {
@@ -98,13 +131,20 @@ impl<'a> Model<'a> {
             done: BTreeSet::new(),
             end: None,
             now: Time::ZERO,
+            log: Vec::new(),
             waits: BTreeMap::new(),
             away: BTreeMap::new(),
             awaited: None,
             bad: BTreeSet::new(),
+            unfit: BTreeSet::new(),
             failed: BTreeSet::new(),
-            ending: BTreeMap::new(),
+            faults: BTreeMap::new(),
+            infeasible: BTreeMap::new(),
+            failing: BTreeMap::new(),
             failures: BTreeMap::new(),
+            deadlines: BTreeMap::new(),
+            left: BTreeMap::new(),
+            stopping: BTreeSet::new(),
             committed: BTreeMap::new(),
             silent: BTreeMap::new(),
             progress: 0,
@@ -142,5 +182,31 @@ impl<'a> Model<'a> {
             path.push(self.parent(top));
         }
         path
+    }
+
+    /// Whether a node fails and waits only for what runs below it to end.
+    fn is_canceling(&self, node: NodeId) -> bool {
+        self.failing.get(&node).is_some_and(|failing| !failing.finishes)
+    }
+
+    /// Whether nothing is granted there any more.
+    fn is_over(&self, node: NodeId) -> bool {
+        let is_it = |node: &NodeId| self.done.contains(node) || self.failed.contains(node) || self.is_canceling(*node);
+        self.upward(node).iter().any(is_it)
+    }
+
+    /// Whether one that waits out a back-off is there.
+    fn waits_below(&self, node: NodeId) -> bool {
+        let below = self.below(node);
+        self.waits.keys().any(|node| below.contains(*node))
+    }
+
+    /// What runs below a node that fails and was not told to end before.
+    pub fn stops(&mut self) -> Vec<NodeId> {
+        let is_ending = |leaf: &NodeId| self.upward(*leaf).into_iter().any(|node| self.is_canceling(node));
+        let told = |leaf: &NodeId| !self.stopping.contains(leaf) && is_ending(leaf);
+        let now: Vec<NodeId> = self.running.keys().copied().filter(told).collect();
+        self.stopping.extend(&now);
+        now
     }
 }

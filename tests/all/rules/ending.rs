@@ -1,6 +1,6 @@
 //! Consequences back, failing, and what is left then (`semantics` 2 and 6).
 
-use ambidex::model::{BehaviorSpec, Change, EffectTerm, FactId, Location, ObjectId, ResourceId};
+use ambidex::model::{BehaviorSpec, Change, EffectTerm, FactId, Location, ObjectId, PlaceId, ResourceId};
 
 use super::Event::{Fails, FailsWith, Ok, OkWith, World};
 use super::words::*;
@@ -36,11 +36,11 @@ fn undone_work_is_done_again_by_whoever_did_it() {
     // Once in each progress: it failed to make it so, and nothing else has changed.
     let unmade = OkWith("one", Change::Fact(FactId(2), false));
     let events = [Ok("one"), fact(false), Fails("heir"), unmade];
-    check(either(), &events, "one, heir, back one, one, stalled");
+    check(either(), &events, "one, heir, back one, one, waits");
     // Not across siblings of an AND.
     let beside = and([maker("one"), leaf("heir", heir)]);
     let events = [Ok("one"), fact(false), Fails("heir")];
-    check(beside, &events, "one, heir, stalled");
+    check(beside, &events, "one, heir, waits");
 }
 
 #[test]
@@ -52,17 +52,30 @@ fn a_failed_place_keeps_what_it_holds() {
     let run = check(carry(), &[&before[..], &[Fails("place 0")]].concat(), &format!("{steps}, place 0"));
     assert!(run.table().starts_with("gripper#1: place 0"), "{}", run.table());
     // Empty, it is free; what was dropped is picked up again, from where the robot can.
-    let lost = FailsWith("place 0", Change::Emptied(ResourceId(1)));
+    let lost = FailsWith("place 0", Change::Object(ObjectId(0), Location::At(PlaceId(0))));
     let events = [&before[..], &[lost]].concat();
     let run = check(carry(), &events, &format!("{steps}, back pick 0, back move a, move a"));
     assert_eq!(run.table(), "base#3: move a");
+    // Nobody knows where it is.
+    let lost = FailsWith("place 0", Change::Emptied(ResourceId(1)));
+    let events = [&before[..], &[lost]].concat();
+    check(carry(), &events, &format!("{steps}, never place 0, failed at place 0"));
 }
 
 #[test]
 fn failure_ends_what_runs_beside_it() {
-    let tree = and([free("a"), free("b")]);
-    let run = check(tree, &[Fails("a")], "a + b");
-    assert_eq!(run.reason("a"), Some(ambidex::model::Reason::Ending { failed: run.node("a") }));
+    // Another way is left: what runs is canceled, and nothing else begins.
+    let other = || leaf("other", with_potential(blank("other"), 0.1));
+    let tree = || or([and([free("a"), then([free("b"), free("c")])]), other()]);
+    let run = check(tree(), &[Fails("a")], "a + b");
+    assert_eq!(run.reason("c"), Some(ambidex::model::Reason::Ending { failed: run.node("a") }));
+    check(tree(), &[Fails("a"), Ok("b")], "a + b, other");
+    // Nothing is won by that: the others finish what they can.
+    let tree = || and([free("a"), then([free("b"), free("c")])]);
+    check(tree(), &[Fails("a"), Ok("b")], "a + b, c");
+    check(tree(), &[Fails("a"), Ok("b"), Ok("c")], "a + b, c, failed at a");
+    check(then([tree(), free("d")]), &[Fails("a"), Ok("b"), Ok("c")], "a + b, c, failed at a");
+    check(and([tree(), free("d")]), &[Fails("a"), Ok("b"), Ok("c"), Ok("d")], "a + b + d, c, failed at a");
     // The task failed at what failed first, whatever ended last.
     check(and([free("a"), free("b")]), &[Fails("a"), Ok("b")], "a + b, failed at a");
     let twice = leaf("a", BehaviorSpec { retries: 1, ..blank("a") });

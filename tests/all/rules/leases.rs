@@ -53,7 +53,7 @@ fn an_intention_rests_only_with_a_then() {
 fn an_intention_lapses_when_waiting_would_not_help() {
     let heir = || leaf("heir", needing(tool_spec(EXCLUSIVE, FREE), 0));
     let tree = then([tool("keep", EXCLUSIVE, GO), heir()]);
-    let run = check(tree, &[Ok("keep")], "keep, lapses keep, stalled");
+    let run = check(tree, &[Ok("keep")], "keep, lapses keep, waits");
     assert_eq!(run.table(), "");
     // It does not ask again before something new is done or the world changes.
     let tree = || and([then([tool("keep", EXCLUSIVE, GO), heir()]), free("news")]);
@@ -75,7 +75,7 @@ fn of_several_intentions_the_last_lapses() {
     let second = BehaviorSpec { claims: vec![claim(Selector::Named(ResourceId(5)), EXCLUSIVE, GO)], ..blank("second") };
     let tree = then([tool("first", EXCLUSIVE, GO), then([leaf("second", second), stuck()])]);
     let events = [Ok("first"), Ok("second")];
-    check(tree, &events, "first, second, lapses second, lapses first, stalled");
+    check(tree, &events, "first, second, lapses second, lapses first, waits");
 }
 
 #[test]

@@ -15,7 +15,9 @@ pub(super) const GO: Retention = Retention::Intention(Access::Shared(ChannelId(1
 pub(super) fn check(tree: Tree, events: &[Event], expected: &str) -> Run {
     let (body, places) = (robot(2, 2), [0, 0, 1].map(PlaceId));
     let objects = places.map(Location::At).to_vec();
-    let mission = mission(body, PLACES, objects, vec![false; 4], &tree);
+    let mut mission = mission(body, PLACES, objects, vec![false; 4], &tree);
+    // What nobody sets may come all the same.
+    mission.world.outside = vec![true; 4];
     let run = Run::new(mission, Settings::default(), events);
     assert_eq!(run.steps(), expected);
     run

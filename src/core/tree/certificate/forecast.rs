@@ -76,7 +76,8 @@ impl<'a> Forecast<'a> {
     fn begin(&mut self, state: &State, node: NodeId) {
         let is_out = match state.phase(node) {
             Phase::Pending => false,
-            Phase::Done | Phase::Failed | Phase::Failing(_) => true,
+            Phase::Failing(failing) => !failing.finishes,
+            Phase::Done | Phase::Failed => true,
         };
         let needs = self.needs;
         let is_over = |child: &NodeId| !needs.concerns(*child) || self.is_complete[child.index()];

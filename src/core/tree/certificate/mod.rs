@@ -86,6 +86,8 @@ impl Certificate {
                 (!granted.is_empty() || reopened.is_some(), reopened.is_some())
             }
             Record::World { .. } | Record::Began { .. } | Record::Served { .. } => (true, true),
+            Record::Infeasible { .. } | Record::TimedOut { .. } | Record::Reopened { .. } => (true, true),
+            Record::Overtaken { .. } => (true, true),
             Record::Woke { .. } | Record::Awaited { .. } => (false, false),
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Observed { .. } => (false, false),
             Record::Sent { .. } | Record::Stopped { .. } | Record::Resource { .. } => (false, false),
@@ -254,7 +256,13 @@ fn matters(needs: &Needs, grant: &Grant) -> bool {
 /// The state with a further grant.
 fn with(state: &State, grant: &Grant) -> State {
     let mut after = state.clone();
-    let (at, granted) = (Time::ZERO, vec![grant.clone()]);
-    after.apply(&Record::Decided { at, round: state.round(), granted, refused: Vec::new(), reopened: None });
+    after.apply(&Record::Decided {
+        at: Time::ZERO,
+        round: state.round(),
+        granted: vec![grant.clone()],
+        refused: Vec::new(),
+        reopened: None,
+        deadlines: Vec::new(),
+    });
     after
 }

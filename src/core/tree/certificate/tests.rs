@@ -1,5 +1,6 @@
 //! Orders and deadlocks of small trees over two grippers.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -61,6 +62,7 @@ fn behavior(tree: &Tree) -> Option<BehaviorSpec> {
         timeout: Duration::from_secs(60),
         retries: 0,
         backoff: std::time::Duration::ZERO,
+        elsewhere: None,
     })
 }
 
@@ -90,9 +92,9 @@ fn mission(tree: &Tree) -> MissionSpec {
     MissionSpec {
         name: "test".into(),
         robot: RobotSpec { name: "test".into(), resources, controllers: Vec::new(), radius_m: 0.3 },
-        world: WorldSpec { places: Vec::new(), object_offsets: Vec::new(), obstacles: Vec::new() },
+        world: WorldSpec { places: Vec::new(), object_offsets: Vec::new(), obstacles: Vec::new(), outside: Vec::new() },
         start: WorldState { base, objects: vec![Location::At(PlaceId(0))], facts: Vec::new() },
-        tree: TreeSpec { nodes, topology: Topology::new(parents) },
+        tree: TreeSpec { nodes, topology: Topology::new(parents), limits: BTreeMap::new() },
         names: Names { nodes: names, resources: vec!["left".into(), "right".into()], ..Names::default() },
         source: None,
     }

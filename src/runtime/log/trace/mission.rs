@@ -3,8 +3,8 @@
 use tracing::{debug, error, info, warn};
 
 use ambidex_model::{
-    Change, Consequences, ControllerId, End, Grant, Header, MissionEnd, Names, NodeId, Reopened, Resource, ResourceId,
-    Service,
+    Cause, Change, Consequences, ControllerId, End, FactId, Grant, Header, MissionEnd, Names, NodeId, Reason, Reopened,
+    Resource, ResourceId, Service,
 };
 
 use super::MISSION;
@@ -48,13 +48,35 @@ pub(super) fn decided(at_s: f64, round: u32, granted: &[Grant], refused: usize, 
     }
 }
 
-pub(super) fn reopened(at_s: f64, round: u32, reopened: &Reopened, names: &Names) {
+pub(super) fn infeasible(at_s: f64, leaf: NodeId, reason: &Reason, names: &Names) {
+    let (leaf, reason) = (names.node(leaf), format::reason(reason, names));
+    warn!(target: MISSION, leaf, %reason, at_s, "can never run");
+}
+
+pub(super) fn timed_out(at_s: f64, node: NodeId, names: &Names) {
+    warn!(target: MISSION, node = names.node(node), at_s, "took too long");
+}
+
+pub(super) fn overtaken(at_s: f64, leaf: NodeId, goal: NodeId, names: &Names) {
+    let (leaf, goal) = (names.node(leaf), names.node(goal));
+    info!(target: MISSION, leaf, goal, at_s, "done by others");
+}
+
+pub(super) fn reopened(at_s: f64, round: Option<u32>, reopened: &Reopened, names: &Names) {
     let lacks = reopened.lacks();
+    let (cause, fault) = match reopened.cause {
+        Cause::Lapse { .. } => ("lapse", None),
+        Cause::Redo { .. } => ("redo", None),
+        Cause::Leave => ("leave", None),
+        Cause::Retry { fault, .. } => ("retry", Some(fault.sentence(names))),
+    };
     debug!(
         target: MISSION,
         round,
         leaf = names.node(reopened.node),
         holder = names.node(reopened.up_to),
+        cause,
+        fault,
         lapsed = reopened.lapsed().map(|resource| names.resource(resource)),
         heir = lacks.map(|lacks| names.node(lacks.leaf)),
         reason = lacks.map(|lacks| display(format::reason(&lacks.reason, names))),
@@ -114,6 +136,11 @@ pub(super) fn served(at_s: f64, controller: ControllerId, service: Service, name
 
 pub(super) fn awaited(at_s: f64, until_s: Option<f64>) {
     warn!(target: MISSION, until_s, at_s, "nothing can go on without what is unavailable");
+}
+
+pub(super) fn expected(at_s: f64, facts: &[FactId], names: &Names) {
+    let facts = facts.iter().map(|fact| names.fact(*fact)).collect::<Vec<_>>().join(", ");
+    info!(target: MISSION, facts, at_s, "nothing can go on before others change facts");
 }
 
 pub(super) fn changed(at_s: f64, change: &Change, names: &Names) {

@@ -27,10 +27,10 @@ pub fn emit(record: &Record, names: &Names) {
             let edge = tree::Edge { at_s: at.seconds(), round: *round, from: *from, to: *to };
             tree::sent(&edge, message, names);
         }
-        Record::Decided { at, round, granted, refused, reopened } => {
+        Record::Decided { at, round, granted, refused, reopened, .. } => {
             mission::decided(at.seconds(), *round, granted, refused.len(), names);
             if let Some(reopened) = reopened {
-                mission::reopened(at.seconds(), *round, reopened, names);
+                mission::reopened(at.seconds(), Some(*round), reopened, names);
             }
         }
         Record::Released { at, leaf, end, consequences, changes, .. } => {
@@ -43,7 +43,14 @@ pub fn emit(record: &Record, names: &Names) {
         Record::Resource { at, resource, state } => mission::used(at.seconds(), *resource, state, names),
         Record::Woke { at, leaves } => mission::woke(at.seconds(), leaves, names),
         Record::Served { at, controller, service, .. } => mission::served(at.seconds(), *controller, *service, names),
-        Record::Awaited { at, until } => mission::awaited(at.seconds(), until.map(Time::seconds)),
+        Record::Awaited { at, until, facts } if facts.is_empty() => {
+            mission::awaited(at.seconds(), until.map(Time::seconds));
+        }
+        Record::Awaited { at, facts, .. } => mission::expected(at.seconds(), facts, names),
+        Record::Infeasible { at, leaf, reason, .. } => mission::infeasible(at.seconds(), *leaf, reason, names),
+        Record::TimedOut { at, node, .. } => mission::timed_out(at.seconds(), *node, names),
+        Record::Reopened { at, reopened } => mission::reopened(at.seconds(), None, reopened, names),
+        Record::Overtaken { at, leaf, goal, .. } => mission::overtaken(at.seconds(), *leaf, *goal, names),
         Record::Controller { at, controller, message } => {
             controller::said(at.seconds(), names.controller(*controller), message, names)
         }

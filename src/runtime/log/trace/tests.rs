@@ -104,6 +104,7 @@ fn a_release_says_how_and_what_follows() {
             consequences: Consequences { completed: None, failed: Some(NodeId(1)), failing: None },
             changes: vec![Change::Object(ObjectId(0), Location::Unknown)],
             waits_until: None,
+            unfit: Vec::new(),
         },
         &["WARN ambidex::mission goal ended leaf=[pick 1] end=[failed: aborted] \
            controller=[left_arm] fails=[both] changes=[cup nobody knows where] at_s=[2.0]"],

@@ -87,7 +87,7 @@ fn picking() -> Vec<Record> {
         answer("pick 1", false, Some(9.0)),
         answer("pick 1", true, None),
         answer("move 4-1", false, Some(0.25)),
-        Record::Decided { at: seconds(7.4), round: 2, granted, refused, reopened: None },
+        Record::Decided { at: seconds(7.4), round: 2, granted, refused, reopened: None, deadlines: Vec::new() },
         held(
             0,
             Access::Shared(ChannelId(0)),
@@ -150,6 +150,7 @@ fn a_failure_is_told_of_leaf_and_nodes() {
             consequences,
             changes: Vec::new(),
             waits_until: None,
+            unfit: Vec::new(),
         },
         released(9.6, "pick 2", End::Canceled),
         Record::Ended { at: seconds(9.6), end: MissionEnd::Failed(named("pick 1")) },

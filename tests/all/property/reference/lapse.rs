@@ -29,7 +29,8 @@ impl Model<'_> {
         self.silent.insert(leaf, (self.progress, heir, cause));
         self.let_choose_again(leaf);
         let cause = Cause::Lapse { resource, heir: Box::new(lacks) };
-        Some(Reopened { node: leaf, up_to: holder, cause, undecided: Vec::new(), ended: Vec::new() })
+        let (undecided, ended, reset) = (Vec::new(), Vec::new(), Vec::new());
+        Some(Reopened { node: leaf, up_to: holder, cause, undecided, ended, reset })
     }
 
     /// Whether no heir runs and none waits for anything that runs.
@@ -45,39 +46,52 @@ impl Model<'_> {
             || refusal.behaviors.iter().any(|leaf| self.running.contains_key(leaf))
     }
 
-    /// The first leaf whose precondition is not met, and the nearest earlier behavior that would make it so.
-    pub(super) fn send_back(&mut self, decision: &Decision) -> Option<Reopened> {
+    /// The first leaf that is helped by what others did, or by sending somebody back; true if others did it.
+    pub(super) fn help_blocked(&mut self, decision: &Decision) -> (bool, Option<Reopened>) {
         for (&leaf, refusal) in &decision.refused {
             let Some((condition, reason)) = self.lacking(leaf).filter(|(_, reason)| *reason == refusal.reason) else {
                 continue;
             };
-            if matches!(reason, Reason::Driving { .. } | Reason::NoPath { .. }) {
+            // Where the base will stand nobody knows.
+            if matches!(reason, Reason::Driving { .. }) {
                 continue;
             }
-            let Some((maker, then)) = self.maker(leaf, &condition) else { continue };
-            let below = self.below(then);
-            let waits = self.waits.keys().any(|leaf| below.contains(*leaf));
-            let was = self.redone.get(&maker).is_some_and(|(progress, _)| *progress == self.progress);
-            if self.runs_below(then) || waits || was {
+            if self.overtake(leaf) {
+                return (true, None);
+            }
+            if matches!(reason, Reason::NoPath { .. }) {
                 continue;
             }
-            self.undo(then, maker);
-            self.silent.remove(&maker);
-            self.redone.insert(maker, (self.progress, Some(leaf)));
-            for index in 0..self.rows.len() {
-                let kept = self.rows[index].leases.clone();
-                let is_below = |held: &&Held| {
-                    held.kind == LeaseKind::Intention && held.holder != then && below.contains(held.holder)
-                };
-                for held in kept.iter().filter(is_below) {
-                    self.end_intention(ResourceId::from(index), held.holder);
-                    self.undo(held.holder, held.behavior);
-                }
+            if let Some(reopened) = self.send_back(leaf, &condition) {
+                return (false, Some(reopened));
             }
-            let cause = Cause::Redo { leaf };
-            return Some(Reopened { node: maker, up_to: then, cause, undecided: Vec::new(), ended: Vec::new() });
         }
-        None
+        (false, None)
+    }
+
+    /// The nearest earlier behavior that would make so what a leaf lacks.
+    fn send_back(&mut self, leaf: NodeId, condition: &Condition) -> Option<Reopened> {
+        let (maker, then) = self.maker(leaf, condition)?;
+        let below = self.below(then);
+        let was = self.redone.get(&maker).is_some_and(|(progress, _)| *progress == self.progress);
+        if self.runs_below(then) || self.waits_below(then) || was {
+            return None;
+        }
+        self.undo(then, maker);
+        self.silent.remove(&maker);
+        self.redone.insert(maker, (self.progress, Some(leaf)));
+        for index in 0..self.rows.len() {
+            let kept = self.rows[index].leases.clone();
+            let is_below =
+                |held: &&Held| held.kind == LeaseKind::Intention && held.holder != then && below.contains(held.holder);
+            for held in kept.iter().filter(is_below) {
+                self.end_intention(ResourceId::from(index), held.holder);
+                self.undo(held.holder, held.behavior);
+            }
+        }
+        let cause = Cause::Redo { leaf };
+        let (undecided, ended, reset) = (Vec::new(), Vec::new(), Vec::new());
+        Some(Reopened { node: maker, up_to: then, cause, undecided, ended, reset })
     }
 
     /// Upwards through the THENs above a leaf, backwards through what stands before it in each.

@@ -127,6 +127,20 @@ impl Model<'_> {
         }
     }
 
+    /// What some nodes hold that do not run: a gripper with an object goes to another node, all else is free.
+    pub(super) fn gather(&mut self, to: NodeId, is_from: impl Fn(NodeId) -> bool) {
+        for index in 0..self.rows.len() {
+            let is_full = self.held_object(ResourceId::from(index)).is_some();
+            let row = &mut self.rows[index];
+            let access = row.access;
+            for held in row.take_out(|held| is_from(held.holder)) {
+                if let Some(access) = access.filter(|_| is_full) {
+                    row.put(Held { holder: to, kind: LeaseKind::Physical, from: None, ..held }, access);
+                }
+            }
+        }
+    }
+
     pub(super) fn end_intention(&mut self, resource: ResourceId, holder: NodeId) {
         self.rows[resource.index()].take_out(|held| held.holder == holder);
     }
@@ -135,7 +149,7 @@ impl Model<'_> {
         self.rows[resource.index()].take_out(|held| held.kind == LeaseKind::Physical);
     }
 
-    fn move_all(&mut self, is_moved: impl Fn(NodeId) -> bool, then: Option<NodeId>, else_to: NodeId) {
+    pub(super) fn move_all(&mut self, is_moved: impl Fn(NodeId) -> bool, then: Option<NodeId>, else_to: NodeId) {
         for row in &mut self.rows {
             let access = row.access;
             for held in row.take_out(|held| is_moved(held.holder)) {

@@ -1,8 +1,8 @@
 //! One round: a recursive walk down, Algorithm 1 on the way up (`semantics` 4 and 5).
 
-use ambidex::model::{Access, Binding, Grant, NodeId, NodeKind, NodeRange, Reason, ResourceId, Retention};
+use ambidex::model::{Access, Binding, Deadline, Grant, NodeId, NodeKind, NodeRange, Reason, ResourceId, Retention};
 
-use super::{Ask, Decision, Model, Refusal};
+use super::{Ask, Decision, Model, Refusal, Step};
 
 #[derive(Default)]
 struct Answer {
@@ -12,8 +12,12 @@ struct Answer {
 }
 
 impl Model<'_> {
-    /// Asks, grants, lapses, goes back; true in the second place if another round follows at once.
-    pub fn round(&mut self) -> (Decision, bool) {
+    /// Gives up what can never run, asks, grants, goes on, lapses; true if another round follows at once.
+    pub fn round(&mut self) -> bool {
+        self.give_up();
+        if self.end.is_some() {
+            return false;
+        }
         let answer = self.ask(NodeId(1), &[]);
         let mut decision = Decision { refused: answer.refused.into_iter().collect(), ..Decision::default() };
         let (accepted, refused) = self.merge(answer.asks);
@@ -24,20 +28,49 @@ impl Model<'_> {
         for grant in decision.granted.values().cloned().collect::<Vec<_>>() {
             self.take(&grant);
             self.settle_grant(&grant);
+            decision.deadlines.extend(self.begin_times(grant.leaf()));
             self.running.insert(grant.leaf(), grant);
         }
+        decision.deadlines.sort_by_key(|deadline| deadline.node);
+        let place = self.log.len();
+        let mut is_overtaken = false;
         if !answer.is_satisfied {
-            decision.reopened = self.send_back(&decision).or_else(|| self.lapse(&decision));
+            (is_overtaken, decision.reopened) = self.help_blocked(&decision);
+            if !is_overtaken && decision.reopened.is_none() {
+                decision.reopened = self.lapse(&decision);
+            }
         }
-        let goes_on = !decision.granted.is_empty() || decision.reopened.is_some();
+        self.log.insert(place, Step::Decided(decision.clone()));
+        let goes_on = !decision.granted.is_empty() || decision.reopened.is_some() || is_overtaken;
         self.awaited = self.awaited.filter(|_| decision.granted.is_empty());
-        self.end_of_round(answer.is_satisfied, goes_on);
-        (decision, goes_on)
+        self.end.is_none() && self.end_of_round(answer.is_satisfied, goes_on, &decision)
+    }
+
+    /// The time of every node above runs from the first grant.
+    fn begin_times(&mut self, leaf: NodeId) -> Vec<Deadline> {
+        let mut begun = Vec::new();
+        for node in self.upward(leaf) {
+            let timeout = self.mission.tree.limits(node).timeout;
+            if let Some(timeout) = timeout.filter(|_| !self.deadlines.contains_key(&node)) {
+                let until = self.now + timeout;
+                self.deadlines.insert(node, until);
+                begun.push(Deadline { node, until });
+            }
+        }
+        begun
     }
 
     fn ask(&self, node: NodeId, skips: &[NodeRange]) -> Answer {
-        if let Some(&(failed, _)) = self.ending.get(&node) {
-            return self.ending_answer(node, failed);
+        if self.is_canceling(node) {
+            let failed = self.failing[&node].child;
+            let reason = if failed == node { Reason::OutOfTime { node } } else { Reason::Ending { failed } };
+            return self.same_answer(node, &reason.into());
+        }
+        if let Some(&(_, wait_ms, fault)) = self.waits.get(&node)
+            && !matches!(self.kind(node), NodeKind::Behavior(_))
+        {
+            let refusal = Refusal { waits: true, ..Reason::BackingOff { wait_ms, fault }.into() };
+            return self.same_answer(node, &refusal);
         }
         let mut answer = match self.kind(node) {
             NodeKind::Root => unreachable!("root is asked by nobody"),
@@ -79,8 +112,8 @@ impl Model<'_> {
     }
 
     fn ask_and(&self, node: NodeId, skips: &[NodeRange]) -> Answer {
-        let mut whole = Answer { is_satisfied: true, ..Answer::default() };
-        for child in self.not_done(node) {
+        let mut whole = Answer { is_satisfied: !self.failing.contains_key(&node), ..Answer::default() };
+        for child in self.not_done(node).into_iter().filter(|child| !self.failed.contains(child)) {
             let answer = self.ask(child, skips);
             whole.is_satisfied &= answer.is_satisfied;
             whole.asks.extend(answer.asks);
@@ -128,6 +161,11 @@ impl Model<'_> {
         let mut whole = Answer::default();
         let remaining = self.not_done(node);
         for (index, &child) in remaining.iter().enumerate() {
+            // What has failed cannot be gone on with.
+            if self.failed.contains(&child) {
+                whole.is_satisfied = false;
+                break;
+            }
             let mut skips = skips.to_vec();
             if index > 0 {
                 skips.push(NodeRange { from: remaining[0], to: child });
@@ -143,14 +181,15 @@ impl Model<'_> {
         whole
     }
 
-    fn ending_answer(&self, node: NodeId, failed: NodeId) -> Answer {
+    /// Every leaf below that does not run says the same.
+    fn same_answer(&self, node: NodeId, refusal: &Refusal) -> Answer {
         let below = self.below(node);
         let leaves = self.mission.tree.leaves().filter(|leaf| below.contains(*leaf));
         let idle = leaves.filter(|leaf| !self.running.contains_key(leaf));
-        Answer { refused: idle.map(|leaf| (leaf, Reason::Ending { failed }.into())).collect(), ..Answer::default() }
+        Answer { refused: idle.map(|leaf| (leaf, refusal.clone())).collect(), ..Answer::default() }
     }
 
-    fn not_done(&self, node: NodeId) -> Vec<NodeId> {
+    pub(super) fn not_done(&self, node: NodeId) -> Vec<NodeId> {
         let mut children = self.children(node);
         children.retain(|child| !self.done.contains(child));
         children

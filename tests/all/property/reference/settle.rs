@@ -1,15 +1,12 @@
 //! What events change: grants, ends, the world (`semantics` 4 and 6).
 
-use std::time::Duration;
-
 use ambidex::model::{
-    Change, Completion, Consequences, ControllerId, EffectTerm, End, Fault, Grant, Location, Loss, MissionEnd, NodeId,
-    NodeKind, NodeRange, Outcome, ResourceId,
+    Change, Completion, Consequences, EffectTerm, End, Fault, Grant, Location, MissionEnd, NodeId, NodeKind, NodeRange,
+    Outcome, Rejection, ResourceId,
 };
 
-use super::Model;
-
-const TOP: NodeId = NodeId(1);
+use super::failing::Fall;
+use super::{Decision, Model, Step, TOP};
 
 impl Model<'_> {
     /// What was skipped to come to a granted behavior is done, and an OR above it has chosen.
@@ -18,7 +15,7 @@ impl Model<'_> {
             let then = self.parent(skip.from);
             let children = self.children(then).into_iter();
             self.done.extend(children.filter(|child| skip.contains(*child)));
-            self.forget_needs(*skip);
+            self.settle_done(*skip);
         }
         for pair in self.upward(grant.leaf()).windows(2) {
             if let [child, node] = *pair
@@ -30,55 +27,21 @@ impl Model<'_> {
         self.silent.remove(&grant.leaf());
     }
 
-    pub(super) fn end_of_round(&mut self, is_satisfied: bool, goes_on: bool) {
+    /// True if another round follows at once.
+    pub(super) fn end_of_round(&mut self, is_satisfied: bool, goes_on: bool, decision: &Decision) -> bool {
         if is_satisfied {
             self.finish(MissionEnd::Done);
         } else if !goes_on && self.running.is_empty() && self.waits.is_empty() {
-            self.stall();
+            return self.stall(decision);
         }
+        goes_on
     }
 
-    /// Who is away is awaited for ten seconds; then whoever is still away is the cause.
-    fn stall(&mut self) {
-        let moves = |id: &ControllerId| self.mission.robot.moved_by(*id).next();
-        if self.away.iter().any(|(id, (_, is_awaited))| *is_awaited && moves(id).is_some()) {
-            self.awaited.get_or_insert(self.now + Duration::from_secs(10));
-            return;
-        }
-        let first = self.away.keys().filter_map(|id| Some((moves(id)?, *id))).min();
-        self.finish(first.map_or(MissionEnd::Stalled, |(_, id)| MissionEnd::ControllerLost(id)));
-    }
-
-    /// A controller is away, or back; a round follows.
-    pub fn service(&mut self, controller: ControllerId, outage: Option<Loss>) -> bool {
-        if outage.is_some() && self.away.contains_key(&controller) {
-            return false;
-        }
-        self.awaited = None;
-        match outage {
-            Some(why) => drop(self.away.insert(controller, (why, true))),
-            None => drop(self.away.remove(&controller)),
-        }
-        true
-    }
-
-    fn finish(&mut self, end: MissionEnd) {
+    pub(super) fn finish(&mut self, end: MissionEnd) {
         self.end = Some(end);
         if end == MissionEnd::Done {
             self.rows.iter_mut().for_each(|row| *row = super::Row::default());
         }
-    }
-
-    /// The moment came for which some wait; true if a round follows.
-    pub fn woke(&mut self) -> bool {
-        let before = self.waits.len();
-        self.waits.retain(|_, (until, ..)| *until > self.now);
-        let is_over = self.awaited.is_some_and(|until| until <= self.now);
-        if is_over {
-            self.awaited = None;
-            self.away.values_mut().for_each(|(_, is_awaited)| *is_awaited = false);
-        }
-        self.waits.len() < before || is_over
     }
 
     /// The world is different from outside; true if a round follows.
@@ -91,10 +54,40 @@ impl Model<'_> {
     }
 
     /// A behavior ended: what that completes and what fails with it.
-    pub fn ended(&mut self, leaf: NodeId, outcome: &Outcome) -> Consequences {
+    pub fn ended(&mut self, leaf: NodeId, outcome: &Outcome) {
         let grant = self.running.remove(&leaf).expect("only what runs ends");
-        let mut changes = Vec::new();
+        self.stopping.remove(&leaf);
         let end = self.believed(leaf, &grant, outcome);
+        let changes = self.changes(leaf, end, &grant, outcome);
+        let unfit = self.rejected(&grant, end);
+        self.unfit.extend(unfit.iter().map(|id| (leaf, *id, self.progress)));
+        if let End::Failed(fault) = end {
+            self.wait(leaf, fault, &grant);
+        }
+        let mut fall = self.no_fall();
+        let completed = self.consequences(leaf, end, !unfit.is_empty(), &mut fall);
+        let emptied = self.change_objects(&changes);
+        if let Some(Completion { node, heir }) = completed {
+            self.hand_over(&grant, node, heir);
+            self.settle_done(self.below(node));
+            self.progress += u64::from(self.ever_completed.insert(leaf));
+        }
+        if completed.is_none() || fall.failed.is_some() {
+            self.take_back(leaf, fall.failed);
+        }
+        self.settle_fall(&mut fall);
+        emptied.into_iter().for_each(|gripper| self.end_physical(gripper));
+        if self.end == Some(MissionEnd::Done) {
+            self.finish(MissionEnd::Done);
+        }
+        let consequences = Consequences { completed, failed: fall.failed, failing: fall.failing };
+        self.log.push(Step::Released { leaf, end, consequences, unfit });
+        self.try_again(&fall);
+    }
+
+    /// The kind's effects come first; what controllers say overrules them.
+    fn changes(&self, leaf: NodeId, end: End, grant: &Grant, outcome: &Outcome) -> Vec<Change> {
+        let mut changes = Vec::new();
         if end == End::Succeeded {
             let effects = self.behavior(leaf).effects.iter();
             changes.extend(effects.map(|effect| match *effect {
@@ -107,28 +100,33 @@ impl Model<'_> {
             }));
         }
         changes.extend(&outcome.changes);
-        if let End::Failed(fault) = end {
-            self.wait(leaf, fault, &grant);
-        }
-        let consequences = self.consequences(leaf, end);
-        let emptied = self.change_objects(&changes);
-        if let Some(Completion { node, heir }) = consequences.completed {
-            self.hand_over(&grant, node, heir);
-            self.forget_needs(self.below(node));
-            self.progress += u64::from(self.ever_completed.insert(leaf));
-        }
-        if consequences.completed.is_none() || consequences.failed.is_some() {
-            self.take_back(leaf, consequences.failed);
-        }
-        if let Some(failed) = consequences.failed {
-            let below = self.below(failed);
-            self.waits.retain(|leaf, _| !below.contains(*leaf));
-        }
-        emptied.into_iter().for_each(|gripper| self.end_physical(gripper));
-        if self.end == Some(MissionEnd::Done) {
-            self.finish(MissionEnd::Done);
-        }
-        consequences
+        changes
+    }
+
+    /// What would not do it, for reach or kind.
+    fn rejected(&self, grant: &Grant, end: End) -> Vec<ResourceId> {
+        let End::Failed(Fault::Rejected(controller, Rejection::OutOfReach | Rejection::Unsupported)) = end else {
+            return Vec::new();
+        };
+        let claims = self.behavior(grant.leaf()).claims.len();
+        let claimed = grant.bindings[..claims].iter().map(|binding| binding.resource);
+        let is_its = |id: &ResourceId| self.mission.robot.resources[id.index()].controller == Some(controller);
+        let mut unfit: Vec<_> = claimed.filter(is_its).collect();
+        unfit.sort();
+        unfit
+    }
+
+    /// Whether nothing that could serve a behavior is left.
+    fn has_nothing_left(&self, leaf: NodeId) -> bool {
+        let claims = &self.behavior(leaf).claims;
+        let is_left = |id: &ResourceId| !self.is_gone(*id) && !self.is_unfit(leaf, *id);
+        let all = claims.iter().map(|claim| self.could_serve(claim.selector).into_iter().filter(is_left));
+        let left: Vec<Vec<_>> = all.map(|serving| serving.map(|id| (id, 0.0)).collect()).collect();
+        left.iter().any(Vec::is_empty) || self.all_at_once(claims, &left).is_err()
+    }
+
+    pub(super) fn is_unfit(&self, leaf: NodeId, resource: ResourceId) -> bool {
+        self.unfit.contains(&(leaf, resource, self.progress))
     }
 
     /// It waits twice as long as the last time, and prefers other resources from now on.
@@ -141,61 +139,51 @@ impl Model<'_> {
     }
 
     /// Done and failed flags from the leaf upward.
-    fn consequences(&mut self, leaf: NodeId, end: End) -> Consequences {
+    fn consequences(&mut self, leaf: NodeId, end: End, is_rejected: bool, fall: &mut Fall) -> Option<Completion> {
         let mut completed = None;
-        let mut failed = None;
-        let mut cause = leaf;
         match end {
             End::Succeeded => {
                 self.done.insert(leaf);
-                completed = Some(Completion { node: leaf, heir: None });
+                completed = Some(self.complete_above(leaf));
             }
-            End::Failed(_) => {
+            End::Failed(fault) => {
                 let failures = self.failures.entry(leaf).or_default();
                 *failures += 1;
-                if *failures > self.mission.tree.behavior(leaf).expect("a leaf").retries {
-                    failed = Some(leaf);
+                let is_last = *failures > self.mission.tree.behavior(leaf).expect("a leaf").retries;
+                if is_last || (is_rejected && self.has_nothing_left(leaf)) {
+                    self.fail(leaf, leaf, Some(fault), fall);
                 }
             }
             End::Canceled | End::Interrupted => {}
         }
-        for pair in self.upward(leaf).windows(2) {
-            let [child, node] = *pair else { unreachable!() };
-            if node.0 == 0 {
-                break;
-            }
-            if failed == Some(child) {
-                self.fail_child(node, child, cause);
-            }
-            if completed == Some(Completion { node: child, heir: None }) && !self.ending.contains_key(&node) {
-                completed = Some(self.complete_child(node, child));
-            }
-            if let Some(&(_, first)) = self.ending.get(&node)
-                && !self.runs_below(node)
-            {
-                (failed, cause) = (Some(node), first);
-            }
-        }
+        self.end_failing_above(leaf, fall);
         if completed.is_some_and(|completed| completed.node == TOP) {
             self.finish(MissionEnd::Done);
-        } else if failed == Some(TOP) {
-            self.finish(MissionEnd::Failed(cause));
         }
-        Consequences { completed, failed, failing: None }
+        completed
     }
 
-    fn fail_child(&mut self, node: NodeId, child: NodeId, cause: NodeId) {
-        self.failed.insert(child);
-        let fails = match self.kind(node) {
-            NodeKind::Or => {
-                self.committed.remove(&node);
-                self.children(node).iter().all(|child| self.failed.contains(child))
+    /// The topmost node that is complete with one that is.
+    pub(super) fn complete_above(&mut self, node: NodeId) -> Completion {
+        let mut completed = Completion { node, heir: None };
+        while completed.node != TOP && completed.heir.is_none() {
+            let parent = self.parent(completed.node);
+            if self.is_canceling(parent) {
+                break;
             }
-            NodeKind::And | NodeKind::Then => true,
-            NodeKind::Root | NodeKind::Behavior(_) => unreachable!("has no failing child"),
-        };
-        if fails {
-            self.ending.entry(node).or_insert((child, cause));
+            let next = self.complete_child(parent, completed.node);
+            if next == completed {
+                break;
+            }
+            completed = next;
+        }
+        completed
+    }
+
+    /// Nothing may be left that a failing node above waits for.
+    pub(super) fn end_failing_above(&mut self, node: NodeId, fall: &mut Fall) {
+        for above in self.upward(node) {
+            self.end_failing(above, fall);
         }
     }
 
@@ -210,9 +198,10 @@ impl Model<'_> {
         }
     }
 
-    /// What was sent back there is done again, and nothing waits there any more.
-    fn forget_needs(&mut self, nodes: NodeRange) {
-        self.waits.retain(|leaf, _| !nodes.contains(*leaf));
+    /// What was sent back there is done again, and nothing waits there any more, nor does any time run.
+    pub(super) fn settle_done(&mut self, nodes: NodeRange) {
+        self.waits.retain(|node, _| !nodes.contains(*node));
+        self.deadlines.retain(|node, _| !nodes.contains(*node));
         let there = self.redone.iter_mut().filter(|(leaf, _)| nodes.contains(**leaf));
         there.for_each(|(_, (_, by))| *by = None);
     }
@@ -220,12 +209,6 @@ impl Model<'_> {
     fn change(&mut self, changes: &[Change]) {
         let emptied = self.change_objects(changes);
         emptied.into_iter().for_each(|gripper| self.end_physical(gripper));
-    }
-
-    /// Applies changes; the grippers that the world shows empty now.
-    /// How a running behavior ended.
-    pub fn judged(&self, leaf: NodeId, outcome: &Outcome) -> End {
-        self.believed(leaf, &self.running[&leaf], outcome)
     }
 
     /// A success of which a controller says that a taker holds nothing or something else, or that what was put down is
@@ -263,6 +246,7 @@ impl Model<'_> {
         End::Succeeded
     }
 
+    /// Applies changes; the grippers that the world shows empty now.
     fn change_objects(&mut self, changes: &[Change]) -> Vec<ResourceId> {
         let grippers = || (0..self.rows.len()).map(ResourceId::from);
         let mut emptied: Vec<_> = grippers().filter(|id| self.held_object(*id).is_some()).collect();

@@ -69,6 +69,7 @@ impl Model<'_> {
                     claims: Vec::new(),
                     changes: spec.changes.clone(),
                     skips: skips.to_vec(),
+                    place: None,
                 }),
                 bindings: Vec::new(),
                 met: Vec::new(),
@@ -79,7 +80,7 @@ impl Model<'_> {
     }
 
     /// What is not so of a condition.
-    fn unmet(&self, condition: &Condition, leaf: NodeId, skips: &[NodeRange]) -> Option<Refusal> {
+    pub(super) fn unmet(&self, condition: &Condition, leaf: NodeId, skips: &[NodeRange]) -> Option<Refusal> {
         let whereabouts = |object: &ObjectId| self.world_state.objects[object.index()];
         let (is_met, reason) = match condition {
             Condition::All(parts) => {
@@ -107,6 +108,11 @@ impl Model<'_> {
             Condition::Free(object) => match whereabouts(object) {
                 Location::In(by) => (false, Reason::Taken { object: *object, by }),
                 Location::At(_) | Location::Unknown => return None,
+            },
+            Condition::Somewhere(object) => match whereabouts(object) {
+                Location::At(_) => return None,
+                Location::In(by) => (false, Reason::Taken { object: *object, by }),
+                Location::Unknown => (false, Reason::Nowhere { object: *object }),
             },
             Condition::Lies(object, place) => {
                 let is_there = whereabouts(object) == Location::At(*place);
@@ -181,28 +187,37 @@ impl Model<'_> {
         self.away.get(&controller).map(|(why, _)| *why)
     }
 
-    /// None of a type would do; if all of them are away, that is why.
-    fn none_free(&self, of: TypeId) -> Refusal {
+    /// None of a type would do; if all of them are away or unfit, that is why.
+    fn none_free(&self, of: TypeId, leaf: NodeId) -> Refusal {
         let all = self.of_type(of);
         let outages: Vec<_> = all.iter().filter_map(|&id| Some((id, self.outage(id)?))).collect();
-        match outages.first() {
-            Some(&(resource, why)) if outages.len() == all.len() => Reason::Unavailable { resource, why }.into(),
-            Some(_) | None => Refusal { resources: all, ..Reason::NoneFree { of }.into() },
+        let unfit = all.iter().copied().find(|id| self.is_unfit(leaf, *id));
+        match (outages.first(), unfit) {
+            (Some(&(resource, why)), _) if outages.len() == all.len() => Reason::Unavailable { resource, why }.into(),
+            (_, Some(resource)) if all.iter().all(|id| self.outage(*id).is_some() || self.is_unfit(leaf, *id)) => {
+                Reason::Unfit { resource }.into()
+            }
+            _ => Refusal { resources: all, ..Reason::NoneFree { of }.into() },
         }
     }
 
-    fn of_type(&self, of: TypeId) -> Vec<ResourceId> {
+    pub(super) fn of_type(&self, of: TypeId) -> Vec<ResourceId> {
         let all = self.mission.robot.resources.iter().enumerate();
         all.filter(|(_, spec)| spec.ty == of).map(|(index, _)| ResourceId::from(index)).collect()
     }
 
     /// The resources that would serve a claim now.
     fn serving(&self, claim: &Claim, leaf: NodeId, skips: &[NodeRange]) -> Result<Serving, Refusal> {
-        let fits =
-            |id: &ResourceId| self.outage(*id).is_none() && self.in_the_way(leaf, skips, *id, claim.access).is_none();
+        let fits = |id: &ResourceId| {
+            let is_held = self.in_the_way(leaf, skips, *id, claim.access).is_some();
+            self.outage(*id).is_none() && !self.is_unfit(leaf, *id) && !is_held
+        };
         let held = |resource: ResourceId| {
             if let Some(why) = self.outage(resource) {
                 return Some(Refusal::from(Reason::Unavailable { resource, why }));
+            }
+            if self.is_unfit(leaf, resource) {
+                return Some(Refusal::from(Reason::Unfit { resource }));
             }
             let by = self.in_the_way(leaf, skips, resource, claim.access)?;
             let channel = self.rows[resource.index()].access.and_then(|access| access.channel());
@@ -223,16 +238,7 @@ impl Model<'_> {
             Selector::Any(of) => (of, false, None),
             Selector::AnyEmpty { of, reaches } => (of, true, reaches),
             Selector::Empty { resource, reaches } => {
-                let of = self.mission.robot.resources[resource.index()].ty;
-                return match (held(resource), reaches) {
-                    (Some(refusal), _) => Err(refusal),
-                    (None, _) if self.held_object(resource).is_some() => Err(self.none_free(of)),
-                    (None, None) => Ok(vec![(resource, 0.0)]),
-                    (None, Some(object)) => match self.reach_m(resource, object) {
-                        Some(cost_m) => Ok(vec![(resource, cost_m)]),
-                        None => Err(Reason::OutOfReach { object }.into()),
-                    },
-                };
+                return held(resource).map_or_else(|| self.if_empty(resource, reaches, leaf), Err);
             }
         };
         let all = self.of_type(of);
@@ -242,7 +248,7 @@ impl Model<'_> {
         let is_usable = |id: &ResourceId| fits(id) && !(must_be_empty && self.held_object(*id).is_some());
         let usable: Vec<_> = all.iter().copied().filter(is_usable).collect();
         if usable.is_empty() {
-            return Err(self.none_free(of));
+            return Err(self.none_free(of, leaf));
         }
         let reach = |id: ResourceId| match reaches {
             Some(object) => self.reach_m(id, object),
@@ -264,8 +270,21 @@ impl Model<'_> {
         }
     }
 
+    /// One resource, if it holds nothing and reaches what it must.
+    fn if_empty(&self, resource: ResourceId, reaches: Option<ObjectId>, leaf: NodeId) -> Result<Serving, Refusal> {
+        if self.held_object(resource).is_some() {
+            return Err(self.none_free(self.mission.robot.resources[resource.index()].ty, leaf));
+        }
+        let reach = reaches.map_or(Some(0.0), |object| self.reach_m(resource, object));
+        match (reach, reaches) {
+            (Some(cost_m), _) => Ok(vec![(resource, cost_m)]),
+            (None, Some(object)) => Err(Reason::OutOfReach { object }.into()),
+            (None, None) => unreachable!("nothing is to be reached"),
+        }
+    }
+
     /// Two claims of one behavior never get the same resource.
-    fn all_at_once(&self, claims: &[Claim], serving: &[Serving]) -> Result<(), Refusal> {
+    pub(super) fn all_at_once(&self, claims: &[Claim], serving: &[Serving]) -> Result<(), Refusal> {
         fn can(serving: &[Serving], taken: &[ResourceId]) -> bool {
             let Some((first, rest)) = serving.split_first() else {
                 return true;
@@ -310,7 +329,7 @@ impl Model<'_> {
     }
 }
 
-fn singles(condition: &Condition) -> Vec<&Condition> {
+pub(super) fn singles(condition: &Condition) -> Vec<&Condition> {
     if let Condition::All(parts) = condition { parts.iter().flat_map(singles).collect() } else { vec![condition] }
 }
 
@@ -318,6 +337,6 @@ fn on(reason: Reason, behavior: NodeId) -> Refusal {
     Refusal { behaviors: vec![behavior], ..reason.into() }
 }
 
-fn distance_m(a: Pose, b: Pose) -> f64 {
+pub(super) fn distance_m(a: Pose, b: Pose) -> f64 {
     ((a.at.x - b.at.x).powi(2) + (a.at.y - b.at.y).powi(2)).sqrt()
 }

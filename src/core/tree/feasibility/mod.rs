@@ -1,0 +1,408 @@
+//! Which behaviors can never run any more, whatever the others do: what they lack is out of reach in a future in which
+//! order does not matter and nothing is undone (`semantics` 6, "Infeasible").
+//!
+//! What was found possible is kept with its proof, and looked at again only where that breaks.
+
+mod terms;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::ordering::{Ordering, begins_again};
+use super::overtaking::Overtaking;
+use crate::behavior;
+use crate::world::{FreeSpace, KnownPaths, NoPath, Unconstrained, View};
+use ambidex_model::state::{Phase, State};
+use ambidex_model::{
+    Change, Condition, Lineage, Location, MissionSpec, NodeId, NodeRange, Reason, Record, Reopened, Time,
+};
+use terms::{About, Terms};
+
+/// Steps of a proof that are looked at before everything is proved anew.
+const LOOKS: usize = 256;
+
+/// What can still become so, and by whom.
+#[derive(Debug)]
+pub(super) struct Feasibility {
+    mission: Arc<MissionSpec>,
+    free_space: Arc<FreeSpace>,
+    terms: Terms,
+    /// By term.
+    proofs: Vec<Proof>,
+    /// By term, of its makers and readers the one to be looked at next: those before it are mostly over.
+    next: Vec<[usize; 2]>,
+    /// Of paths, whether there is one from where the base can come to.
+    is_open: BTreeMap<usize, bool>,
+    /// Behaviors that could run when everything was proved last.
+    able: BTreeSet<NodeId>,
+    /// What each behavior is the proof of.
+    proves: BTreeMap<NodeId, BTreeSet<usize>>,
+    /// Behaviors that claim what the robot does not have.
+    lacking: BTreeMap<NodeId, Reason>,
+    /// Behaviors that cannot run and have not failed for that, since their goal holds or others may reach it.
+    spared: Vec<NodeId>,
+    /// Behaviors that were not to be judged and are again, since they do not run any more or are not done.
+    returned: Vec<NodeId>,
+    /// Terms whose proof may have broken.
+    suspects: BTreeSet<usize>,
+    /// Everything is to be proved anew.
+    is_stale: bool,
+}
+
+/// Why a term can become so.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Proof {
+    Nothing,
+    /// It is so, or others may make it so at any time.
+    Now,
+    By(NodeId),
+}
+
+impl Feasibility {
+    pub(super) fn new(mission: &Arc<MissionSpec>, free_space: &Arc<FreeSpace>) -> Self {
+        let terms = Terms::of(mission);
+        let count = terms.all.len();
+        Self {
+            mission: Arc::clone(mission),
+            free_space: Arc::clone(free_space),
+            terms,
+            proofs: vec![Proof::Nothing; count],
+            next: vec![[0, 0]; count],
+            is_open: BTreeMap::new(),
+            able: BTreeSet::new(),
+            proves: BTreeMap::new(),
+            lacking: BTreeMap::new(),
+            spared: Vec::new(),
+            returned: Vec::new(),
+            suspects: BTreeSet::new(),
+            is_stale: true,
+        }
+    }
+
+    /// Takes note of what a record may have made impossible.
+    pub(super) fn note(&mut self, record: &Record) {
+        match record {
+            Record::World { change, .. } => {
+                if let Change::Base(_) = change {
+                    self.is_open.clear();
+                }
+                self.is_stale = true;
+            }
+            Record::Began { .. } | Record::Served { .. } | Record::Infeasible { .. } => self.is_stale = true,
+            Record::TimedOut { .. } | Record::Reopened { .. } | Record::Overtaken { .. } => self.is_stale = true,
+            Record::Observed { change, .. } => self.suspect_change(*change),
+            Record::Decided { granted, reopened, .. } => {
+                // What was done, and ways that were chosen, counted towards what others may do.
+                let is_less = |reopened: &Reopened| reopened.lapsed().is_none() || !reopened.undecided.is_empty();
+                self.is_stale |= reopened.as_ref().is_some_and(is_less);
+                self.returned.extend(reopened.as_ref().map(|reopened| reopened.node));
+                for skip in granted.iter().flat_map(|grant| &grant.request.skips) {
+                    self.suspect_below(skip.from..skip.to);
+                }
+            }
+            Record::Released { leaf, consequences, changes, .. } => {
+                self.returned.push(*leaf);
+                changes.iter().for_each(|change| self.suspect_change(*change));
+                let completed = consequences.completed.map(|completed| completed.node);
+                let failing = consequences.failing.map(|failing| failing.node);
+                for node in [Some(*leaf), completed, consequences.failed, failing].into_iter().flatten() {
+                    self.suspect_below(node..self.mission.tree.topology.end(node));
+                }
+            }
+            Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Sent { .. } => {}
+            Record::Stopped { .. } | Record::Woke { .. } | Record::Awaited { .. } => {}
+            Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => {}
+        }
+    }
+
+    fn suspect_change(&mut self, change: Change) {
+        let about = match change {
+            Change::Base(_) => About::Base,
+            Change::Fact(fact, _) => About::Fact(fact),
+            Change::Object(object, _) => About::Object(object),
+            // Of what was in it.
+            Change::Emptied(_) => {
+                self.is_stale = true;
+                return;
+            }
+        };
+        let is_shown = |term: &&usize| self.proofs[**term] == Proof::Now;
+        self.suspects.extend(self.terms.about(about).iter().filter(is_shown));
+    }
+
+    /// Whatever these nodes prove, if they are over.
+    fn suspect_below(&mut self, nodes: Range<NodeId>) {
+        self.suspects.extend(self.proves.range(nodes).flat_map(|(_, proved)| proved));
+    }
+
+    /// Behaviors that can never run any more, in tree order, each with what it lacks.
+    pub(super) fn infeasible(&mut self, view: &View) -> Vec<(NodeId, Reason)> {
+        let state = &view.state;
+        let (suspects, returned) = (std::mem::take(&mut self.suspects), std::mem::take(&mut self.returned));
+        self.is_stale |= returned.into_iter().any(|leaf| self.is_out_of_reach(leaf));
+        self.is_stale |= !self.spared.is_empty() && !suspects.is_empty();
+        self.is_stale |= !suspects.into_iter().all(|term| self.is_mended(state, term));
+        if !std::mem::take(&mut self.is_stale) {
+            return Vec::new();
+        }
+        self.prove_all(state);
+        let is_left = |leaf: &NodeId| !state.is_over(*leaf) && !state.running().contains_key(leaf);
+        let leaves: Vec<NodeId> = self.terms.promises.keys().copied().filter(is_left).collect();
+        self.spared = leaves.iter().copied().filter(|leaf| self.is_out_of_reach(*leaf)).collect();
+        let found = self.spared.iter().filter_map(|leaf| Some((*leaf, self.lacks(view, *leaf)?)));
+        let found: Vec<_> = found.collect();
+        self.spared.retain(|leaf| found.iter().all(|(other, _)| other != leaf));
+        found
+    }
+
+    /// Whether a behavior lacks what it claims, or something of its precondition that nothing makes so.
+    fn is_out_of_reach(&self, leaf: NodeId) -> bool {
+        let mut precondition = self.terms.promises[&leaf].precondition.iter();
+        self.lacking.contains_key(&leaf) || precondition.any(|term| self.proofs[*term] == Proof::Nothing)
+    }
+
+    /// What a behavior lacks that can never run.
+    fn lacks(&self, view: &View, leaf: NodeId) -> Option<Reason> {
+        if let Some(reason) = self.lacking.get(&leaf) {
+            let line = Lineage { topology: &self.mission.tree.topology, node: leaf, skips: &[] };
+            let spec = view.behavior(leaf)?;
+            // What is so already needs no robot.
+            let is_met = || behavior::is_satisfied(spec, view, &line, &mut KnownPaths::default());
+            if !is_met() {
+                return Some(reason.clone());
+            }
+        }
+        let promise = &self.terms.promises[&leaf];
+        let is_out = |term: &&usize| self.proofs[**term] == Proof::Nothing;
+        let first = *promise.precondition.iter().find(is_out)?;
+        let is_reachable = promise.goal.as_ref().is_some_and(|goal| !goal.iter().any(|term| is_out(&term)));
+        let is_spared = is_reachable || self.can_be_overtaken(&view.state, leaf);
+        (!is_spared).then(|| reason(&self.terms.all[first].condition, &view.state))
+    }
+
+    /// Whether others may do what a leaf is to do, so that the THEN goes on behind that.
+    fn can_be_overtaken(&self, state: &State, leaf: NodeId) -> bool {
+        let holds = &|leaf: NodeId, passed: NodeRange| {
+            let goal = self.terms.promises.get(&leaf).and_then(|promise| promise.goal.as_ref());
+            goal.is_some_and(|goal| goal.iter().all(|term| self.comes_from_others(*term, passed)))
+        };
+        Overtaking { tree: &self.mission.tree, state, holds, can_go_on: &|_| true }.by(leaf).is_some()
+    }
+
+    /// Whether a term is so, or something makes it so that is not passed over.
+    fn comes_from_others(&self, term: usize, passed: NodeRange) -> bool {
+        let is_other = |maker: &NodeId| !passed.contains(*maker) && self.able.contains(maker);
+        self.proofs[term] == Proof::Now || self.terms.all[term].makers.iter().any(is_other)
+    }
+
+    /// Everything that can become so, from what is.
+    fn prove_all(&mut self, state: &State) {
+        self.proves.clear();
+        self.able.clear();
+        self.proofs.fill(Proof::Nothing);
+        self.find_lacking(state);
+        let mut left: BTreeMap<NodeId, usize> = BTreeMap::new();
+        let mut proved: Vec<usize> = Vec::new();
+        for term in 0..self.terms.all.len() {
+            if self.is_so(state, term) {
+                self.prove(term, Proof::Now);
+                proved.push(term);
+            }
+        }
+        for leaf in self.terms.promises.keys().copied().collect::<Vec<_>>() {
+            let is_running = state.running().contains_key(&leaf);
+            if is_running || self.counts(state, leaf) {
+                let needs = self.terms.promises[&leaf].precondition.len();
+                let unmet = if is_running { 0 } else { needs };
+                left.insert(leaf, unmet);
+                if unmet == 0 {
+                    self.prove_by(leaf, &mut proved);
+                }
+            }
+        }
+        while let Some(term) = proved.pop() {
+            for index in 0..self.terms.all[term].needed_by.len() {
+                let leaf = self.terms.all[term].needed_by[index];
+                let Some(unmet) = left.get_mut(&leaf).filter(|unmet| **unmet > 0) else { continue };
+                // A condition may be written twice.
+                let times = self.terms.promises[&leaf].precondition.iter().filter(|needed| **needed == term).count();
+                *unmet = unmet.saturating_sub(times);
+                if *unmet == 0 {
+                    self.prove_by(leaf, &mut proved);
+                }
+            }
+        }
+    }
+
+    fn prove_by(&mut self, leaf: NodeId, proved: &mut Vec<usize>) {
+        self.able.insert(leaf);
+        for term in self.terms.promises[&leaf].makes.clone() {
+            if self.proofs[term] == Proof::Nothing {
+                self.prove(term, Proof::By(leaf));
+                proved.push(term);
+            }
+        }
+    }
+
+    fn prove(&mut self, term: usize, proof: Proof) {
+        if let Proof::By(before) = std::mem::replace(&mut self.proofs[term], proof)
+            && let Some(proved) = self.proves.get_mut(&before)
+        {
+            proved.remove(&term);
+        }
+        if let Proof::By(leaf) = proof {
+            self.proves.entry(leaf).or_default().insert(term);
+        }
+    }
+
+    /// Whether a term has a proof still or again, or nobody asks for one.
+    fn is_mended(&mut self, state: &State, term: usize) -> bool {
+        let is_sound = match self.proofs[term] {
+            Proof::Nothing => true,
+            Proof::Now => self.is_so(state, term),
+            Proof::By(leaf) => self.is_proof(state, leaf, term),
+        };
+        if is_sound {
+            return true;
+        }
+        if self.is_so(state, term) {
+            self.prove(term, Proof::Now);
+            return true;
+        }
+        let [from, _] = self.next[term];
+        let makers = &self.terms.all[term].makers;
+        let mut others = (0..makers.len()).map(|step| (from + step) % makers.len());
+        if let Some(index) = others.find(|index| self.is_proof(state, makers[*index], term)) {
+            let maker = makers[index];
+            self.next[term][0] = index;
+            self.prove(term, Proof::By(maker));
+            return true;
+        }
+        let [_, from] = self.next[term];
+        let readers = &self.terms.all[term].readers;
+        let mut others = (0..readers.len()).map(|step| (from + step) % readers.len());
+        match others.find(|index| self.counts(state, readers[*index])) {
+            Some(index) => {
+                self.next[term][1] = index;
+                false
+            }
+            None => {
+                self.prove(term, Proof::Nothing);
+                true
+            }
+        }
+    }
+
+    /// Whether a behavior can make a term so, by proofs that do not need it.
+    fn is_proof(&self, state: &State, leaf: NodeId, of: usize) -> bool {
+        let mut leaves = vec![leaf];
+        let mut looked_at = BTreeSet::new();
+        while let Some(leaf) = leaves.pop() {
+            if state.running().contains_key(&leaf) {
+                continue;
+            }
+            if !self.counts(state, leaf) || looked_at.len() > LOOKS {
+                return false;
+            }
+            for &term in &self.terms.promises[&leaf].precondition {
+                match self.proofs[term] {
+                    _ if term == of => return false,
+                    Proof::Nothing => return false,
+                    Proof::Now => {}
+                    Proof::By(other) => {
+                        if looked_at.insert(other) {
+                            leaves.push(other);
+                        }
+                    }
+                }
+            }
+        }
+        true
+    }
+
+    /// Whether something may yet come of a behavior: it is left, or is done below a THEN that may send it back.
+    fn counts(&self, state: &State, leaf: NodeId) -> bool {
+        let is_left = |node: NodeId| match state.phase(node) {
+            Phase::Pending => true,
+            Phase::Done | Phase::Failed => false,
+            Phase::Failing(failing) => failing.finishes || begins_again(&self.mission.tree, state, failing),
+        };
+        let tree = &self.mission.tree;
+        // Whether all from here up is left, and whether a THEN is among that.
+        let (mut has_then, mut is_own_left) = (false, true);
+        for node in tree.topology.path(leaf) {
+            if !is_left(node) {
+                (has_then, is_own_left) = (false, false);
+            } else if Ordering::of(&tree.nodes[node.index()]) == Some(Ordering::Then) {
+                has_then = true;
+            }
+        }
+        is_own_left || has_then && state.is_done(leaf)
+    }
+
+    /// Whether a term holds as things are, or others may make it so at any time.
+    fn is_so(&mut self, state: &State, term: usize) -> bool {
+        let world = state.world();
+        match self.terms.all[term].condition {
+            Condition::All(_) | Condition::Never => false,
+            Condition::At { stand, tolerance_m, .. } => world.base.distance_m(&stand) <= tolerance_m,
+            Condition::Path { stand, .. } => {
+                let free_space = &self.free_space;
+                *self.is_open.entry(term).or_insert_with(|| {
+                    let found = KnownPaths::default().path(free_space, world.base, stand).err();
+                    found != Some(NoPath::Closed)
+                })
+            }
+            Condition::Held(object) => matches!(world.objects[object.index()], Location::In(_)),
+            Condition::Free(object) => !matches!(world.objects[object.index()], Location::In(_)),
+            Condition::Somewhere(object) => matches!(world.objects[object.index()], Location::At(_)),
+            Condition::Lies(object, place) => world.objects[object.index()] == Location::At(place),
+            Condition::Fact(fact, holds) => world.facts[fact.index()] == holds || self.mission.world.is_outside(fact),
+        }
+    }
+
+    fn find_lacking(&mut self, state: &State) {
+        let mission = Arc::clone(&self.mission);
+        let lacking = self.terms.promises.keys().filter_map(|&leaf| {
+            let spec = mission.tree.behavior(leaf)?;
+            Some((leaf, behavior::lacks_for_good(spec, state, &mission.robot)?))
+        });
+        self.lacking = lacking.collect();
+    }
+}
+
+/// Behaviors that can never run as a mission begins, in tree order, each with what it lacks.
+pub fn infeasible_at_start(mission: &MissionSpec) -> Vec<(NodeId, Reason)> {
+    let topology = Arc::new(mission.tree.topology.clone());
+    let state = State::new(topology, mission.robot.resources.len(), mission.start.clone());
+    let free_space = Arc::new(FreeSpace::new(&mission.world.obstacles, mission.robot.radius_m));
+    let mission = Arc::new(mission.clone());
+    let view = View {
+        round: 1,
+        now: Time::ZERO,
+        state,
+        touched: None,
+        barred: Arc::default(),
+        mission: Arc::clone(&mission),
+        free_space: Arc::clone(&free_space),
+        rules: Arc::new(Unconstrained),
+    };
+    Feasibility::new(&mission, &free_space).infeasible(&view)
+}
+
+/// Why a single condition is not so, which is not.
+fn reason(single: &Condition, state: &State) -> Reason {
+    match *single {
+        Condition::At { place, .. } => Reason::NotAt { place },
+        Condition::Path { place, .. } => Reason::NoPath { place },
+        Condition::Held(object) => Reason::NotHeld { object },
+        Condition::Lies(object, place) => Reason::Elsewhere { object, place },
+        Condition::Fact(fact, holds) => Reason::Fact { fact, holds },
+        Condition::Free(object) | Condition::Somewhere(object) => match state.world().objects[object.index()] {
+            Location::In(by) => Reason::Taken { object, by },
+            Location::At(_) | Location::Unknown => Reason::Nowhere { object },
+        },
+        Condition::All(_) | Condition::Never => Reason::Unwanted,
+    }
+}

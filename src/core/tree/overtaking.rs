@@ -1,0 +1,132 @@
+//! Work that others did need not be done: a THEN whose next behavior cannot run goes on behind what holds already
+//! (`semantics` 2, "Done by others").
+
+use std::collections::BTreeSet;
+
+use super::goals::reaches;
+use super::ordering::Ordering;
+use crate::behavior;
+use ambidex_model::state::{Phase, State};
+use ambidex_model::{Condition, EffectTerm, FactId, NodeId, NodeKind, NodeRange, ObjectId, PlaceId, TreeSpec};
+
+/// A THEN goes on behind a child whose goal others have reached.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Overtaken {
+    /// The behavior that cannot run.
+    pub(super) leaf: NodeId,
+    /// What counts as done.
+    pub(super) skip: NodeRange,
+    /// The last of it, whose goal holds.
+    pub(super) goal: NodeId,
+}
+
+/// Looks for such a child.
+pub(super) struct Overtaking<'a> {
+    pub(super) tree: &'a TreeSpec,
+    pub(super) state: &'a State,
+    /// Whether the goal of a behavior holds that is no drive; the range would be passed over.
+    pub(super) holds: &'a dyn Fn(NodeId, NodeRange) -> bool,
+    /// Whether a THEN can go on now.
+    pub(super) can_go_on: &'a dyn Fn(NodeId) -> bool,
+}
+
+/// What a goal is about.
+#[derive(Debug, Default)]
+struct Concern {
+    objects: BTreeSet<ObjectId>,
+    facts: BTreeSet<FactId>,
+    lies: BTreeSet<(ObjectId, PlaceId)>,
+}
+
+impl Overtaking<'_> {
+    /// What a leaf need not do, in the lowest THEN above it of which that can be said. Every OR above has chosen the way
+    /// to it.
+    pub(super) fn by(&self, leaf: NodeId) -> Option<Overtaken> {
+        let path: Vec<NodeId> = self.tree.topology.path(leaf).collect();
+        let is_chosen = path.windows(2).all(|pair| {
+            let is_or = self.ordering(pair[1]) == Some(Ordering::Or);
+            !is_or || self.state.status(pair[1]).way == Some(pair[0])
+        });
+        let is_then =
+            |node| self.ordering(node) == Some(Ordering::Then) && !matches!(self.state.phase(node), Phase::Failing(_));
+        let thens = path.windows(2).filter(|pair| is_chosen && is_then(pair[1]) && (self.can_go_on)(pair[1]));
+        thens.into_iter().find_map(|pair| {
+            let (then, present) = (pair[1], pair[0]);
+            let goal = self.reached_behind(then, present)?;
+            // What was skipped before it is satisfied.
+            let from = self.tree.topology.children(then).find(|child| !self.state.is_done(*child)).unwrap_or(present);
+            let skip = NodeRange { from, to: self.tree.topology.end(goal) };
+            Some(Overtaken { leaf, skip, goal })
+        })
+    }
+
+    fn ordering(&self, node: NodeId) -> Option<Ordering> {
+        Ordering::of(&self.tree.nodes[node.index()])
+    }
+
+    /// The last child of a THEN behind its present one whose goal holds, if all that would be skipped is about that.
+    fn reached_behind(&self, then: NodeId, present: NodeId) -> Option<NodeId> {
+        let topology = &self.tree.topology;
+        let holds = |goal: &NodeId| {
+            let passed = NodeRange { from: present, to: topology.end(*goal) };
+            reaches(self.tree, *goal, &|leaf| (self.holds)(leaf, passed))
+        };
+        let goal = topology.children(then).filter(|child| *child > present).filter(holds).last()?;
+        let mut concern = Concern::default();
+        self.read_goal(goal, &mut concern);
+        let skipped = (present.0..topology.end(goal).0).map(NodeId);
+        let is_left =
+            |leaf: &NodeId| topology.path(*leaf).take_while(|node| *node != then).all(|node| !self.state.is_done(node));
+        let mut left = skipped.filter(is_left);
+        left.all(|leaf| self.concerns(leaf, &concern)).then_some(goal)
+    }
+
+    /// What the goal of a node is about.
+    fn read_goal(&self, node: NodeId, concern: &mut Concern) {
+        let children = self.tree.topology.children(node);
+        match &self.tree.nodes[node.index()] {
+            NodeKind::Behavior(spec) => concern.read(&spec.satisfied),
+            NodeKind::And | NodeKind::Or | NodeKind::Root => children.for_each(|child| self.read_goal(child, concern)),
+            NodeKind::Then => children.last().into_iter().for_each(|child| self.read_goal(child, concern)),
+        }
+    }
+
+    /// Whether a leaf is about the same, and puts nothing elsewhere; drives are about nothing.
+    fn concerns(&self, leaf: NodeId, concern: &Concern) -> bool {
+        let Some(spec) = self.tree.behavior(leaf).filter(|spec| !spec.is_drive()) else { return true };
+        let is_elsewhere = |effect: &EffectTerm| match *effect {
+            EffectTerm::Lies(object, place) => {
+                concern.objects.contains(&object) && !concern.lies.contains(&(object, place))
+            }
+            EffectTerm::Taken(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => false,
+        };
+        let is_about = |effect: &EffectTerm| match *effect {
+            EffectTerm::Lies(object, _) | EffectTerm::Taken(object, _) => concern.objects.contains(&object),
+            EffectTerm::Fact(fact, _) => concern.facts.contains(&fact),
+            EffectTerm::Stands(_) => false,
+        };
+        let mut own = Concern::default();
+        own.read(&spec.satisfied);
+        own.objects.extend(&spec.changes);
+        let is_own = !own.objects.is_disjoint(&concern.objects) || !own.facts.is_disjoint(&concern.facts);
+        (is_own || spec.effects.iter().any(is_about)) && !spec.effects.iter().any(is_elsewhere)
+    }
+}
+
+impl Concern {
+    fn read(&mut self, goal: &Condition) {
+        for single in behavior::singles(goal) {
+            match *single {
+                Condition::Held(object) | Condition::Free(object) | Condition::Somewhere(object) => {
+                    self.objects.insert(object);
+                }
+                Condition::Lies(object, place) => {
+                    self.objects.insert(object);
+                    self.lies.insert((object, place));
+                }
+                Condition::Fact(fact, _) => drop(self.facts.insert(fact)),
+                Condition::All(_) | Condition::Never | Condition::At { .. } | Condition::Path { .. } => {}
+            }
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! What can never run (`semantics` 6, "Infeasible").
+
+use std::collections::BTreeSet;
+
+use ambidex::model::{Condition, Consequences, Location, NodeId, NodeKind, Reason, ResourceId, Selector};
+
+use super::world::{distance_m, singles};
+use super::{Model, Step};
+
+impl Model<'_> {
+    /// Everything that can never run fails, in tree order, then what depends on it, until nothing more does.
+    pub(super) fn give_up(&mut self) {
+        loop {
+            let makers = self.makers();
+            let waiting = self.mission.tree.leaves().filter(|leaf| self.is_idle(*leaf));
+            let never = waiting.filter_map(|leaf| Some((leaf, self.why_never(leaf, &makers)?)));
+            let never: Vec<_> = never.collect();
+            if never.is_empty() || self.end.is_some() {
+                return;
+            }
+            for (leaf, reason) in never {
+                if self.is_idle(leaf) && self.end.is_none() {
+                    self.give_up_one(leaf, reason);
+                }
+            }
+        }
+    }
+
+    fn is_idle(&self, leaf: NodeId) -> bool {
+        !self.is_over(leaf) && !self.running.contains_key(&leaf)
+    }
+
+    fn give_up_one(&mut self, leaf: NodeId, reason: Reason) {
+        self.infeasible.insert(leaf, reason.clone());
+        let mut fall = self.no_fall();
+        self.fail(leaf, leaf, None, &mut fall);
+        self.take_back(leaf, fall.failed);
+        self.settle_fall(&mut fall);
+        let consequences = Consequences { completed: None, failed: fall.failed, failing: fall.failing };
+        self.log.push(Step::Infeasible { leaf, reason, consequences });
+        self.try_again(&fall);
+    }
+
+    fn why_never(&self, leaf: NodeId, makers: &BTreeSet<NodeId>) -> Option<Reason> {
+        let spec = self.behavior(leaf);
+        if let Some(reason) = self.robot_lacks(leaf).filter(|_| !self.is_satisfied(leaf, &[])) {
+            return Some(reason);
+        }
+        let out_of_reach = |condition| singles(condition).into_iter().find(|part| !self.can_be(part, makers));
+        let part = out_of_reach(&spec.precondition).filter(|_| out_of_reach(&spec.satisfied).is_some())?;
+        if self.may_be_overtaken(leaf, makers) {
+            return None;
+        }
+        Some(match part {
+            Condition::At { place, .. } => Reason::NotAt { place: *place },
+            part => self.unmet(part, leaf, &[]).expect("what is so is not out of reach").reason,
+        })
+    }
+
+    /// What is left that makes something so.
+    fn makers(&self) -> BTreeSet<NodeId> {
+        let mut makers: BTreeSet<NodeId> = self.running.keys().copied().collect();
+        let is_left = |leaf: &NodeId| {
+            let mut above = self.upward(*leaf).into_iter();
+            let may_go_back = above.any(|node| self.kind(node) == &NodeKind::Then && self.is_still_left(node));
+            self.is_still_left(*leaf) || (self.done.contains(leaf) && may_go_back)
+        };
+        let left: Vec<NodeId> = self.mission.tree.leaves().filter(is_left).collect();
+        loop {
+            let can_run = |leaf: &NodeId| {
+                singles(&self.behavior(*leaf).precondition).iter().all(|part| self.can_be(part, &makers))
+            };
+            let more: Vec<NodeId> =
+                left.iter().copied().filter(|leaf| !makers.contains(leaf) && can_run(leaf)).collect();
+            if more.is_empty() {
+                return makers;
+            }
+            makers.extend(more);
+        }
+    }
+
+    /// Whether something may come of a node: it is not over, or what is canceled there is tried again.
+    fn is_still_left(&self, node: NodeId) -> bool {
+        self.upward(node).into_iter().all(|node| {
+            let begins_again = |fails: &ambidex::model::Failing| {
+                fails.fault.is_some()
+                    && self.upward(node).into_iter().any(|node| node.0 > 0 && self.can_be_tried_again(node))
+            };
+            let is_going_on = self.failing.get(&node).is_none_or(|fails| fails.finishes || begins_again(fails));
+            !self.done.contains(&node) && !self.failed.contains(&node) && is_going_on
+        })
+    }
+
+    /// Whether a single condition is so or can be made so.
+    pub(super) fn can_be(&self, part: &Condition, makers: &BTreeSet<NodeId>) -> bool {
+        let is_so = match part {
+            Condition::Held(object) => matches!(self.world_state.objects[object.index()], Location::In(_)),
+            Condition::Fact(fact, _) if self.mission.world.is_outside(*fact) => true,
+            Condition::Never => false,
+            // Where a base stands that is driven is as good as where it will be at rest.
+            Condition::At { stand, tolerance_m, .. } => distance_m(self.world_state.base, *stand) <= *tolerance_m,
+            part => self.unmet(part, NodeId(0), &[]).is_none(),
+        };
+        is_so || makers.iter().any(|maker| self.promises(*maker, part))
+    }
+
+    /// What the robot has too few of for a behavior: none of the type, not enough, or awaited no more.
+    fn robot_lacks(&self, leaf: NodeId) -> Option<Reason> {
+        let claims = &self.behavior(leaf).claims;
+        // What holds an object may be another thing later, unless that is gone with it.
+        let everything = || (0..self.rows.len()).map(ResourceId::from).collect();
+        let all = claims.iter().map(|claim| match claim.selector {
+            Selector::Holding(_) => everything(),
+            other => self.could_serve(other),
+        });
+        let all: Vec<Vec<ResourceId>> = all.collect();
+        let empty = std::iter::zip(claims, &all).find(|(_, serving)| serving.is_empty());
+        if let Some((claim, _)) = empty
+            && let Selector::Any(of) | Selector::AnyEmpty { of, .. } = claim.selector
+        {
+            return Some(Reason::Missing { of });
+        }
+        if let Err(refusal) = self.all_at_once(claims, &at_hand(&all)) {
+            return Some(refusal.reason);
+        }
+        let gone_with_it = claims.iter().find_map(|claim| match claim.selector {
+            Selector::Holding(object) => match self.world_state.objects[object.index()] {
+                Location::In(holder) => Some(holder).filter(|holder| self.is_gone(*holder)),
+                Location::At(_) | Location::Unknown => None,
+            },
+            _ => None,
+        });
+        if let Some(resource) = gone_with_it {
+            return Some(Reason::Unavailable { resource, why: self.outage(resource)? });
+        }
+        let is_there = |id: &ResourceId| !self.is_gone(*id);
+        let there: Vec<Vec<ResourceId>> =
+            all.iter().map(|serving| serving.iter().copied().filter(is_there).collect()).collect();
+        let none = |upto: &usize| {
+            there[upto - 1].is_empty() || self.all_at_once(&claims[..*upto], &at_hand(&there[..*upto])).is_err()
+        };
+        let short = (1..=there.len()).find(none)?;
+        let gone = all[short - 1].iter().copied().find(|id| self.is_gone(*id));
+        let anywhere = || all.iter().flatten().copied().find(|id| self.is_gone(*id));
+        let resource = gone.or_else(anywhere).expect("only what is gone is missing");
+        let why = self.outage(resource).expect("it is away");
+        Some(Reason::Unavailable { resource, why })
+    }
+
+    /// The resources that could serve a claim, whatever they hold and whoever has them.
+    pub(super) fn could_serve(&self, selector: Selector) -> Vec<ResourceId> {
+        let everything = || (0..self.rows.len()).map(ResourceId::from).collect();
+        match selector {
+            Selector::Named(resource) | Selector::Empty { resource, .. } => vec![resource],
+            Selector::Any(of) | Selector::AnyEmpty { of, .. } => self.of_type(of),
+            Selector::Holding(object) => match self.world_state.objects[object.index()] {
+                Location::In(resource) => vec![resource],
+                Location::At(_) | Location::Unknown => everything(),
+            },
+        }
+    }
+
+    /// Whether a resource is away and awaited no more.
+    pub(super) fn is_gone(&self, resource: ResourceId) -> bool {
+        let controller = self.mission.robot.resources[resource.index()].controller;
+        controller.and_then(|id| self.away.get(&id)).is_some_and(|(_, is_awaited)| !is_awaited)
+    }
+}
+
+fn at_hand(serving: &[Vec<ResourceId>]) -> Vec<Vec<(ResourceId, f64)>> {
+    serving.iter().map(|serving| serving.iter().map(|id| (*id, 0.0)).collect()).collect()
+}

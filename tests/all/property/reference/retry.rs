@@ -1,0 +1,89 @@
+//! Task nodes that are tried again (`semantics` 6).
+
+use ambidex::model::{Cause, NodeId, NodeKind, Reopened};
+
+use super::failing::Fall;
+use super::{Model, Step, TOP};
+
+impl Model<'_> {
+    /// The node whose attempt has failed begins anew, when it has waited.
+    pub(super) fn try_again(&mut self, fall: &Fall) {
+        let Some((top, fault)) = fall.again else { return };
+        let mut reset = Vec::new();
+        self.begins_anew(top, &mut reset);
+        let failures = self.failures.get(&top).copied().unwrap_or(0) + 1;
+        let wait = self.mission.tree.limits(top).wait(failures);
+        for &node in &reset {
+            self.forget(node);
+        }
+        self.failures.insert(top, failures);
+        self.gather(top, |holder| reset.contains(&holder));
+        let until = self.now + wait;
+        if until > self.now {
+            self.waits.insert(top, (until, wait.as_millis() as u64, fault));
+        }
+        let cause = Cause::Retry { fault, until };
+        let (undecided, ended) = (Vec::new(), Vec::new());
+        self.log.push(Step::Reopened(Reopened { node: top, up_to: top, cause, undecided, ended, reset }));
+    }
+
+    /// Nodes that begin anew when one does that was not done; what failed since it can never run does not.
+    fn begins_anew(&self, node: NodeId, reset: &mut Vec<NodeId>) {
+        if self.is_never(node) {
+            return;
+        }
+        reset.push(node);
+        let children = self.children(node);
+        let is_done = |child: &NodeId| self.done.contains(child);
+        let kept = match self.kind(node) {
+            NodeKind::Then => {
+                let mut before_last = children[..children.len() - 1].iter();
+                before_last.rposition(|child| is_done(child) && self.is_reached(*child))
+            }
+            NodeKind::Or => None,
+            NodeKind::And | NodeKind::Root | NodeKind::Behavior(_) => Some(children.len()),
+        };
+        for (index, child) in children.iter().enumerate() {
+            if !is_done(child) {
+                self.begins_anew(*child, reset);
+            } else if kept.is_none_or(|kept| index > kept) {
+                self.begins_from_its_beginning(*child, reset);
+            }
+        }
+    }
+
+    /// What is done again.
+    fn begins_from_its_beginning(&self, node: NodeId, reset: &mut Vec<NodeId>) {
+        reset.push(node);
+        for child in self.children(node) {
+            self.begins_from_its_beginning(child, reset);
+        }
+    }
+
+    fn forget(&mut self, node: NodeId) {
+        self.done.remove(&node);
+        self.failed.remove(&node);
+        self.faults.remove(&node);
+        self.failing.remove(&node);
+        self.failures.remove(&node);
+        self.committed.remove(&node);
+        self.silent.remove(&node);
+        self.deadlines.remove(&node);
+        self.waits.remove(&node);
+        if let Some((_, by)) = self.redone.get_mut(&node) {
+            *by = None;
+        }
+    }
+
+    /// Whether the goal of a node holds; being somewhere is none.
+    pub(super) fn is_reached(&self, node: NodeId) -> bool {
+        let children = self.children(node);
+        match self.kind(node) {
+            NodeKind::Behavior(spec) => !spec.is_drive() && self.is_satisfied(node, &[]),
+            NodeKind::And => children.iter().all(|child| self.is_reached(*child)),
+            NodeKind::Or => children.iter().any(|child| self.is_reached(*child)),
+            NodeKind::Then => children.last().is_some_and(|child| self.is_reached(*child)),
+            NodeKind::Root => self.is_reached(TOP),
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! What comes of a round in which nothing goes on, and of moments and controllers (`semantics` 2 and 6).
+
+use std::time::Duration;
+
+use ambidex::model::{Cause, ControllerId, Loss, MissionEnd, NodeId, NodeKind, Reason, Reopened};
+
+use super::{Decision, Model, Step, TOP};
+
+impl Model<'_> {
+    /// True if another round follows at once.
+    pub(super) fn stall(&mut self, decision: &Decision) -> bool {
+        // Who is away is awaited for ten seconds.
+        if self.away.iter().any(|(id, (_, is_awaited))| *is_awaited && self.moves_something(*id)) {
+            self.awaited.get_or_insert(self.now + Duration::from_secs(10));
+            return false;
+        }
+        if let Some(reopened) = self.leave() {
+            self.log.push(Step::Reopened(reopened));
+            return true;
+        }
+        let world = &self.mission.world;
+        let is_outside = |reason: &Reason| matches!(reason, Reason::Fact { fact, .. } if world.is_outside(*fact));
+        if !decision.refused.values().any(|refusal| is_outside(refusal.reason.root_cause())) {
+            self.end_stalled();
+        }
+        false
+    }
+
+    /// Nothing can come any more: what has failed already has failed, then whoever was awaited in vain is the cause.
+    pub fn end_stalled(&mut self) {
+        let moves = |id: &ControllerId| self.mission.robot.moved_by(*id).next();
+        let first = self.away.keys().filter_map(|id| Some((moves(id)?, *id))).min();
+        let end = match (self.failing.get(&TOP), first) {
+            (Some(failing), _) => self.failed_at(failing.cause),
+            (None, Some((_, id))) => MissionEnd::ControllerLost(id),
+            (None, None) => MissionEnd::Stalled,
+        };
+        self.finish(end);
+    }
+
+    fn moves_something(&self, controller: ControllerId) -> bool {
+        self.mission.robot.moved_by(controller).next().is_some()
+    }
+
+    /// The last OR that can leave its way does.
+    fn leave(&mut self) -> Option<Reopened> {
+        let nodes = (1..self.mission.tree.nodes.len()).rev().map(NodeId::from);
+        let (or, way) = nodes.filter(|node| self.kind(*node) == &NodeKind::Or).find_map(|or| {
+            let way = *self.committed.get(&or)?;
+            let others = self.children(or).into_iter().filter(|other| *other != way);
+            let has_other = others.into_iter().any(|other| !self.failed.contains(&other));
+            let was_left = self.left.get(&way) == Some(&self.progress);
+            (!self.is_over(or) && !self.done.contains(&way) && has_other && !was_left).then_some((or, way))
+        })?;
+        self.committed.remove(&or);
+        self.rechoices += 1;
+        self.left.insert(way, self.progress);
+        let below = self.below(way);
+        self.gather(or, |holder| below.contains(holder));
+        self.deadlines.retain(|node, _| !below.contains(*node));
+        let (undecided, ended, reset) = (Vec::new(), Vec::new(), Vec::new());
+        Some(Reopened { node: way, up_to: or, cause: Cause::Leave, undecided, ended, reset })
+    }
+
+    /// A controller is away, or back; a round follows.
+    pub fn service(&mut self, controller: ControllerId, outage: Option<Loss>) -> bool {
+        if outage.is_some() && self.away.contains_key(&controller) {
+            return false;
+        }
+        self.awaited = None;
+        match outage {
+            Some(why) => drop(self.away.insert(controller, (why, true))),
+            None => drop(self.away.remove(&controller)),
+        }
+        true
+    }
+
+    /// The moment came for which some wait; true if a round follows.
+    pub fn woke(&mut self) -> bool {
+        let before = self.waits.len();
+        self.waits.retain(|_, (until, ..)| *until > self.now);
+        let is_over = self.awaited.is_some_and(|until| until <= self.now);
+        if is_over {
+            self.awaited = None;
+            self.away.values_mut().for_each(|(_, is_awaited)| *is_awaited = false);
+        }
+        let mut goes_on = self.waits.len() < before || is_over;
+        while let Some(node) = self.first_out_of_time() {
+            self.time_out(node);
+            goes_on = true;
+        }
+        goes_on
+    }
+
+    /// Of several the outermost.
+    fn first_out_of_time(&self) -> Option<NodeId> {
+        let due = self.deadlines.iter().filter(|(_, until)| **until <= self.now);
+        due.map(|(node, _)| *node).find(|node| !self.is_over(*node))
+    }
+}
