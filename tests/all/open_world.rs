@@ -152,6 +152,13 @@ fn a_dropped_object_is_fetched_from_where_it_lies() {
     let (_, end, steps) = told(&home, &task("cup"), "\n  - {behavior: move to table, drops: cup}");
     assert_eq!(end, MissionEnd::Done);
     assert_eq!(steps, "move to cup, pick cup, move to table, move to cup, pick cup, move to table, place cup");
+    // What the task tells of it counts wherever the object lies.
+    let once = task("cup").replace("{move: cup}", "{move: cup, retries: 0}");
+    let failures =
+        "\n  - {behavior: move to cup, hangs: true}\n  - {at: 100 ms, lose: base}\n  - {at: 1 s, return: base}";
+    let (mission, end, steps) = told(&home, &once, failures);
+    let MissionEnd::Failed(node) = end else { panic!("{end:?}") };
+    assert_eq!((mission.names.node(node), steps.as_str()), ("move to cup", "move to cup"));
     // Driven to a fixed place it says what it lacks, unless others have brought it where it was to go.
     let moved = "\n  - {at: 1 s, lies: {object: cup, at: table}}";
     let (_, end, steps) = told(&home, &task("shelf"), moved);

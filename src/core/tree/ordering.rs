@@ -138,7 +138,7 @@ pub(super) struct Settled {
     pub(super) retried: Option<(NodeId, Fault)>,
 }
 
-/// Follows an end up the tree, in a state in which what ended still runs.
+/// Follows an end up the tree; what ended may still run in the state.
 pub(super) fn settle(tree: &TreeSpec, state: &State, from: NodeId, ended: Ended) -> Settled {
     let mut completed = (ended == Ended::Succeeded).then_some(Completion { node: from, heir: None });
     let (mut failed, mut fault) = match ended {

@@ -71,7 +71,8 @@ impl Overtaking<'_> {
             let passed = NodeRange { from: present, to: topology.end(*goal) };
             reaches(self.tree, *goal, &|leaf| (self.holds)(leaf, passed))
         };
-        let goal = topology.children(then).filter(|child| *child > present).filter(holds).last()?;
+        let later: Vec<NodeId> = topology.children(then).filter(|child| *child > present).collect();
+        let goal = later.into_iter().rfind(holds)?;
         let mut concern = Concern::default();
         self.read_goal(goal, &mut concern);
         let skipped = (present.0..topology.end(goal).0).map(NodeId);
@@ -85,7 +86,7 @@ impl Overtaking<'_> {
     fn read_goal(&self, node: NodeId, concern: &mut Concern) {
         let children = self.tree.topology.children(node);
         match &self.tree.nodes[node.index()] {
-            NodeKind::Behavior(spec) => concern.read(&spec.satisfied),
+            NodeKind::Behavior(spec) => concern.read(&spec.as_in(self.state.world()).satisfied),
             NodeKind::And | NodeKind::Or | NodeKind::Root => children.for_each(|child| self.read_goal(child, concern)),
             NodeKind::Then => children.last().into_iter().for_each(|child| self.read_goal(child, concern)),
         }
@@ -93,7 +94,8 @@ impl Overtaking<'_> {
 
     /// Whether a leaf is about the same, and puts nothing elsewhere; drives are about nothing.
     fn concerns(&self, leaf: NodeId, concern: &Concern) -> bool {
-        let Some(spec) = self.tree.behavior(leaf).filter(|spec| !spec.is_drive()) else { return true };
+        let spec = self.tree.behavior_in(leaf, self.state.world());
+        let Some(spec) = spec.filter(|spec| !spec.is_drive()) else { return true };
         let is_elsewhere = |effect: &EffectTerm| match *effect {
             EffectTerm::Lies(object, place) => {
                 concern.objects.contains(&object) && !concern.lies.contains(&(object, place))

@@ -1,4 +1,5 @@
-//! What a round ends with beside its grants: something that was done is to be done again, or an intention lapses.
+//! What a round ends with beside its grants: something that was done is to be done again, or need not be done, or an
+//! intention lapses.
 
 use std::collections::BTreeMap;
 

@@ -122,7 +122,10 @@ impl Touches {
             Record::World { change, .. } | Record::Observed { change, .. } => self.note_change(before, *change),
             Record::Decided { granted, reopened, .. } => {
                 for leaf in granted.iter().map(|grant| grant.leaf()) {
-                    self.barred.remove(&leaf);
+                    // What would not do it is asked for again once there is progress.
+                    if after.unfit(leaf).is_empty() {
+                        self.barred.remove(&leaf);
+                    }
                     self.note_running(leaf);
                 }
                 if let Some(reopened) = reopened {

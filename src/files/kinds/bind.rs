@@ -87,6 +87,11 @@ impl<'a> Binder<'a> {
             faults.push((site.span, kind.name.value.as_str()), message);
             return None;
         }
+        // Wherever it lies it may be there already; where it lies nowhere, nobody is there.
+        if at.iter().any(|other| other.satisfied != behavior.satisfied) {
+            let own = std::mem::replace(&mut behavior.satisfied, Condition::Never);
+            behavior.satisfied = Condition::All(vec![Condition::Somewhere(object), own]);
+        }
         for one in at.iter_mut().chain([&mut behavior]) {
             let own = std::mem::replace(&mut one.precondition, Condition::Never);
             one.precondition = Condition::All(vec![Condition::Somewhere(object), own]);

@@ -1,6 +1,7 @@
 //! The task as written, to nodes in preorder: kinds and subtrees looked up, arguments filled in.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 use std::time::Duration;
 
 use super::node::{AND, MAY_RUN, NAMED, Node, OR, OfAll, RETRIES, THEN, USE, WAITS, word_for};
@@ -14,7 +15,7 @@ use crate::parameter::{Argument, Known, Parameter, assign, example, warn_of_unus
 use crate::reader::{Fields, Item, Name};
 use crate::scope::Reading;
 use crate::types::Type;
-use ambidex_model::{Limits, NodeId, PlaceId, Pose, nearest, suggestion};
+use ambidex_model::{BehaviorSpec, Limits, NodeId, PlaceId, Pose, nearest, suggestion};
 
 /// Deepest tree: what files can nest.
 const MAX_LEVELS: usize = 64;
@@ -70,6 +71,16 @@ impl Told {
             retries: winner.retries.or(self.retries),
             backoff_s: winner.backoff_s.or(self.backoff_s),
             timeout_s: winner.timeout_s.or(self.timeout_s),
+        }
+    }
+
+    /// What it makes of a behavior, wherever an object lies that this follows.
+    pub(super) fn tell(self, behavior: &mut BehaviorSpec) {
+        behavior.timeout = self.timeout_s.map_or(behavior.timeout, Duration::from_secs_f64);
+        behavior.retries = self.retries.unwrap_or(behavior.retries);
+        behavior.backoff = self.backoff_s.map_or(behavior.backoff, Duration::from_secs_f64);
+        if let Some(followed) = &mut behavior.elsewhere {
+            Arc::make_mut(followed).at.iter_mut().for_each(|other| self.tell(other));
         }
     }
 

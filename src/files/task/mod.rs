@@ -180,10 +180,7 @@ fn bind_all(
                 };
                 binder.bind(call.kind, &site, faults).map(|mut behavior| {
                     draft.check_timeout(behavior.takes, faults);
-                    let told = draft.told;
-                    behavior.timeout = told.timeout_s.map_or(behavior.timeout, Duration::from_secs_f64);
-                    behavior.retries = told.retries.unwrap_or(behavior.retries);
-                    behavior.backoff = told.backoff_s.map_or(behavior.backoff, Duration::from_secs_f64);
+                    draft.told.tell(&mut behavior);
                     NodeKind::Behavior(Box::new(behavior))
                 })
             }

@@ -35,7 +35,7 @@ impl State {
             Record::Stopped { leaves, .. } => each(leaves, |leaf| self.stop(*leaf)),
             Record::Released { at, leaf, end, consequences, changes, waits_until, unfit } => {
                 let is_known = self.release(*leaf, *end, *consequences, changes);
-                if !unfit.is_empty() {
+                if is_known && !unfit.is_empty() {
                     self.find_unfit(*leaf, unfit);
                 }
                 if let (true, End::Failed(fault), Some(until)) = (is_known, end, waits_until) {
@@ -49,11 +49,13 @@ impl State {
                 each(resources, |resource| self.serve(*resource, *service))
             }
             Record::Awaited { until, facts, .. } => {
-                match facts.is_empty() {
-                    true => (self.is_awaiting, self.awaited_until) = (true, *until),
-                    false => self.awaited_facts = Arc::new(facts.clone()),
+                let are_known = facts.iter().all(|fact| fact.index() < self.world.facts.len());
+                match (facts.is_empty(), are_known) {
+                    (true, _) => (self.is_awaiting, self.awaited_until) = (true, *until),
+                    (false, true) => self.awaited_facts = Arc::new(facts.clone()),
+                    (false, false) => {}
                 }
-                facts.iter().all(|fact| fact.index() < self.world.facts.len())
+                are_known
             }
             Record::Ended { end, .. } => {
                 self.finish(*end);
@@ -249,6 +251,7 @@ impl State {
             let status = self.status_mut(node);
             (status.phase, status.way, status.failures, status.bar) = (Phase::Pending, None, failures, None);
             Arc::make_mut(&mut self.infeasible).remove(&node);
+            Arc::make_mut(&mut self.unfit).remove(&node);
             self.forget_needs(node..NodeId(node.0 + 1));
         }
         self.gather(top, |holder| reopened.reset.binary_search(&holder).is_ok());
@@ -332,7 +335,8 @@ impl State {
             self.forget_moments(completed.node..topology.end(completed.node));
         }
         if let Some(failed) = consequences.failed {
-            self.fall(goal, Consequences { failed: Some(failed), ..Consequences::default() });
+            let from = consequences.completed.map_or(goal, |completed| self.topology.parent(completed.node));
+            self.fall(from, Consequences { failed: Some(failed), ..Consequences::default() });
         }
         true
     }

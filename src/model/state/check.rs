@@ -113,7 +113,9 @@ impl State {
             && skip.contains(goal)
             && self.topology.parent(goal) == self.topology.parent(skip.from)
             && (skip.from.0..skip.to.0).all(|node| !self.running.contains_key(&NodeId(node)))
-            && consequences.completed.is_none_or(|completed| is_above(completed.node))
+            && consequences.completed.is_none_or(|completed| {
+                is_above(completed.node) && !self.is_busy(completed.node) && completed.heir.is_none_or(is_above)
+            })
             && consequences.failed.is_none_or(|failed| is_above(failed) && !self.is_busy(failed))
     }
 

@@ -11,7 +11,7 @@ pub struct Consequences {
     pub completed: Option<Completion>,
     /// The topmost node that fails now, if any does.
     pub failed: Option<NodeId>,
-    /// The node that fails once nothing below it runs any more.
+    /// The node that fails once nothing below it runs any more, or nothing is left there to be finished.
     #[serde(default)]
     pub failing: Option<Failing>,
 }

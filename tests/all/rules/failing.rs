@@ -257,4 +257,7 @@ fn what_rejects_a_behavior_is_no_candidate() {
     assert!(run.table().starts_with("gripper#0: pick 0"), "{}", run.table());
     let events = [Ok("move a"), Event::Rejects("pick 0"), Event::Rejects("pick 0")];
     check(&tree, &events, "move a, pick 0, pick 0, failed at pick 0");
+    // A node that is tried again is as new in that too.
+    let events = [Ok("move a"), Event::Rejects("pick 0"), Event::Rejects("pick 0"), Ok("pick 0")];
+    check_mission(limited(&tree, "then1", RETRY), &events, "move a, pick 0, pick 0, again then1, pick 0, done");
 }

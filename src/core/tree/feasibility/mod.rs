@@ -83,12 +83,13 @@ impl Feasibility {
     /// Takes note of what a record may have made impossible.
     pub(super) fn note(&mut self, record: &Record) {
         match record {
-            Record::World { change, .. } => {
-                if let Change::Base(_) = change {
+            Record::World { change, .. } => match change {
+                Change::Base(_) => {
                     self.is_open.clear();
+                    self.is_stale = true;
                 }
-                self.is_stale = true;
-            }
+                Change::Object(..) | Change::Fact(..) | Change::Emptied(_) => self.suspect_change(*change),
+            },
             Record::Began { .. } | Record::Served { .. } | Record::Infeasible { .. } => self.is_stale = true,
             Record::TimedOut { .. } | Record::Reopened { .. } | Record::Overtaken { .. } => self.is_stale = true,
             Record::Observed { change, .. } => self.suspect_change(*change),

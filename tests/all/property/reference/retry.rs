@@ -68,6 +68,7 @@ impl Model<'_> {
         self.failures.remove(&node);
         self.committed.remove(&node);
         self.silent.remove(&node);
+        self.unfit.retain(|(leaf, ..)| *leaf != node);
         self.deadlines.remove(&node);
         self.waits.remove(&node);
         if let Some((_, by)) = self.redone.get_mut(&node) {
