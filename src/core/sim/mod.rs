@@ -68,6 +68,8 @@ struct Simulation<'a> {
     now: Time,
     has_begun: bool,
     end: Option<MissionEnd>,
+    /// Since nothing can happen any more.
+    is_told_to_end: bool,
     is_safe: bool,
     journal: &'a mut dyn FnMut(&Record),
 }
@@ -160,6 +162,7 @@ impl<'a> Simulation<'a> {
             now: begun.at,
             has_begun: false,
             end: None,
+            is_told_to_end: false,
             is_safe: false,
             journal,
         }
@@ -186,6 +189,9 @@ impl<'a> Simulation<'a> {
                 }
                 // Nothing moves, nothing is due: whoever waits for the world waits for one in which nothing happens.
                 let end = if self.has_begun { MissionEnd::Stalled } else { MissionEnd::NotAttached };
+                if std::mem::replace(&mut self.is_told_to_end, true) {
+                    return end;
+                }
                 self.tell_root(Told::End { end });
             }
         }
