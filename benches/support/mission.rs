@@ -24,7 +24,12 @@ pub fn build(
     MissionSpec {
         name: "bench".into(),
         robot: RobotSpec { name: "bench".into(), resources, controllers, radius_m: 0.4 },
-        world: WorldSpec { places: Vec::new(), object_offsets: Vec::new(), obstacles: Vec::new(), outside: Vec::new() },
+        world: WorldSpec {
+            places: Vec::new(),
+            object_offsets: Vec::new(),
+            obstacles: Vec::new(),
+            outside: vec![true; facts],
+        },
         start: WorldState { base: Pose::new(0.0, 0.0, 0.0), objects: Vec::new(), facts: vec![false; facts] },
         tree: TreeSpec { nodes, topology: Topology::new(parents), limits: BTreeMap::new() },
         names,

@@ -196,9 +196,10 @@ impl Actors {
             counted,
             round,
             written,
-            // The header; then what root is told, its turn, what is different, all messages, the decision.
-            records: 1 + told_messages(n, first) + 4,
-            records_per_round: told_messages(n, load) + 4,
+            // The header; then what root is told, its turn, what is different, all messages, the decision, the turn in
+            // which nothing can go on; of blocked ones at first also what they wait for.
+            records: 1 + told_messages(n, first) + if let Load::Blocked = load { 6 } else { 5 },
+            records_per_round: told_messages(n, load) + 5,
             load,
             is_on: false,
             _folder: folder,

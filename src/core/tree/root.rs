@@ -79,6 +79,8 @@ pub struct Root {
     pub(super) free_space: Arc<FreeSpace>,
     pub(super) settings: Settings,
     pub(super) state: State,
+    /// All ORs, in tree order.
+    pub(super) ors: Vec<NodeId>,
     /// Whom a round has to ask; none where every round asks all.
     touches: Option<Touches>,
     /// Why those that were asked do not run, as they and the nodes above them said it last.
@@ -113,6 +115,7 @@ impl Root {
         let free_space = Arc::new(FreeSpace::new(&mission.world.obstacles, mission.robot.radius_m));
         Self {
             feasibility: Feasibility::new(mission, &free_space),
+            ors: mission.tree.ors().collect(),
             free_space,
             settings: settings.clone(),
             touches: settings.is_local().then(|| Touches::new(mission, settings.unheard)),

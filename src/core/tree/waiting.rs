@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use super::{Outbox, Root, TOP};
 use ambidex_model::state::Phase;
 use ambidex_model::{
-    Cause, ControllerId, FactId, Loss, MissionEnd, NodeId, NodeKind, Reason, Record, Reopened, Resource, ResourceId,
-    Service, Time, Told,
+    Cause, ControllerId, FactId, Loss, MissionEnd, NodeId, Reason, Record, Reopened, Resource, ResourceId, Service,
+    Time, Told,
 };
 
 impl Root {
@@ -67,8 +67,7 @@ impl Root {
     /// The last OR in tree order that has another way than the one in which nothing goes on: it leaves that.
     fn leave(&self) -> Option<Reopened> {
         let (tree, state) = (&self.mission.tree, &self.state);
-        let ors = (1..tree.nodes.len()).rev().map(NodeId::from).filter(|node| tree.nodes[node.index()] == NodeKind::Or);
-        ors.filter(|or| !state.is_over(*or)).find_map(|or| {
+        self.ors.iter().copied().rev().filter(|or| !state.is_over(*or)).find_map(|or| {
             let way = state.status(or).way.filter(|way| !state.is_done(*way) && !state.was_left(*way))?;
             let mut others = tree.topology.children(or).filter(|other| *other != way);
             let has_other = others.any(|other| state.phase(other) != Phase::Failed);
@@ -79,6 +78,9 @@ impl Root {
 
     /// Facts that behaviors lack and others may set or clear, in their order.
     fn lacks_of_others(&self) -> Vec<FactId> {
+        if !self.mission.world.outside.contains(&true) {
+            return Vec::new();
+        }
         let lacking = self.reasons.values().filter_map(|reason| {
             let Reason::Fact { fact, .. } = *reason.root_cause() else { return None };
             self.mission.world.is_outside(fact).then_some(fact)

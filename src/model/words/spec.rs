@@ -270,6 +270,11 @@ impl TreeSpec {
         self.behavior(node).map(|spec| spec.as_in(world_state))
     }
 
+    /// All ORs in tree order.
+    pub fn ors(&self) -> impl Iterator<Item = NodeId> + '_ {
+        (0..self.nodes.len()).map(NodeId::from).filter(|node| self.nodes[node.index()] == NodeKind::Or)
+    }
+
     /// All leaves in tree order.
     pub fn leaves(&self) -> impl Iterator<Item = NodeId> + '_ {
         (0..self.nodes.len()).map(NodeId::from).filter(|&node| self.behavior(node).is_some())

@@ -84,9 +84,11 @@ impl Feasibility {
     pub(super) fn note(&mut self, record: &Record) {
         match record {
             Record::World { change, .. } => match change {
+                // It may have been carried where no path leads back from.
                 Change::Base(_) => {
                     self.is_open.clear();
-                    self.is_stale = true;
+                    self.suspects.extend(self.terms.about(About::Path));
+                    self.suspect_change(*change);
                 }
                 Change::Object(..) | Change::Fact(..) | Change::Emptied(_) => self.suspect_change(*change),
             },
