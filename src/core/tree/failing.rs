@@ -1,6 +1,7 @@
 //! What fails without a behavior's end: what can never run, and what takes too long; and what follows where something
 //! fails: another attempt, or the end of the mission (`semantics` 6).
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::goals::begin_anew;
@@ -105,21 +106,13 @@ impl Root {
 
     /// The moments at which task nodes will have taken too long that begin with some grants.
     pub(super) fn deadlines<'a>(&self, granted: impl Iterator<Item = &'a Grant>) -> Vec<Deadline> {
-        let mut deadlines: Vec<Deadline> = Vec::new();
-        if self.mission.tree.limits.is_empty() {
-            return deadlines;
+        let tree = &self.mission.tree;
+        if tree.limits.is_empty() {
+            return Vec::new();
         }
-        for grant in granted {
-            for node in self.mission.tree.topology.path(grant.leaf()) {
-                let is_known = deadlines.iter().any(|deadline| deadline.node == node);
-                if let Some(timeout) = self.mission.tree.limits(node).timeout.filter(|_| !is_known) {
-                    deadlines.push(Deadline { node, until: self.turned + timeout });
-                }
-            }
-        }
-        deadlines.retain(|deadline| !self.state.is_timed(deadline.node));
-        deadlines.sort_unstable_by_key(|deadline| deadline.node);
-        deadlines
+        let above: BTreeSet<NodeId> = granted.flat_map(|grant| tree.topology.path(grant.leaf())).collect();
+        let begun = above.into_iter().filter(|node| !self.state.is_timed(*node));
+        begun.filter_map(|node| Some(Deadline { node, until: self.turned + tree.limits(node).timeout? })).collect()
     }
 
     /// What would not do a behavior, for reach or kind.

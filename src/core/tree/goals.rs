@@ -35,11 +35,14 @@ pub(super) fn begin_anew(view: &View, node: NodeId, reset: &mut Vec<NodeId>) {
 /// Whether the goal of a node holds: all of an AND's, any of an OR's, the last of a THEN's. A drive is none in itself.
 pub(super) fn holds(view: &View, node: NodeId) -> bool {
     let tree = &view.mission.tree;
-    reaches(tree, node, &|leaf| {
-        let line = Lineage { topology: &tree.topology, node: leaf, skips: &[] };
-        let spec = view.behavior(leaf);
-        spec.is_some_and(|spec| behavior::is_satisfied(spec, view, &line, &mut KnownPaths::default()))
-    })
+    reaches(tree, node, &|leaf| is_met(view, leaf))
+}
+
+/// Whether the goal of a behavior holds as things are.
+pub(super) fn is_met(view: &View, leaf: NodeId) -> bool {
+    let line = Lineage { topology: &view.mission.tree.topology, node: leaf, skips: &[] };
+    let spec = view.behavior(leaf);
+    spec.is_some_and(|spec| behavior::is_satisfied(spec, view, &line, &mut KnownPaths::default()))
 }
 
 /// The same for goals of behaviors that hold in some way.

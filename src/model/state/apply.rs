@@ -107,6 +107,11 @@ impl State {
         }
     }
 
+    fn end_times(&mut self, nodes: std::ops::Range<NodeId>) {
+        let timed: Vec<NodeId> = self.timed.range(nodes).map(|(&node, _)| node).collect();
+        timed.into_iter().for_each(|node| self.end_time(node));
+    }
+
     fn find_unfit(&mut self, leaf: NodeId, found: &[ResourceId]) {
         let mut resources = [self.unfit(leaf), found].concat();
         resources.sort_unstable();
@@ -179,8 +184,7 @@ impl State {
         let waits = self.waits.iter().map(|(_, node)| *node);
         let waiting: Vec<NodeId> = waits.filter(|node| nodes.contains(node)).collect();
         each(&waiting, |node| self.wake(*node));
-        let timed: Vec<NodeId> = self.timed.range(nodes).map(|(&node, _)| node).collect();
-        timed.into_iter().for_each(|node| self.end_time(node));
+        self.end_times(nodes);
     }
 
     /// Behaviors that were sent back are done again, or will not be.
@@ -301,9 +305,7 @@ impl State {
     fn begin_failing(&mut self, failing: Failing) {
         self.status_mut(failing.node).phase = Phase::Failing(failing);
         if !failing.finishes {
-            let below: Vec<NodeId> =
-                self.timed.range(failing.node..self.topology.end(failing.node)).map(|(&node, _)| node).collect();
-            below.into_iter().for_each(|node| self.end_time(node));
+            self.end_times(failing.node..self.topology.end(failing.node));
             return;
         }
         // Nothing above can be complete any more either.

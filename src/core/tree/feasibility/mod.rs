@@ -9,14 +9,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::goals::is_met;
 use super::ordering::{Ordering, begins_again};
 use super::overtaking::Overtaking;
 use crate::behavior;
 use crate::world::{FreeSpace, KnownPaths, NoPath, Unconstrained, View};
 use ambidex_model::state::{Phase, State};
-use ambidex_model::{
-    Change, Condition, Lineage, Location, MissionSpec, NodeId, NodeRange, Reason, Record, Reopened, Time,
-};
+use ambidex_model::{Change, Condition, Location, MissionSpec, NodeId, NodeRange, Reason, Record, Reopened, Time};
 use terms::{About, Terms};
 
 /// Steps of a proof that are looked at before everything is proved anew.
@@ -152,10 +151,15 @@ impl Feasibility {
         self.prove_all(state);
         let is_left = |leaf: &NodeId| !state.is_over(*leaf) && !state.running().contains_key(leaf);
         let leaves: Vec<NodeId> = self.terms.promises.keys().copied().filter(is_left).collect();
-        self.spared = leaves.iter().copied().filter(|leaf| self.is_out_of_reach(*leaf)).collect();
-        let found = self.spared.iter().filter_map(|leaf| Some((*leaf, self.lacks(view, *leaf)?)));
-        let found: Vec<_> = found.collect();
-        self.spared.retain(|leaf| found.iter().all(|(other, _)| other != leaf));
+        let mut found = Vec::new();
+        let mut spared = Vec::new();
+        for leaf in leaves.into_iter().filter(|leaf| self.is_out_of_reach(*leaf)) {
+            match self.lacks(view, leaf) {
+                Some(reason) => found.push((leaf, reason)),
+                None => spared.push(leaf),
+            }
+        }
+        self.spared = spared;
         found
     }
 
@@ -167,14 +171,9 @@ impl Feasibility {
 
     /// What a behavior lacks that can never run.
     fn lacks(&self, view: &View, leaf: NodeId) -> Option<Reason> {
-        if let Some(reason) = self.lacking.get(&leaf) {
-            let line = Lineage { topology: &self.mission.tree.topology, node: leaf, skips: &[] };
-            let spec = view.behavior(leaf)?;
-            // What is so already needs no robot.
-            let is_met = || behavior::is_satisfied(spec, view, &line, &mut KnownPaths::default());
-            if !is_met() {
-                return Some(reason.clone());
-            }
+        // What is so already needs no robot.
+        if let Some(reason) = self.lacking.get(&leaf).filter(|_| !is_met(view, leaf)) {
+            return Some(reason.clone());
         }
         let promise = &self.terms.promises[&leaf];
         let is_out = |term: &&usize| self.proofs[**term] == Proof::Nothing;
