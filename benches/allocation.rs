@@ -33,7 +33,7 @@ fn main() {
     for n in SIZES {
         let (view, requests) = (view(), requests(n));
         let (time, granted) = fastest(|| {
-            let chosen = Greedy.choose(&view, &requests);
+            let chosen = Greedy.choose(&view, &requests, &[]);
             assert_eq!(chosen.granted.len() + chosen.refused.len(), n, "each has its answer");
             chosen.granted.len()
         });
@@ -42,7 +42,7 @@ fn main() {
             requests.sort_by(|a, b| b.potential.total_cmp(&a.potential));
             black_box(&requests).len()
         });
-        let (serial, one) = fastest(|| ambidex::tree::Serial.choose(&view, &requests).granted.len());
+        let (serial, one) = fastest(|| ambidex::tree::Serial.choose(&view, &requests, &[]).granted.len());
         assert_eq!(one, 1, "one behavior at a time");
         let ms = |time: Duration| time.as_secs_f64() * 1e3;
         let exponent = above.map(|(m, less)| (ms(time) / less).ln() / (n as f64 / m as f64).ln());
@@ -182,6 +182,8 @@ fn requests(n: usize) -> Vec<Arc<Request>> {
         // Spread, without two alike.
         let potential = 1.0 + (index * 7919 % 104_729) as f64;
         Arc::new(Request {
+            priority: 0,
+            iterations: 0,
             leaf: NodeId(index as u32 + 1),
             potential,
             heir: false,

@@ -50,7 +50,7 @@ impl Floor {
         let task = |(id, inbox)| {
             let asked = match mission.tree.nodes[NodeId::index(id)] {
                 NodeKind::Then => 1,
-                NodeKind::Root | NodeKind::And | NodeKind::Or | NodeKind::Behavior(_) => n,
+                NodeKind::Root | NodeKind::And | NodeKind::Or | NodeKind::Cleanup | NodeKind::Behavior(_) => n,
             };
             let children = topology.children(id).take(asked);
             FloorTask {

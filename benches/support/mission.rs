@@ -1,6 +1,5 @@
 //! Missions built in code.
 
-use std::collections::BTreeMap;
 use std::time::Duration;
 
 use ambidex::model::{
@@ -31,7 +30,7 @@ pub fn build(
             outside: vec![true; facts],
         },
         start: WorldState { base: Pose::new(0.0, 0.0, 0.0), objects: Vec::new(), facts: vec![false; facts] },
-        tree: TreeSpec { nodes, topology: Topology::new(parents), limits: BTreeMap::new() },
+        tree: TreeSpec::new(nodes, Topology::new(parents)),
         names,
         source: None,
     }
@@ -51,6 +50,8 @@ pub fn behavior(
         potential,
         satisfied,
         precondition,
+        lasting: Condition::All(Vec::new()),
+        is_interruptible: true,
         effects: Vec::new(),
         commands,
         changes: Vec::<ObjectId>::new(),

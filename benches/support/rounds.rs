@@ -128,11 +128,11 @@ impl Allocator for Withholding {
         Greedy.merge(view, offers)
     }
 
-    fn choose(&self, view: &View, requests: &[Arc<Request>]) -> Chosen {
+    fn choose(&self, view: &View, requests: &[Arc<Request>], _: &[Arc<Request>]) -> Chosen {
         assert_eq!(requests.len(), self.requests, "as many as there are grippers came up");
         self.rounds.send(view.round).expect("the bench counts rounds");
         let refuse = |request: &Arc<Request>| Blocked { leaf: request.leaf, reason: Reason::NoneFree { of: GRIPPER } };
-        Chosen { granted: Vec::new(), refused: requests.iter().map(refuse).collect() }
+        Chosen { refused: requests.iter().map(refuse).collect(), ..Chosen::default() }
     }
 }
 

@@ -33,7 +33,8 @@ Exit codes:
 
 status ends with 0 whenever it could tell, however the mission ended.
 
-Ctrl-C once cancels the mission: controllers come to rest within 3 s, then the process ends.
+Ctrl-C once cancels the mission: what was begun is cleaned up (--cleanup-grace), controllers come to rest within 3 s,
+then the process ends.
 Twice ends it at once.
 
 stdout carries data (--json), stderr talks. NO_COLOR and RUST_LOG are respected.";
@@ -116,6 +117,9 @@ pub struct MissionArgs {
     /// How long a controller that is gone is awaited when nothing can go on without it, seconds.
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = values::seconds, allow_negative_numbers = true)]
     pub reattach_timeout: Duration,
+    /// How long all cleanups together may take once the mission is told to end, seconds.
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = values::seconds, allow_negative_numbers = true)]
+    pub cleanup_grace: Duration,
     /// Form of log lines on the terminal; RUST_LOG says which are shown. The log file is always JSON Lines.
     #[arg(long, value_enum, default_value_t = LogFormat::Text)]
     pub log_format: LogFormat,
@@ -128,7 +132,7 @@ pub struct LiveArgs {
     #[arg(required_unless_present = "resume")]
     pub mission: Option<PathBuf>,
     /// Go on in this log, a file or an instance, as if its runtime had never been gone.
-    #[arg(long, value_name = "LOG", conflicts_with_all = ["log", "allocator", "messages", "on_stall", "keep_logs", "reattach_timeout"])]
+    #[arg(long, value_name = "LOG", conflicts_with_all = ["log", "allocator", "messages", "on_stall", "keep_logs", "reattach_timeout", "cleanup_grace"])]
     pub resume: Option<String>,
     /// Robot seconds per wall second, for simulated controllers.
     #[arg(long, default_value_t = 1.0, value_parser = values::speed)]

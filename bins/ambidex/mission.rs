@@ -84,6 +84,7 @@ fn job(args: &MissionArgs, live: &LiveArgs, has_children: bool) -> Result<Job> {
         waits_when_stalled: live.on_stall == OnStall::Wait,
         has_messages: Messages::are_told(args.messages, &mission),
         reattach: args.reattach_timeout.mul_f64(live.speed),
+        cleanup_grace: args.cleanup_grace.mul_f64(live.speed),
         ..Settings::default()
     };
     Ok(Job { mission, settings, robot_path, resumed: None, _robot_file: None })

@@ -25,6 +25,7 @@ pub fn simulate(args: &SimulateArgs) -> Result<Exit> {
         allocator: args.allocator.allocator(),
         has_messages,
         reattach: args.reattach_timeout,
+        cleanup_grace: args.cleanup_grace,
         ..Settings::default()
     };
     observer.purpose = Purpose::of_simulation(&failures, &loaded.mission.names);

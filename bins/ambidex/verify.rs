@@ -90,6 +90,7 @@ pub fn rerun(header: &Header, path: &Path) -> Result<Rerun> {
         allocator: allocator.allocator(),
         waits_when_stalled: header.waits_when_stalled,
         reattach: Duration::from_micros(header.reattach_us),
+        cleanup_grace: Duration::from_micros(header.cleanup_grace_us),
         has_messages: header.has_messages,
         ..Settings::default()
     };

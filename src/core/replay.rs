@@ -167,6 +167,9 @@ impl Replay {
             Record::Began { .. } | Record::Stopped { .. } | Record::World { .. } => self.compare(record),
             Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } => self.compare(record),
             Record::Infeasible { .. } | Record::TimedOut { .. } => self.compare(record),
+            Record::Ending { .. } | Record::Cleaning { .. } | Record::Cleaned { .. } | Record::Leaving { .. } => {
+                self.compare(record)
+            }
             Record::Reopened { .. } | Record::Overtaken { .. } => self.compare(record),
             Record::Decided { .. } | Record::Released { .. } | Record::Resource { .. } => self.compare(record),
             Record::Ended { .. } => self.compare(record),

@@ -205,6 +205,10 @@ pub(crate) struct Flag;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Count(pub(crate) u32);
 
+/// A whole number no farther from 0 than that.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Whole(pub(crate) i32);
+
 /// That many numbers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Vector<const N: usize>(pub(crate) &'static Quantity);
@@ -276,6 +280,7 @@ forms! {
     [] PathTo => Name: |_| Form::Word, |PathTo(what), item, reading| item.path(what, reading.faults);
     [] Flag => bool: |_| Form::Flag, |_, item, reading| item.flag(reading.faults);
     [] Count => u32: |Count(most)| Form::Count(*most), |Count(most), item, reading| item.count(*most, reading.faults);
+    [] Whole => i32: |Whole(most)| Form::Whole(*most), |Whole(most), item, reading| item.whole(*most, reading.faults);
     [] &'static Quantity => f64: |of| Form::Quantity(of), |of, item, reading| item.quantity(of, reading.faults);
     [const N: usize] Vector<N> => [f64; N]: |Vector(of)| Form::Vector(N, N, of),
         |Vector(of), item, reading| <[f64; N]>::try_from(item.vector(N..=N, of, reading.faults)?).ok();

@@ -1,6 +1,6 @@
 //! The formats of files, and which of them a file is of.
 
-use crate::describe::{Described, Later, List, Map, PathTo, Word, described};
+use crate::describe::{Count, Described, Later, List, Map, PathTo, Word, described};
 use crate::failures::{FAILURES, FailureFile};
 use crate::fault::Faults;
 use crate::kinds::behavior_shape;
@@ -10,6 +10,7 @@ use crate::robot::{CONTROLLERS, RESOURCES, Robot};
 use crate::shape::{Form, Shape};
 use crate::task::{Subtree, node_form};
 use crate::world::World;
+use ambidex_model::BYPASS;
 
 /// A format of files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,6 +29,9 @@ pub enum Format {
 pub(crate) const INCLUDE: &str = "include";
 /// The key of the task of a mission.
 pub(crate) const TASK: &str = "task";
+
+/// Most grants that a task may see go to later ones.
+const MAX_BYPASS: u32 = 1_000_000;
 
 const MISSION: &str = "mission";
 const LIBRARY: &str = "library";
@@ -53,6 +57,12 @@ described! {
         behaviors: Option<Item<'a>> =
             maybe("behaviors", "Kinds of behavior beside `move`, `pick` and `place`.", BEHAVIORS),
         subtrees: Option<Item<'a>> = maybe("subtrees", "Parts of the task to be used with arguments.", SUBTREES),
+        bypass: Option<u32> = maybe_or(
+            "bypass",
+            "How many grants a task that waits may see go to tasks that came after it, before it is its turn; 8.",
+            Count(MAX_BYPASS),
+            BYPASS
+        ),
         world: Option<World> = wanted("world", "Where everything is at the start.", Map::<World>::new()),
         task: Option<Item<'a>> = wanted(TASK, "What is to be done.", Later(node_form)),
     }

@@ -242,7 +242,8 @@ fn with_robot(
     kinds.check_tables(&around.known, files.main_file(), faults);
     refuse_open_defaults("a mission", file.parameters.iter(), faults);
     let given = Given::of(file.parameters, settings, &around.known, faults);
-    let task = file.task.and_then(|item| task::build(item, &subtrees, &around, &given, faults))?;
+    let mut task = file.task.and_then(|item| task::build(item, &subtrees, &around, &given, faults))?;
+    task.tree.bypass = file.bypass?;
     let (world, robot, names) = (world?, robot?, world_names?);
     let mission = MissionSpec {
         name: file.mission?.value,

@@ -59,6 +59,7 @@ fn value(form: &Form) -> String {
         Form::Words(words) => words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", "),
         Form::Flag => "`true` or `false`".to_owned(),
         Form::Count(most) => format!("a whole number up to {most}"),
+        Form::Whole(most) => format!("a whole number, -{most} to {most}"),
         Form::Quantity(quantity) => number(quantity),
         Form::Vector(least, most, quantity) if least == most => format!("{least} times {}", number(quantity)),
         Form::Vector(least, most, quantity) => format!("{least} or {most} times {}", number(quantity)),
@@ -86,7 +87,7 @@ fn below(form: &Form, shapes: &mut Vec<&'static Shape>) {
         Form::Map(shape) if shapes.iter().all(|known| known.what != shape().what) => shapes.push(shape()),
         Form::List(inner) | Form::Each(inner) => below(inner, shapes),
         Form::Either(forms) => forms.iter().for_each(|form| below(form, shapes)),
-        Form::Map(_) | Form::Word | Form::Words(_) | Form::Flag | Form::Count(_) => {}
+        Form::Map(_) | Form::Word | Form::Words(_) | Form::Flag | Form::Count(_) | Form::Whole(_) => {}
         Form::Quantity(_) | Form::Vector(..) | Form::Arguments => {}
     }
 }

@@ -68,6 +68,7 @@ fn form(form: &Form, definitions: &mut BTreeMap<String, Value>) -> Value {
         Form::Words(words) => json!({"enum": words}),
         Form::Flag => json!({"enum": [true, false, "yes", "no"]}),
         Form::Count(most) => json!({"type": "integer", "minimum": 0, "maximum": most}),
+        Form::Whole(most) => json!({"type": "integer", "minimum": -most, "maximum": most}),
         Form::Quantity(quantity) => number(quantity),
         Form::Vector(least, most, quantity) => {
             json!({"type": "array", "items": number(quantity), "minItems": least, "maxItems": most})

@@ -46,6 +46,8 @@ pub(crate) enum Form {
     Flag,
     /// A whole number up to that.
     Count(u32),
+    /// A whole number no farther from 0 than that.
+    Whole(i32),
     /// A number, with a unit if it has one.
     Quantity(&'static Quantity),
     /// As many numbers of one dimension: at least, at most.

@@ -88,6 +88,7 @@ fn header() -> Record {
         names: names(),
         waits_when_stalled: false,
         reattach_us: 10_000_000,
+        cleanup_grace_us: 10_000_000,
         has_messages: true,
         source: None,
     }))
@@ -105,6 +106,8 @@ pub fn request() -> Request {
     };
     Request {
         leaf: NodeId(2),
+        priority: 1,
+        iterations: 2,
         potential: 8.5,
         heir: true,
         claims: vec![need(Access::Shared(ChannelId(0)), &[0]), need(Access::Exclusive, &[1, 2])],
@@ -142,7 +145,16 @@ fn messages() -> Vec<Message> {
 
 /// The end of a round.
 pub fn decided(granted: Vec<Grant>, reopened: Option<Reopened>) -> Record {
-    Record::Decided { at: Time(1_500_000), round: 3, granted, refused: blocked(), reopened, deadlines: Vec::new() }
+    Record::Decided {
+        at: Time(1_500_000),
+        round: 3,
+        granted,
+        refused: blocked(),
+        reopened,
+        deadlines: Vec::new(),
+        urged: Some(vec![Urged { node: NodeId(1), priority: 2 }]),
+        overdue: Some(vec![NodeId(1)]),
+    }
 }
 
 /// A grant behind a skip.
@@ -205,7 +217,21 @@ fn turns() -> Vec<Record> {
         Record::Observed { at, change: Change::Base(Pose::new(1.0, 2.0, 0.5)) },
         Record::Turn { at },
         Record::Began { at, world_state: world_state() },
-        Record::Stopped { at, leaves: vec![NodeId(2)] },
+        Record::Stopped { at, leaves: vec![NodeId(2)], cause: StopCause::Ends },
+        Record::Stopped { at, leaves: vec![NodeId(2)], cause: StopCause::Preempted { by: NodeId(3) } },
+        Record::Stopped {
+            at,
+            leaves: vec![NodeId(2)],
+            cause: StopCause::Broken(Reason::Fact { fact: FactId(0), holds: false }),
+        },
+        Record::Ending { at, end: MissionEnd::Canceled, until: Time(11_400_000) },
+        Record::Leaving { at, way: NodeId(2) },
+        Record::Cleaning { at, node: NodeId(1) },
+        Record::Cleaned { at, node: NodeId(1), is_done: true, consequences: Consequences::default() },
+        Record::Cleaned { at, node: NodeId(1), is_done: false, consequences: Consequences::default() },
+        Record::Reopened { at, reopened: reopened(Cause::Repeat { until: None }) },
+        Record::Reopened { at, reopened: reopened(Cause::Repeat { until: Some(Time(11_900_000)) }) },
+        Record::Reopened { at, reopened: reopened(Cause::Yield) },
         told(Told::Service { controller, outage: Some(Loss::Silent), changes: Vec::new() }),
         told(Told::Service { controller, outage: None, changes: vec![Change::Emptied(ResourceId(1))] }),
         told(Told::Woke),
@@ -254,7 +280,7 @@ fn releases() -> Vec<Record> {
         at: Time(1_900_000),
         leaf: NodeId(2),
         end,
-        consequences: Consequences { completed: None, failed: Some(NodeId(1)), failing: None },
+        consequences: Consequences { failed: Some(NodeId(1)), ..Consequences::default() },
         changes: vec![Change::Fact(FactId(0), false)],
         waits_until: None,
         unfit: Vec::new(),
@@ -276,6 +302,14 @@ fn blocked() -> Vec<Blocked> {
         Reason::TooFew { of, wanted: 3, free: 2 },
         Reason::Unwanted,
         Reason::Outdone { by: node },
+        Reason::LessUrgent { by: node, resource, own: 0, theirs: 1 },
+        Reason::DoneOftener { by: node, resource, own: 2, theirs: 1 },
+        Reason::Reserved { resource: Some(resource), by: node },
+        Reason::Reserved { resource: None, by: node },
+        Reason::TooEarly { task: node },
+        Reason::NotYet { node, wait_ms: 500 },
+        Reason::GivenUp { node },
+        Reason::CleaningUp { node },
         Reason::Missing { of },
         Reason::OutOfReach { object },
         Reason::NotHeld { object },

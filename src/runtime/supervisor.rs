@@ -87,7 +87,10 @@ pub async fn run(
     let begun = resumed.unwrap_or_else(|| Resumed::fresh(&mission, &options.settings));
     let mut dispatch = Dispatch::new(&mission, begun.states, Limits::at_speed(options.clock.speed()));
     dispatch.follow(options.script);
-    let timing = Timing { clock: options.clock, grace: options.grace };
+    let has_cleanups = !mission.tree.topology.cleanups().is_empty();
+    let cleanups = options.settings.cleanup_grace.div_f64(options.clock.speed());
+    let cleanups = if has_cleanups { cleanups } else { Duration::ZERO };
+    let timing = Timing { clock: options.clock, grace: options.grace, cleanups };
     let mut supervisor = Supervisor::start(&mission, links, begun.nodes, dispatch, timing, journal, control);
     supervisor.writer = writer;
     supervisor.watch(options.attach_timeout).await
@@ -97,6 +100,8 @@ pub async fn run(
 struct Timing {
     clock: Clock,
     grace: Duration,
+    /// How long cleanups may take before that, wall time.
+    cleanups: Duration,
 }
 
 struct Supervisor {
@@ -209,9 +214,12 @@ impl Supervisor {
                 },
             }
             if self.end.is_some() || self.ending.is_some() {
-                safe_by.get_or_insert_with(|| Instant::now() + self.timing.grace);
+                safe_by.get_or_insert_with(|| Instant::now() + self.timing.cleanups + self.timing.grace);
             }
             if self.end.is_some() && !std::mem::replace(&mut is_shut_down, true) {
+                if !self.timing.cleanups.is_zero() {
+                    safe_by = Some(Instant::now() + self.timing.grace);
+                }
                 drop(self.dispatch.send(dispatch::Input::Shutdown));
             }
         }

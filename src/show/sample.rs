@@ -58,6 +58,7 @@ pub(super) fn header() -> Header {
         },
         waits_when_stalled: false,
         reattach_us: 10_000_000,
+        cleanup_grace_us: 10_000_000,
         has_messages: true,
         source: None,
     }
@@ -70,6 +71,8 @@ pub(super) fn grant(name: &str, shared: &[u32], alone: &[u32], skips: &[&str]) -
     let alone = alone.iter().map(|resource| bind(resource, Access::Exclusive));
     let request = Request {
         leaf: named(name),
+        priority: 0,
+        iterations: 0,
         potential: 1.0,
         heir: false,
         claims: Vec::new(),
@@ -81,7 +84,16 @@ pub(super) fn grant(name: &str, shared: &[u32], alone: &[u32], skips: &[&str]) -
 }
 
 pub(super) fn decided(at_s: f64, round: u32, granted: Vec<Grant>) -> Record {
-    Record::Decided { at: seconds(at_s), round, granted, refused: Vec::new(), reopened: None, deadlines: Vec::new() }
+    Record::Decided {
+        at: seconds(at_s),
+        round,
+        granted,
+        refused: Vec::new(),
+        reopened: None,
+        deadlines: Vec::new(),
+        urged: None,
+        overdue: None,
+    }
 }
 
 pub(super) fn released(at_s: f64, name: &str, end: End) -> Record {

@@ -128,6 +128,8 @@ fn stalled() -> Vec<Record> {
             ],
             reopened: None,
             deadlines: Vec::new(),
+            urged: None,
+            overdue: None,
         },
         Record::Ended { at: seconds(14.0), end: MissionEnd::Stalled },
     ]);
@@ -296,7 +298,7 @@ fn one_of_four() -> Vec<Record> {
     let mut header = sample::header();
     header.nodes[named("object 4").index()].kind = EntryKind::Or;
     let completed = Some(Completion { node: named("object 4"), heir: None });
-    let consequences = Consequences { completed, failed: None, failing: None };
+    let consequences = Consequences { completed, failed: None, failing: None, cleaned: None };
     let (at, leaf, end) = (seconds(5.0), named("pick 4"), End::Succeeded);
     vec![
         Record::Header(Box::new(header)),

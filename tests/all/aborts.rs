@@ -33,8 +33,8 @@ impl Allocator for Tripwire {
         Greedy.merge(view, offers)
     }
 
-    fn choose(&self, view: &View, requests: &[Arc<Request>]) -> Chosen {
-        Greedy.choose(view, requests)
+    fn choose(&self, view: &View, requests: &[Arc<Request>], wishes: &[Arc<Request>]) -> Chosen {
+        Greedy.choose(view, requests, wishes)
     }
 }
 

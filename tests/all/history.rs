@@ -89,6 +89,7 @@ fn driven(mission: &Arc<MissionSpec>, simulated: &[Record]) -> Heard {
         Record::Decided { .. } | Record::World { .. } => None,
         Record::Infeasible { .. } | Record::TimedOut { .. } => None,
         Record::Reopened { .. } | Record::Overtaken { .. } => None,
+        Record::Ending { .. } | Record::Leaving { .. } | Record::Cleaning { .. } | Record::Cleaned { .. } => None,
         Record::Resource { .. }
         | Record::Woke { .. }
         | Record::Served { .. }

@@ -317,6 +317,7 @@ fn long_run(behaviors: usize, rounds: u32) -> Vec<u8> {
         start: None,
         waits_when_stalled: false,
         reattach_us: 0,
+        cleanup_grace_us: 0,
         has_messages: true,
         source: None,
     };
@@ -325,8 +326,17 @@ fn long_run(behaviors: usize, rounds: u32) -> Vec<u8> {
     for round in 1..=rounds {
         let leaf = NodeId(1 + round % (behaviors as u32 / 2));
         let at = Time(u64::from(round) * 1_000_000);
-        let request =
-            Request { leaf, potential: 1.0, heir: false, claims: vec![], changes: vec![], skips: vec![], place: None };
+        let request = Request {
+            leaf,
+            priority: 0,
+            iterations: 0,
+            potential: 1.0,
+            heir: false,
+            claims: vec![],
+            changes: vec![],
+            skips: vec![],
+            place: None,
+        };
         let grant = Grant { request: request.into(), bindings: vec![], met: vec![] };
         write(&Record::Decided {
             at,
@@ -335,6 +345,8 @@ fn long_run(behaviors: usize, rounds: u32) -> Vec<u8> {
             refused: vec![],
             reopened: None,
             deadlines: Vec::new(),
+            urged: None,
+            overdue: None,
         });
         let at = Time(at.0 + 900_000);
         let end = End::Failed(Fault::TimedOut);

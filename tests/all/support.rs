@@ -1,6 +1,5 @@
 //! Small missions for tests: a tree from nested values, a robot, a world.
 
-use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::time::Duration;
 
@@ -149,7 +148,7 @@ fn tree_spec(tree: &Tree) -> (TreeSpec, Vec<String>) {
     let mut spec = (vec![NodeKind::Root], vec![NodeId(0)], vec!["root".into()]);
     add(tree, NodeId(0), &mut spec);
     let topology = Topology::new(spec.1);
-    (TreeSpec { nodes: spec.0, topology, limits: BTreeMap::new() }, spec.2)
+    (TreeSpec::new(spec.0, topology), spec.2)
 }
 
 /// The tree, one node a line.
@@ -203,6 +202,8 @@ pub fn blank(kind: &str) -> BehaviorSpec {
         potential: Potential::Constant(1.0),
         satisfied: Condition::Never,
         precondition: Condition::All(Vec::new()),
+        lasting: Condition::All(Vec::new()),
+        is_interruptible: true,
         effects: Vec::new(),
         commands: Vec::new(),
         changes: Vec::new(),

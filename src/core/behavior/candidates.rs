@@ -5,16 +5,29 @@ use std::collections::BTreeSet;
 use crate::world::View;
 use ambidex_model::state::State;
 use ambidex_model::{
-    Access, BehaviorSpec, Candidate, Claim, ClaimOptions, Lineage, Location, NodeId, ObjectId, Reason, ResourceId,
-    RobotSpec, Selector, Service, TypeId, match_claims,
+    Access, BehaviorSpec, Candidate, Claim, ClaimOptions, Lease, LeaseKind, Lineage, Location, NodeId, ObjectId,
+    Reason, ResourceId, RobotSpec, Selector, Service, TypeId, match_claims,
 };
+
+/// What it costs more to be given what others would have to give up, or to wait for what will be free, meters: more than
+/// any reach.
+const GIVEN_UP_M: f64 = 1e3;
+const WAITED_FOR_M: f64 = 1e6;
+
+/// For whom claims are to be served.
+pub(super) struct Serving<'a> {
+    pub(super) view: &'a View,
+    pub(super) line: &'a Lineage<'a>,
+    /// How urgent it is, where it is asked what would serve if nothing ran and nothing less urgent kept an intention.
+    pub(super) patience: Option<i32>,
+}
 
 /// Each claim with every resource that would serve it in the table as it is.
 ///
 /// # Errors
 /// Why one of the claims, or all of them together, cannot be served.
-pub(super) fn options(claims: &[Claim], view: &View, line: &Lineage<'_>) -> Result<Vec<ClaimOptions>, Reason> {
-    let options = claims.iter().map(|claim| options_of(claim, view, line)).collect::<Result<Vec<_>, _>>()?;
+pub(super) fn options(claims: &[Claim], serving: &Serving<'_>) -> Result<Vec<ClaimOptions>, Reason> {
+    let options = claims.iter().map(|claim| serving.options_of(claim)).collect::<Result<Vec<_>, _>>()?;
     // None of a single one is empty.
     if options.len() == 1 {
         return Ok(options);
@@ -22,7 +35,7 @@ pub(super) fn options(claims: &[Claim], view: &View, line: &Lineage<'_>) -> Resu
     let resources: Vec<_> = options.iter().map(ClaimOptions::resources).collect();
     match match_claims(&resources) {
         Ok(()) => Ok(options),
-        Err(short) => Err(too_few(&resources, resources[short][0], &view.mission.robot)),
+        Err(short) => Err(too_few(&resources, resources[short][0], &serving.view.mission.robot)),
     }
 }
 
@@ -82,92 +95,140 @@ pub(crate) fn lacks_for_good(spec: &BehaviorSpec, state: &State, robot: &RobotSp
     all[short].iter().chain(all.iter().flatten()).find_map(gone)
 }
 
-fn options_of(claim: &Claim, view: &View, line: &Lineage<'_>) -> Result<ClaimOptions, Reason> {
-    let candidates = match claim.selector {
-        Selector::Named(resource) => one(resource, claim.access, view, line)?,
-        Selector::Holding(object) => match view.state.world().objects[object.index()] {
-            Location::In(resource) => one(resource, claim.access, view, line)?,
-            Location::At(_) | Location::Unknown => return Err(Reason::NotHeld { object }),
-        },
-        Selector::Any(of) => any(of, claim.access, view, line)?,
-        Selector::AnyEmpty { of, reaches } => {
-            let all: Vec<_> = view.mission.robot.of_type(of).collect();
-            empty(any(of, claim.access, view, line)?, claim.access, (of, &all), reaches, view, line)?
+impl Serving<'_> {
+    fn options_of(&self, claim: &Claim) -> Result<ClaimOptions, Reason> {
+        let (view, access) = (self.view, claim.access);
+        let candidates = match claim.selector {
+            Selector::Named(resource) => self.one(resource, access)?,
+            Selector::Holding(object) => match view.state.world().objects[object.index()] {
+                Location::In(resource) => self.one(resource, access)?,
+                Location::At(_) | Location::Unknown => return Err(Reason::NotHeld { object }),
+            },
+            Selector::Any(of) => self.any(of, access)?,
+            Selector::AnyEmpty { of, reaches } => {
+                let all: Vec<_> = view.mission.robot.of_type(of).collect();
+                self.empty(self.any(of, access)?, access, (of, &all), reaches)?
+            }
+            Selector::Empty { resource, reaches } => {
+                let of = view.mission.robot.resources[resource.index()].ty;
+                self.empty(self.one(resource, access)?, access, (of, &[resource]), reaches)?
+            }
+        };
+        Ok(ClaimOptions { access, keep: claim.keep, candidates: self.in_order(candidates, access) })
+    }
+
+    /// Where it may wait, what is free comes first, then what would be given up, then what is to be waited for.
+    fn in_order(&self, mut candidates: Vec<Candidate>, access: Access) -> Vec<Candidate> {
+        let Some(patience) = self.patience else { return candidates };
+        for candidate in &mut candidates {
+            let resource = self.view.state.table().resource(candidate.resource);
+            let yields = |lease: &Lease| {
+                self.line.contains(lease.holder)
+                    || lease.kind != LeaseKind::Running
+                    || self.is_preempted(lease, patience)
+            };
+            candidate.cost_m += match resource.obstacle(self.line, access) {
+                None => 0.0,
+                Some(_) if resource.leases().iter().all(yields) => GIVEN_UP_M,
+                Some(_) => WAITED_FOR_M,
+            };
         }
-        Selector::Empty { resource, reaches } => {
-            let of = view.mission.robot.resources[resource.index()].ty;
-            empty(one(resource, claim.access, view, line)?, claim.access, (of, &[resource]), reaches, view, line)?
+        candidates.sort_by(|one, other| one.cost_m.total_cmp(&other.cost_m));
+        candidates
+    }
+
+    fn is_preempted(&self, lease: &Lease, patience: i32) -> bool {
+        let tree = &self.view.mission.tree;
+        let is_interruptible = tree.behavior(lease.holder).is_some_and(|spec| spec.is_interruptible);
+        is_interruptible && tree.priority(lease.holder) < patience
+    }
+
+    fn one(&self, id: ResourceId, access: Access) -> Result<Vec<Candidate>, Reason> {
+        match self.held(id, access) {
+            Some(reason) => Err(reason),
+            None => Ok(vec![self.candidate(id)]),
         }
-    };
-    Ok(ClaimOptions { access: claim.access, keep: claim.keep, candidates })
-}
-
-fn one(id: ResourceId, access: Access, view: &View, line: &Lineage<'_>) -> Result<Vec<Candidate>, Reason> {
-    match held(id, access, view, line) {
-        Some(reason) => Err(reason),
-        None => Ok(vec![candidate(id, view, line)]),
     }
-}
 
-fn candidate(id: ResourceId, view: &View, line: &Lineage<'_>) -> Candidate {
-    let has_failed = view.state.status(line.node).failed_with.contains(&id);
-    Candidate { has_failed, ..Candidate::at_hand(id) }
-}
+    fn candidate(&self, id: ResourceId) -> Candidate {
+        let has_failed = self.view.state.status(self.line.node).failed_with.contains(&id);
+        Candidate { has_failed, ..Candidate::at_hand(id) }
+    }
 
-/// Why a resource does not serve now: its controller is away, it would not do it, or somebody holds it.
-fn held(id: ResourceId, access: Access, view: &View, line: &Lineage<'_>) -> Option<Reason> {
-    let resource = view.state.table().resource(id);
-    if let Some(why) = resource.service().outage() {
-        return Some(Reason::Unavailable { resource: id, why });
-    }
-    if view.state.unfit(line.node).contains(&id) {
-        return Some(Reason::Unfit { resource: id });
-    }
-    let by = resource.obstacle(line, access)?;
-    Some(Reason::Held { resource: id, by, channel: resource.channel() })
-}
-
-fn any(of: TypeId, access: Access, view: &View, line: &Lineage<'_>) -> Result<Vec<Candidate>, Reason> {
-    let robot = &view.mission.robot;
-    if robot.of_type(of).next().is_none() {
-        return Err(Reason::Missing { of });
-    }
-    let fitting = robot.of_type(of).filter(|&id| held(id, access, view, line).is_none());
-    let candidates: Vec<_> = fitting.map(|id| candidate(id, view, line)).collect();
-    if candidates.is_empty() { Err(none_free(of, view, line.node)) } else { Ok(candidates) }
-}
-
-/// Those that hold nothing and reach the object, of some that fit; `all` are those that would do if they were free.
-fn empty(
-    fitting: Vec<Candidate>,
-    access: Access,
-    (of, all): (TypeId, &[ResourceId]),
-    reaches: Option<ObjectId>,
-    view: &View,
-    line: &Lineage<'_>,
-) -> Result<Vec<Candidate>, Reason> {
-    let reach = |resource| match reaches {
-        Some(object) => view.geometry().reach_m(view.state.world(), resource, object),
-        None => Some(0.0),
-    };
-    let is_empty = |resource| view.state.world().held_by(resource).is_none();
-    let empty: Vec<_> = fitting.into_iter().filter(|candidate| is_empty(candidate.resource)).collect();
-    let reached: Vec<_> = empty
-        .iter()
-        .filter_map(|candidate| reach(candidate.resource).map(|cost_m| Candidate { cost_m, ..*candidate }))
-        .collect();
-    if !reached.is_empty() {
-        return Ok(reached);
-    }
-    match reaches.filter(|_| !empty.is_empty()) {
-        Some(object) => {
-            let mut would: Vec<_> = all.iter().copied().filter(|&id| reach(id).is_some()).collect();
-            // One that runs is worth waiting for, so it is named before one that is kept.
-            would.sort_by_key(|&id| !view.state.table().resource(id).is_running());
-            let reason = would.into_iter().find_map(|id| held(id, access, view, line));
-            Err(reason.unwrap_or(Reason::OutOfReach { object }))
+    /// Why a resource does not serve: its controller is away, it would not do it, or somebody holds it.
+    fn held(&self, id: ResourceId, access: Access) -> Option<Reason> {
+        let (view, line) = (self.view, self.line);
+        let resource = view.state.table().resource(id);
+        if let Some(why) = resource.service().outage() {
+            return Some(Reason::Unavailable { resource: id, why });
         }
-        None => Err(none_free(of, view, line.node)),
+        if view.state.unfit(line.node).contains(&id) {
+            return Some(Reason::Unfit { resource: id });
+        }
+        let by = resource.obstacle(line, access)?;
+        if self.patience.is_some_and(|patience| self.passes(id, patience)) {
+            return None;
+        }
+        Some(Reason::Held { resource: id, by, channel: resource.channel() })
+    }
+
+    /// Whether who holds a resource only runs, or keeps it for a less urgent intention. One with an object in it is not
+    /// taken from anybody.
+    fn passes(&self, id: ResourceId, patience: i32) -> bool {
+        let (view, line) = (self.view, self.line);
+        let passes = |lease: &Lease| {
+            let would_pass = match lease.kind {
+                LeaseKind::Running => true,
+                LeaseKind::Intention => view.mission.tree.priority(lease.holder) < patience,
+                LeaseKind::Physical => false,
+            };
+            would_pass || line.contains(lease.holder)
+        };
+        view.state.world().held_by(id).is_none() && view.state.table().resource(id).leases().iter().all(passes)
+    }
+
+    fn any(&self, of: TypeId, access: Access) -> Result<Vec<Candidate>, Reason> {
+        let robot = &self.view.mission.robot;
+        if robot.of_type(of).next().is_none() {
+            return Err(Reason::Missing { of });
+        }
+        let fitting = robot.of_type(of).filter(|&id| self.held(id, access).is_none());
+        let candidates: Vec<_> = fitting.map(|id| self.candidate(id)).collect();
+        if candidates.is_empty() { Err(none_free(of, self.view, self.line.node)) } else { Ok(candidates) }
+    }
+
+    /// Those that hold nothing and reach the object, of some that fit; `all` are those that would do if they were free.
+    fn empty(
+        &self,
+        fitting: Vec<Candidate>,
+        access: Access,
+        (of, all): (TypeId, &[ResourceId]),
+        reaches: Option<ObjectId>,
+    ) -> Result<Vec<Candidate>, Reason> {
+        let view = self.view;
+        let reach = |resource| match reaches {
+            Some(object) => view.geometry().reach_m(view.state.world(), resource, object),
+            None => Some(0.0),
+        };
+        let is_empty = |resource| view.state.world().held_by(resource).is_none();
+        let empty: Vec<_> = fitting.into_iter().filter(|candidate| is_empty(candidate.resource)).collect();
+        let reached: Vec<_> = empty
+            .iter()
+            .filter_map(|candidate| reach(candidate.resource).map(|cost_m| Candidate { cost_m, ..*candidate }))
+            .collect();
+        if !reached.is_empty() {
+            return Ok(reached);
+        }
+        match reaches.filter(|_| !empty.is_empty()) {
+            Some(object) => {
+                let mut would: Vec<_> = all.iter().copied().filter(|&id| reach(id).is_some()).collect();
+                // One that runs is worth waiting for, so it is named before one that is kept.
+                would.sort_by_key(|&id| !view.state.table().resource(id).is_running());
+                let reason = would.into_iter().find_map(|id| self.held(id, access));
+                Err(reason.unwrap_or(Reason::OutOfReach { object }))
+            }
+            None => Err(none_free(of, view, self.line.node)),
+        }
     }
 }
 

@@ -4,13 +4,14 @@ mod candidates;
 mod condition;
 mod goal;
 
+use candidates::Serving;
 pub(crate) use candidates::{could_serve, lacks_for_good, too_few};
 pub use condition::check;
 pub(crate) use condition::{becomes_so, is_needed, lacking, makes_so, promised, singles};
 pub use goal::{believed, changes, goal};
 
 use crate::world::{KnownPaths, View};
-use ambidex_model::{BehaviorSpec, Lineage, NodeId, Potential, Reason, Request, Task, TypeId};
+use ambidex_model::{BehaviorSpec, ClaimOptions, Lineage, NodeId, Potential, Reason, Request, Task, TypeId};
 
 /// What a behavior says to an activation.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,12 +58,41 @@ pub fn answer(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>, known: &mut 
 fn request(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>, known: &mut KnownPaths) -> Result<Request, Reason> {
     check(&spec.precondition, view, line, known)?;
     let potential = potential(&spec.potential, view, line)?;
-    for &object in &spec.changes {
-        let mut others = view.state.running().iter();
-        if let Some((&with, _)) = others.find(|(_, grant)| grant.request.changes.contains(&object)) {
-            return Err(Reason::SameObject { object, with });
-        }
+    if let Some(reason) = changed_by_another(spec, view) {
+        return Err(reason);
     }
+    check_grasps(spec, view)?;
+    let claims = candidates::options(&spec.claims, &Serving { view, line, patience: None })?;
+    Ok(made(spec, view, line, potential, claims))
+}
+
+/// What a behavior would ask for if nothing ran and nothing less urgent kept anything for an intention; none where that is
+/// not all that it waits for.
+pub fn wish(
+    spec: &BehaviorSpec,
+    view: &View,
+    line: &Lineage<'_>,
+    known: &mut KnownPaths,
+    priority: i32,
+) -> Option<Request> {
+    check(&spec.precondition, view, line, known).ok()?;
+    let potential = potential(&spec.potential, view, line).ok()?;
+    check_grasps(spec, view).ok()?;
+    let claims = candidates::options(&spec.claims, &Serving { view, line, patience: Some(priority) }).ok()?;
+    Some(made(spec, view, line, potential, claims))
+}
+
+/// A running behavior that changes an object that this one changes.
+fn changed_by_another(spec: &BehaviorSpec, view: &View) -> Option<Reason> {
+    spec.changes.iter().find_map(|&object| {
+        let mut others = view.state.running().iter();
+        let (&with, _) = others.find(|(_, grant)| grant.request.changes.contains(&object))?;
+        Some(Reason::SameObject { object, with })
+    })
+}
+
+/// What is to be grasped is somewhere.
+fn check_grasps(spec: &BehaviorSpec, view: &View) -> Result<(), Reason> {
     for term in &spec.commands {
         if let Task::Grasp(object) = term.task
             && view.geometry().object(view.state.world(), object).is_none()
@@ -70,16 +100,21 @@ fn request(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>, known: &mut Kno
             return Err(Reason::OutOfReach { object });
         }
     }
-    let claims = candidates::options(&spec.claims, view, line)?;
-    Ok(Request {
+    Ok(())
+}
+
+fn made(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>, potential: f64, claims: Vec<ClaimOptions>) -> Request {
+    Request {
         leaf: line.node,
+        priority: 0,
+        iterations: 0,
         potential,
         heir: view.is_heir(line),
         claims,
         changes: spec.changes.clone(),
         skips: line.skips.to_vec(),
         place: None,
-    })
+    }
 }
 
 /// Activation potential, greater than 0; a potential of 0 means not to ask. n is 1 when the robot has none of the type.

@@ -22,8 +22,9 @@ pub trait Allocator: Debug + Send + Sync {
     /// provisional.
     fn merge(&self, view: &View, offers: &mut Offers) -> Vec<Blocked>;
 
-    /// In root: what is granted, with resources bound, and why the rest is not.
-    fn choose(&self, view: &View, requests: &[Arc<Request>]) -> Chosen;
+    /// In root: what is granted, with resources bound, and why the rest is not. Wishes take part behind the requests that
+    /// are as urgent, and are not granted: so nobody takes what a more urgent behavior waits for.
+    fn choose(&self, view: &View, requests: &[Arc<Request>], wishes: &[Arc<Request>]) -> Chosen;
 }
 
 /// What root grants.
@@ -33,6 +34,8 @@ pub struct Chosen {
     pub granted: Vec<Grant>,
     /// Not granted.
     pub refused: Vec<Blocked>,
+    /// Wishes that found a place beside what is granted, best first, with what they would get.
+    pub wished: Vec<Grant>,
 }
 
 /// Algorithm 1: the best request, then every later one that is compatible with those before it.
@@ -53,10 +56,20 @@ impl Allocator for Greedy {
         offers.merge_changed(|request| judge(&mut packing, request))
     }
 
-    fn choose(&self, view: &View, requests: &[Arc<Request>]) -> Chosen {
+    fn choose(&self, view: &View, requests: &[Arc<Request>], wishes: &[Arc<Request>]) -> Chosen {
         let mut packing = Packing::new(view);
-        let refused = judge_all(requests, |request| judge(&mut packing, request));
-        Chosen { granted: packing.bind(), refused }
+        let mut wishes: Vec<_> = wishes.iter().map(|wish| (Rank::of(wish), wish)).collect();
+        wishes.sort_unstable_by_key(|(rank, _)| *rank);
+        let mut wishes = wishes.into_iter().map(|(_, wish)| wish).peekable();
+        let refused = judge_all(requests, |request| {
+            while let Some(wish) = wishes.next_if(|wish| wish.priority > request.priority) {
+                packing.wish(Arc::clone(wish));
+            }
+            judge(&mut packing, request)
+        });
+        wishes.for_each(|wish| packing.wish(Arc::clone(wish)));
+        let (granted, wished) = packing.bind();
+        Chosen { granted, refused, wished }
     }
 }
 
@@ -74,10 +87,10 @@ impl Allocator for Serial {
         offers.merge_all(|request| whole.judge(request))
     }
 
-    fn choose(&self, view: &View, requests: &[Arc<Request>]) -> Chosen {
+    fn choose(&self, view: &View, requests: &[Arc<Request>], _: &[Arc<Request>]) -> Chosen {
         let mut whole = Whole::new(view);
         let refused = judge_all(requests, |request| whole.judge(request));
-        let mut granted = whole.packing.bind();
+        let (mut granted, wished) = whole.packing.bind();
         for grant in &mut granted {
             let free = view.state.table().iter().filter(|(_, resource)| resource.is_free()).map(|(id, _)| id);
             let unclaimed: Vec<_> =
@@ -85,7 +98,7 @@ impl Allocator for Serial {
             let whole = |resource| Binding { resource, access: Access::Exclusive, keep: Retention::Release };
             grant.bindings.extend(unclaimed.into_iter().map(whole));
         }
-        Chosen { granted, refused }
+        Chosen { granted, refused, wished }
     }
 }
 

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::ordering::Ordering;
+use super::ordering::{Ordering, is_repeated};
 use super::{Activation, Allocator, Answer, Down, Effect, News, Offers, Outbox, Scope, Settings, Up, Verdict};
 use crate::world::View;
 use ambidex_model::state::{Phase, Wait};
@@ -25,8 +25,10 @@ pub struct Composite {
     /// Of OR and THEN: the children whose answers count, by index, in their order.
     order: Vec<usize>,
     said: Option<Arc<Answer>>,
-    /// What it said last was why nothing below is asked.
+    /// What it said last was why nothing below is asked, but for cleanups.
     was_silent: bool,
+    /// Whether all of it was satisfied, though it is not: it is done once more, or is a cleanup.
+    was_complete: bool,
     open: Option<Open>,
 }
 
@@ -73,6 +75,7 @@ impl Composite {
             order: Vec::new(),
             said: None,
             was_silent: false,
+            was_complete: false,
             open: None,
         }
     }
@@ -99,6 +102,10 @@ impl Composite {
             if was != answer.reason.as_ref() {
                 open.news.reasons.push((child, answer.reason.clone()));
             }
+            let wished = last.as_deref().and_then(|last| last.wish.as_ref());
+            if wished != answer.wish.as_ref() {
+                open.news.wishes.push((child, answer.wish.clone()));
+            }
             self.take_in(last.as_deref(), Some(&answer));
         }
         self.go_on(index, out);
@@ -108,7 +115,7 @@ impl Composite {
     fn on_activation(&mut self, Activation { view, skips, scope }: Activation, out: &mut Outbox) {
         assert!(self.open.is_none(), "one round at a time");
         let is_silent = self.silence(&view).is_some();
-        if scope == Scope::Anew || is_silent {
+        if scope == Scope::Anew || is_silent || self.was_silent {
             self.forget();
         }
         self.open = Some(Open {
@@ -120,10 +127,12 @@ impl Composite {
             news: self.news_of_silence(),
         });
         self.order.clear();
-        if !is_silent {
+        if is_silent {
+            self.ask_cleanups(&view, &skips, out);
+        } else {
             match self.ordering {
                 Ordering::And => self.ask_all(&view, &skips, out),
-                Ordering::Or | Ordering::Then => {
+                Ordering::Or | Ordering::Then | Ordering::Cleanup => {
                     for child in self.ordering.first(&view.state, self.id) {
                         self.ask_in_order(self.index_of(child), &skips, out);
                     }
@@ -142,11 +151,23 @@ impl Composite {
         news
     }
 
+    /// While nothing else below is asked, cleanups are.
+    fn ask_cleanups(&mut self, view: &Arc<View>, skips: &Arc<Vec<NodeRange>>, out: &mut Outbox) {
+        let topology = view.state.topology();
+        let is_cleaning = |child: NodeId| view.state.cleaning().range(child..topology.end(child)).next().is_some();
+        for index in 0..self.children.len() {
+            if is_cleaning(self.children[index].id) {
+                self.order.push(index);
+                self.ask(index, skips, out);
+            }
+        }
+    }
+
     /// Nothing that was said before counts.
     fn forget(&mut self) {
         self.children.iter_mut().for_each(|child| child.asked = None);
         self.offers.clear();
-        (self.unsatisfied, self.said) = (0, None);
+        (self.unsatisfied, self.said, self.was_complete) = (0, None, false);
     }
 
     /// An AND asks those that are not done, and of these again those that might say something else.
@@ -275,7 +296,7 @@ impl Composite {
         let is_running = view.state.is_busy(self.id);
         let answers = self.order.iter().map(|&index| (self.children[index].id, self.answer_of(index)));
         let (is_satisfied, requests) = match self.ordering {
-            Ordering::Or | Ordering::Then => {
+            Ordering::Or | Ordering::Then | Ordering::Cleanup => {
                 let is_satisfied = self.ordering.is_satisfied(&view.state, self.id, answers.clone());
                 (is_satisfied, self.ordering.pass_on(answers, news))
             }
@@ -290,8 +311,14 @@ impl Composite {
                 (self.unsatisfied == 0, requests)
             }
         };
-        let can_be = view.state.phase(self.id) == Phase::Pending && !is_running;
-        Answer { is_running, is_satisfied: is_satisfied && can_be, requests, reason: None }
+        let is_complete = is_satisfied && view.state.phase(self.id) == Phase::Pending && !is_running;
+        let tree = &self.mission.tree;
+        let is_again = is_repeated(tree, &view.state, self.id);
+        let is_news = (is_again || tree.topology.is_cleanup(self.id)) && is_complete;
+        if std::mem::replace(&mut self.was_complete, is_news) != is_news {
+            news.reasons.push((self.id, is_news.then_some(Reason::Satisfied)));
+        }
+        Answer { is_running, is_satisfied: is_complete && !is_again, requests, reason: None, wish: None }
     }
 
     /// An OR or a THEN has asked others than in the last round.
@@ -312,27 +339,41 @@ impl Composite {
         self.children.binary_search_by_key(&child, |child| child.id).expect("children speak to their parent")
     }
 
-    /// Why nothing below is asked: it waits for what runs there to end, or after a failure.
+    /// Why nothing below is asked but cleanups: it waits for what runs there to end, after a failure, or for its next
+    /// time; or one above is given up.
     fn silence(&self, view: &View) -> Option<Reason> {
         let status = view.state.status(self.id);
         match status.phase {
             Phase::Failing(Failing { finishes: true, .. }) | Phase::Pending | Phase::Done | Phase::Failed => {
-                status.wait.as_deref().map(Wait::reason)
+                let pause = view.state.pauses().get(&self.id).map(|pause| pause.reason(self.id));
+                let given_up = || {
+                    let is_cleaning = !view.state.cleaning().is_empty();
+                    (is_cleaning && view.state.is_over(self.id)).then_some(Reason::GivenUp { node: self.id })
+                };
+                status.wait.as_deref().map(Wait::reason).or(pause).or_else(given_up)
             }
+            Phase::Ending => Some(Reason::GivenUp { node: self.id }),
+            // Its cleanup alone is asked.
+            Phase::Cleaning(_) => None,
             Phase::Failing(Failing { child, .. }) if child == self.id => Some(Reason::OutOfTime { node: child }),
             Phase::Failing(Failing { child, .. }) => Some(Reason::Ending { failed: child }),
         }
     }
 
-    /// A node below which nothing is asked asks for nothing.
-    fn silent_answer(&self, view: &View, reason: &Reason, news: &mut News) -> Answer {
+    /// A node below which nothing is asked but cleanups asks for nothing else.
+    fn silent_answer(&mut self, view: &View, reason: &Reason, news: &mut News) -> Answer {
         let tree = &self.mission.tree;
         let below = NodeRange { from: self.id, to: tree.topology.end(self.id) };
-        news.withdrawn.push(below);
+        let asked =
+            |leaf: &NodeId| self.order.iter().any(|&index| tree.topology.is_within(*leaf, self.children[index].id));
         let leaves = (below.from.0..below.to.0).map(NodeId);
         let idle = leaves.filter(|leaf| tree.behavior(*leaf).is_some() && !view.state.running().contains_key(leaf));
-        news.reasons.extend(idle.map(|leaf| (leaf, Some(reason.clone()))));
-        Answer { is_running: view.state.is_busy(self.id), ..Answer::default() }
+        let reasons = idle.filter(|leaf| !asked(leaf)).map(|leaf| (leaf, Some(reason.clone()))).collect::<Vec<_>>();
+        // What was said before does not hold; what cleanups say comes behind that.
+        news.withdrawn.insert(0, below);
+        news.reasons.extend(reasons);
+        let requests = self.order.iter().flat_map(|&index| self.answer_of(index).requests.iter().cloned()).collect();
+        Answer { is_running: view.state.is_busy(self.id), requests, ..Answer::default() }
     }
 
     /// Goes to where something starts or is to end.

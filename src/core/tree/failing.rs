@@ -72,7 +72,10 @@ impl Root {
 
     /// What follows once something has failed or is complete.
     pub(super) fn conclude(&mut self, now: Time, settled: Settled, out: &mut Outbox) {
-        let Settled { consequences, cause, retried } = settled;
+        let Settled { consequences, cause, retried, repeated } = settled;
+        if let Some(node) = repeated {
+            return self.repeat(now, node, out);
+        }
         if let Some((node, fault)) = retried {
             let reopened = self.attempt(node, fault);
             self.edit(Record::Reopened { at: now, reopened }, out);

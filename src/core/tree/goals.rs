@@ -13,7 +13,7 @@ pub(super) fn begin_anew(view: &View, node: NodeId, reset: &mut Vec<NodeId>) {
     let kept = match Ordering::of(&tree.nodes[node.index()]) {
         None => return,
         Some(Ordering::And) => children.len(),
-        Some(Ordering::Or) => 0,
+        Some(Ordering::Or | Ordering::Cleanup) => 0,
         Some(Ordering::Then) => {
             let mut before_last = children[..children.len() - 1].iter();
             before_last.rposition(|child| state.is_done(*child) && holds(view, *child)).map_or(0, |last| last + 1)
@@ -23,7 +23,7 @@ pub(super) fn begin_anew(view: &View, node: NodeId, reset: &mut Vec<NodeId>) {
         match state.is_done(child) {
             true if index < kept => {}
             true => reset.extend((child.0..tree.topology.end(child).0).map(NodeId)),
-            false if is_never(tree, state, child) => {}
+            false if is_never(tree, state, child) || tree.topology.is_cleanup(child) => {}
             false => {
                 reset.push(child);
                 begin_anew(view, child, reset);
@@ -53,5 +53,6 @@ pub(super) fn reaches(tree: &TreeSpec, node: NodeId, holds: &dyn Fn(NodeId) -> b
         NodeKind::And | NodeKind::Root => children.all(|child| reaches(tree, child, holds)),
         NodeKind::Or => children.any(|child| reaches(tree, child, holds)),
         NodeKind::Then => children.last().is_some_and(|child| reaches(tree, child, holds)),
+        NodeKind::Cleanup => children.next().is_some_and(|child| reaches(tree, child, holds)),
     }
 }

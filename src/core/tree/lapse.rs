@@ -40,7 +40,10 @@ impl RoundEnd<'_> {
         match reason {
             Reason::Held { resource, .. } => runs_on(*resource),
             // Root may bind the other request to another resource than the AND that compared the two.
-            Reason::Outbid { resource, by, .. } => runs_on(*resource) || state.running().contains_key(by),
+            Reason::Outbid { resource, by, .. }
+            | Reason::LessUrgent { resource, by, .. }
+            | Reason::DoneOftener { resource, by, .. } => runs_on(*resource) || state.running().contains_key(by),
+            Reason::Reserved { .. } | Reason::TooEarly { .. } => !state.running().is_empty(),
             Reason::NoneFree { of } | Reason::TooFew { of, .. } | Reason::NothingAvailable { of } => {
                 self.view.mission.robot.of_type(*of).any(runs_on)
             }
@@ -69,6 +72,9 @@ impl RoundEnd<'_> {
             | Reason::Alternative { .. }
             | Reason::NotItsTurn { .. }
             | Reason::Ending { .. }
+            | Reason::NotYet { .. }
+            | Reason::GivenUp { .. }
+            | Reason::CleaningUp { .. }
             | Reason::OutOfTime { .. } => false,
         }
     }

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::{Activation, Answer, Down, Effect, Outbox, Release, Requests, Up, Verdict};
+use super::ordering::is_repeated;
+use super::{Activation, Answer, Down, Effect, Outbox, Release, Requests, Up, Verdict, fairness};
 use crate::behavior;
 use crate::world::{KnownPaths, View};
 use ambidex_model::{BehaviorSpec, Lineage, MissionSpec, NodeId, NodeRange, Outcome, Reason, Request};
@@ -45,9 +46,14 @@ impl Leaf {
             match self.answer(&view, &skips) {
                 behavior::Answer::Request(request) => Answer { requests: self.again(request), ..Answer::default() },
                 behavior::Answer::Satisfied => {
-                    Answer { is_satisfied: true, reason: Some(Reason::Satisfied), ..Answer::default() }
+                    // What is done more than once is satisfied the last time only.
+                    let is_satisfied = !is_repeated(&self.mission.tree, &view.state, self.id);
+                    Answer { is_satisfied, reason: Some(Reason::Satisfied), ..Answer::default() }
                 }
-                behavior::Answer::Blocked(reason) => Answer { reason: Some(reason), ..Answer::default() },
+                behavior::Answer::Blocked(reason) => {
+                    let wish = self.wish(&view, &skips, &reason);
+                    Answer { reason: Some(reason), wish, ..Answer::default() }
+                }
             }
         };
         if answer != *self.said {
@@ -65,7 +71,46 @@ impl Leaf {
         }
     }
 
+    /// What it would ask for if nothing ran, and less urgent holders kept nothing for their intentions.
+    fn wish(&mut self, view: &View, skips: &[NodeRange], reason: &Reason) -> Option<Arc<Request>> {
+        let (tree, priority) = (&self.mission.tree, self.priority(view));
+        if !reason.is_of_resources() || tree.least_priority() >= priority {
+            return None;
+        }
+        let line = Lineage { topology: &tree.topology, node: self.id, skips };
+        let own = spec(&self.mission, self.id);
+        let (spec, place) = (own.as_in(view.state.world()), own.place_in(view.state.world()));
+        let wish = behavior::wish(spec, view, &line, &mut self.known_paths, priority)?;
+        let wish = self.ranked(view, Request { place, ..wish });
+        let said = self.said.wish.as_ref().filter(|said| ***said == wish);
+        Some(said.cloned().unwrap_or_else(|| Arc::new(wish)))
+    }
+
+    /// With what it is ordered by beside its potential.
+    fn ranked(&self, view: &View, request: Request) -> Request {
+        Request { priority: self.priority(view), iterations: view.state.iterations_above(self.id), ..request }
+    }
+
+    /// How urgent it is: as it is told, or as who waits for what it or one above it holds.
+    fn priority(&self, view: &View) -> i32 {
+        let (own, urged) = (self.mission.tree.priority(self.id), view.state.urged());
+        if urged.is_empty() {
+            return own;
+        }
+        let above = self.mission.tree.topology.path(self.id).filter_map(|node| urged.get(&node));
+        above.copied().fold(own, i32::max)
+    }
+
+    /// Why it is not its turn, though it could run: a task that came before has waited for longer.
+    fn is_too_early(&self, view: &View) -> Option<Reason> {
+        let task = fairness::barred_by(&self.mission.tree, &view.state, self.id)?;
+        Some(Reason::TooEarly { task })
+    }
+
     fn answer(&mut self, view: &View, skips: &[NodeRange]) -> behavior::Answer {
+        if let Some(pause) = view.state.pauses().get(&self.id) {
+            return behavior::Answer::Blocked(pause.reason(self.id));
+        }
         let tree = &self.mission.tree;
         let line = Lineage { topology: &tree.topology, node: self.id, skips };
         let own = spec(&self.mission, self.id);
@@ -86,7 +131,10 @@ impl Leaf {
             }),
             (behavior::Answer::Request(request), None) => match view.barred.get(&self.id) {
                 Some(reason) => behavior::Answer::Blocked(reason.clone()),
-                None => behavior::Answer::Request(Request { place, ..request }),
+                None => match self.is_too_early(view) {
+                    Some(reason) => behavior::Answer::Blocked(reason),
+                    None => behavior::Answer::Request(self.ranked(view, Request { place, ..request })),
+                },
             },
             (answer @ behavior::Answer::Blocked(_), None) => answer,
         }

@@ -67,6 +67,8 @@ pub struct Answer {
     pub requests: Requests,
     /// Why a leaf does not ask; none of a task node, nor of a leaf that asks or runs.
     pub reason: Option<Reason>,
+    /// What a leaf would ask for without those that are less urgent or run; only of one that may come before others.
+    pub wish: Option<Arc<Request>>,
 }
 
 /// Requests that go up together, shared by all that pass them on.
@@ -89,6 +91,8 @@ pub struct News {
     /// Leaves that do not ask, or whose request went no further, each with its reason; without one, nothing keeps it
     /// from asking any more.
     pub reasons: Vec<(NodeId, Option<Reason>)>,
+    /// Leaves whose wish is another one now.
+    pub wishes: Vec<(NodeId, Option<Arc<Request>>)>,
     /// How many of `reasons` came from below; the others are this node's own word.
     pub passed_on: usize,
 }
@@ -169,14 +173,16 @@ impl News {
     pub(super) fn absorb(&mut self, news: Self) {
         if self.withdrawn.is_empty() && self.reasons.is_empty() {
             (self.withdrawn, self.reasons) = (news.withdrawn, news.reasons);
+            self.wishes.extend(news.wishes);
         } else {
+            self.wishes.extend(news.wishes);
             self.withdrawn.extend(news.withdrawn);
             self.reasons.extend(news.reasons);
         }
     }
 
     pub(super) fn is_empty(&self) -> bool {
-        self.withdrawn.is_empty() && self.reasons.is_empty()
+        self.withdrawn.is_empty() && self.reasons.is_empty() && self.wishes.is_empty()
     }
 }
 

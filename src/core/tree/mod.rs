@@ -4,9 +4,11 @@
 
 mod allocator;
 mod certificate;
+mod cleaning;
 mod composite;
 mod effect;
 mod failing;
+mod fairness;
 mod feasibility;
 mod goals;
 mod lapse;
@@ -19,8 +21,11 @@ mod overtaking;
 mod packing;
 mod redo;
 mod reopening;
+mod repeating;
 mod root;
+mod stopping;
 mod topics;
+mod urgency;
 mod waiting;
 mod winners;
 
@@ -33,7 +38,7 @@ pub use feasibility::infeasible_at_start;
 pub use message::{Activation, Answer, Down, News, Release, Requests, Scope, Up, Verdict};
 pub use node::{Node, build};
 pub use offers::Offers;
-pub use root::{REATTACH, Root, Settings};
+pub use root::{CLEANUP_GRACE, REATTACH, Root, Settings};
 pub use topics::Topic;
 
 /// The top of the task: root's one child.

@@ -17,10 +17,12 @@ pub struct Offers {
     new: Ranked,
 }
 
-/// The order of requests: greatest potential first; among equals the heir of an intention, then tree order
-/// (`semantics` 5).
+/// The order of requests: the more urgent first, then what has been done fewer times, then the greatest potential; among
+/// equals the heir of an intention, then tree order (`semantics` 5).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Rank {
+    priority: Reverse<i32>,
+    iterations: u32,
     /// The bits of a positive number are in its order.
     potential: Reverse<u64>,
     heir: Reverse<bool>,
@@ -29,7 +31,13 @@ pub(super) struct Rank {
 
 impl Rank {
     pub(super) fn of(request: &Request) -> Self {
-        Self { potential: Reverse(request.potential.to_bits()), heir: Reverse(request.heir), leaf: request.leaf }
+        Self {
+            priority: Reverse(request.priority),
+            iterations: request.iterations,
+            potential: Reverse(request.potential.to_bits()),
+            heir: Reverse(request.heir),
+            leaf: request.leaf,
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! AND, OR and THEN: whom they ask, what they pass on, and what the end of a child means for them (III-A, III-C). No
+//! AND, OR, THEN and cleanups: whom they ask, what they pass on, and what the end of a child means for them (III-A, III-C). No
 //! other file tells them apart.
 
 use super::{Answer, News, Requests};
@@ -16,6 +16,8 @@ pub(super) enum Ordering {
     Or,
     /// All children, in order.
     Then,
+    /// The first; the second where that fails or is given up.
+    Cleanup,
 }
 
 impl Ordering {
@@ -25,6 +27,7 @@ impl Ordering {
             NodeKind::And => Some(Self::And),
             NodeKind::Or => Some(Self::Or),
             NodeKind::Then => Some(Self::Then),
+            NodeKind::Cleanup => Some(Self::Cleanup),
             NodeKind::Root | NodeKind::Behavior(_) => None,
         }
     }
@@ -32,7 +35,9 @@ impl Ordering {
     /// Whom a round asks at once.
     pub(super) fn first(self, state: &State, node: NodeId) -> impl Iterator<Item = NodeId> {
         let way = state.status(node).way;
+        let is_cleaning = matches!(state.phase(node), Phase::Cleaning(_));
         let is_open = move |child: &NodeId| match self {
+            Self::Cleanup => state.topology().is_cleanup(*child) == is_cleaning,
             Self::And | Self::Then => !matches!(state.phase(*child), Phase::Done | Phase::Failed),
             Self::Or => way.map_or(state.phase(*child) != Phase::Failed, |way| way == *child),
         };
@@ -43,7 +48,7 @@ impl Ordering {
     /// Whom a THEN asks behind a child that is satisfied, in the same round (III-C.2).
     pub(super) fn behind(self, state: &State, node: NodeId, satisfied: NodeId) -> Option<NodeId> {
         match self {
-            Self::And | Self::Or => None,
+            Self::And | Self::Or | Self::Cleanup => None,
             Self::Then if state.is_busy(node) => None,
             Self::Then => {
                 let mut later = state.topology().children(node).filter(|child| *child > satisfied);
@@ -56,7 +61,7 @@ impl Ordering {
     pub(super) fn is_satisfied<'a>(self, state: &State, node: NodeId, answers: impl Answers<'a>) -> bool {
         let last = answers.clone().last();
         match self {
-            Self::And => answers.clone().all(|(_, answer)| answer.is_satisfied),
+            Self::And | Self::Cleanup => answers.clone().all(|(_, answer)| answer.is_satisfied),
             Self::Or => answers.clone().any(|(_, answer)| answer.is_satisfied),
             Self::Then => {
                 let all = answers.clone().all(|(_, answer)| answer.is_satisfied);
@@ -69,7 +74,7 @@ impl Ordering {
     pub(super) fn pass_on<'a>(self, answers: impl Answers<'a>, news: &mut News) -> Requests {
         match self {
             Self::And => Requests::default(),
-            Self::Then => answers.last().map(|(_, answer)| answer.requests.clone()).unwrap_or_default(),
+            Self::Then | Self::Cleanup => answers.last().map(|(_, answer)| answer.requests.clone()).unwrap_or_default(),
             Self::Or => choose(answers, news),
         }
     }
@@ -78,7 +83,7 @@ impl Ordering {
     fn fails(self, state: &State, node: NodeId, failed: NodeId) -> bool {
         let mut others = state.topology().children(node).filter(|child| *child != failed);
         match self {
-            Self::And | Self::Then => true,
+            Self::And | Self::Then | Self::Cleanup => true,
             Self::Or => others.all(|child| state.phase(child) == Phase::Failed),
         }
     }
@@ -94,6 +99,7 @@ impl Ordering {
         match self {
             Self::And => phases.all(|phase| matches!(phase, Phase::Done | Phase::Failed)),
             Self::Or => phases.all(|phase| phase == Phase::Failed),
+            Self::Cleanup => phases.next() == Some(Phase::Failed),
             Self::Then => phases.find(|phase| *phase != Phase::Done).is_none_or(|phase| phase == Phase::Failed),
         }
     }
@@ -102,7 +108,7 @@ impl Ordering {
     fn complete(self, state: &State, node: NodeId, child: Completion) -> Completion {
         let mut others = state.topology().children(node).filter(|other| *other != child.node);
         match self {
-            Self::Or => Completion { node, heir: None },
+            Self::Or | Self::Cleanup => Completion { node, heir: None },
             Self::And | Self::Then if others.all(|other| state.is_done(other)) => Completion { node, heir: None },
             Self::And => child,
             Self::Then => Completion { heir: Some(node), ..child },
@@ -126,6 +132,8 @@ pub(super) enum Ended {
     Failed(Option<Fault>),
     /// A task node took too long.
     OutOfTime,
+    /// The cleanup of a node is over, without the end of a behavior.
+    Cleaned,
 }
 
 /// What an end means for the nodes above it.
@@ -136,35 +144,74 @@ pub(super) struct Settled {
     pub(super) cause: NodeId,
     /// A node above whose attempt failed and that has another one, with the fault.
     pub(super) retried: Option<(NodeId, Fault)>,
+    /// A node that is complete and is done once more.
+    pub(super) repeated: Option<NodeId>,
 }
 
 /// Follows an end up the tree; what ended may still run in the state.
 pub(super) fn settle(tree: &TreeSpec, state: &State, from: NodeId, ended: Ended) -> Settled {
-    let mut completed = (ended == Ended::Succeeded).then_some(Completion { node: from, heir: None });
-    let (mut failed, mut fault) = match ended {
-        Ended::Failed(fault) => (Some(from), fault),
-        Ended::Succeeded | Ended::Again | Ended::OutOfTime => (None, None),
+    let failed = match ended {
+        Ended::Failed(fault) => Some((from, fault)),
+        Ended::Succeeded | Ended::Again | Ended::OutOfTime | Ended::Cleaned => None,
     };
-    let (mut failing, mut cause, mut retried) = (None, from, None);
-    let mut child = from;
-    for node in tree.topology.path(from).skip(usize::from(ended != Ended::OutOfTime)) {
-        let Some(ordering) = Ordering::of(&tree.nodes[node.index()]) else { break };
-        let mut ends = match state.phase(node) {
-            Phase::Failing(failing) => Some(failing),
-            Phase::Pending | Phase::Done | Phase::Failed => None,
-        };
-        if ended == Ended::OutOfTime && node == from {
-            // What cannot be complete any more has failed already, and at something else.
-            let (cause, fault) = (ends.map_or(node, |ends| ends.cause), Some(Fault::TimedOut));
-            ends = Some(Failing { node, child: node, cause, fault, finishes: false });
-            failing = ends;
-        } else if failed == Some(child) && ends.is_none() && ordering.fails(state, node, child) {
-            let finishes = ordering == Ordering::And && !can_recover(tree, state, node, fault);
-            ends = Some(Failing { node, child, cause, fault, finishes });
-            failing = ends;
+    let mut settling = Settling {
+        tree,
+        state,
+        from,
+        ended,
+        completed: (ended == Ended::Succeeded).then_some(Completion { node: from, heir: None }),
+        failed: failed.map(|(node, _)| node),
+        fault: failed.and_then(|(_, fault)| fault),
+        failing: None,
+        cleaned: None,
+        cause: from,
+        retried: None,
+        repeated: None,
+    };
+    let is_own = matches!(ended, Ended::OutOfTime | Ended::Cleaned);
+    if ended == Ended::Succeeded && goes_on(tree, state, from) && !state.is_over(from) {
+        settling.repeated = Some(from);
+    } else {
+        let mut child = from;
+        for node in tree.topology.path(from).skip(usize::from(!is_own)) {
+            if !settling.climb(node, child) {
+                break;
+            }
+            child = node;
         }
-        if let Some(complete) = completed.as_mut().filter(|completed| completed.node == child) {
-            *complete = match ends {
+    }
+    let Settling { completed, failed, failing, cleaned, cause, retried, repeated, .. } = settling;
+    Settled { consequences: Consequences { completed, failed, failing, cleaned }, cause, retried, repeated }
+}
+
+/// An end on its way up.
+struct Settling<'a> {
+    tree: &'a TreeSpec,
+    state: &'a State,
+    from: NodeId,
+    ended: Ended,
+    completed: Option<Completion>,
+    failed: Option<NodeId>,
+    fault: Option<Fault>,
+    failing: Option<Failing>,
+    cleaned: Option<NodeId>,
+    cause: NodeId,
+    retried: Option<(NodeId, Fault)>,
+    repeated: Option<NodeId>,
+}
+
+impl Settling<'_> {
+    /// What it means for a node above; false where it means nothing for those above that.
+    fn climb(&mut self, node: NodeId, child: NodeId) -> bool {
+        let (tree, state) = (self.tree, self.state);
+        let Some(ordering) = Ordering::of(&tree.nodes[node.index()]) else { return false };
+        if let Phase::Cleaning(failing) = state.phase(node) {
+            return self.clean(node, child, failing);
+        }
+        let ends = self.ends(node, child, ordering);
+        let mut is_repeated = false;
+        if let Some(complete) = self.completed.as_mut().filter(|completed| completed.node == child) {
+            let next = match ends {
                 None => ordering.complete(state, node, *complete),
                 // It goes on as far as it can.
                 Some(ends) if ends.finishes && ordering == Ordering::Then => {
@@ -172,27 +219,83 @@ pub(super) fn settle(tree: &TreeSpec, state: &State, from: NodeId, ended: Ended)
                 }
                 Some(_) => *complete,
             };
+            is_repeated = next.node == node && goes_on(tree, state, node);
+            if !is_repeated || !state.is_over(node) {
+                *complete = next;
+            }
         }
-        let now = match (failed == Some(child), completed.is_some_and(|completed| completed.node == child)) {
+        if is_repeated && !state.is_over(node) {
+            self.repeated = Some(node);
+            return false;
+        }
+        let now = match (self.failed == Some(child), self.completed.is_some_and(|completed| completed.node == child)) {
             (true, _) => Some((child, Phase::Failed)),
             (false, true) => Some((child, Phase::Done)),
             (false, false) => None,
         };
         if let Some(ends) = ends
-            && state.running_below(node).all(|(other, _)| other == from)
+            && state.running_below(node).all(|(other, _)| other == self.from)
+            && state.owed_cleanup(node, self.cleaned).is_none()
             && (!ends.finishes || ordering.is_finished(state, node, now))
         {
-            (failing, cause, fault) = (None, ends.cause, ends.fault);
+            (self.failing, self.cause, self.fault) = (None, ends.cause, ends.fault);
             let is_given_up = state.is_over(tree.topology.parent(node));
-            if let Some(fault) = fault.filter(|_| has_attempts(tree, state, node) && !is_given_up) {
-                retried = Some((node, fault));
-                break;
+            if let Some(fault) = ends.fault.filter(|_| has_attempts(tree, state, node) && !is_given_up) {
+                self.retried = Some((node, fault));
+                return false;
             }
-            failed = Some(node);
+            self.failed = Some(node);
         }
-        child = node;
+        true
     }
-    Settled { consequences: Consequences { completed, failed, failing }, cause, retried }
+
+    /// Why a node cannot be complete any more; none while it can.
+    fn ends(&mut self, node: NodeId, child: NodeId, ordering: Ordering) -> Option<Failing> {
+        let (tree, state) = (self.tree, self.state);
+        let before = match state.phase(node) {
+            Phase::Failing(failing) => Some(failing),
+            Phase::Pending | Phase::Done | Phase::Failed | Phase::Ending | Phase::Cleaning(_) => None,
+        };
+        if self.ended == Ended::OutOfTime && node == self.from {
+            // What cannot be complete any more has failed already, and at something else.
+            let cause = before.map_or(node, |ends| ends.cause);
+            self.failing = Some(Failing { node, child: node, cause, fault: Some(Fault::TimedOut), finishes: false });
+            self.failing
+        } else if self.failed == Some(child) && before.is_none() && ordering.fails(state, node, child) {
+            let (cause, fault) = (self.cause, self.fault);
+            let finishes = ordering == Ordering::And && !can_recover(tree, state, node, fault);
+            self.failing = Some(Failing { node, child, cause, fault, finishes });
+            self.failing
+        } else {
+            before
+        }
+    }
+
+    /// Something below a cleanup ended: with the cleanup itself its node goes on to what it was given up for.
+    fn clean(&mut self, node: NodeId, child: NodeId, failing: Option<Failing>) -> bool {
+        let is_completed = self.completed.is_some_and(|completed| completed.node == child);
+        let is_told = self.ended == Ended::Cleaned && node == self.from;
+        if !is_completed && !is_told && self.failed != Some(child) {
+            return false;
+        }
+        self.cleaned = Some(node);
+        self.failing = None;
+        (self.failed, self.fault) = (failing.map(|_| node), failing.and_then(|failing| failing.fault));
+        if let Some(failing) = failing {
+            self.cause = failing.cause;
+        }
+        true
+    }
+}
+
+/// Whether a node that is complete now is done once more.
+fn goes_on(tree: &TreeSpec, state: &State, node: NodeId) -> bool {
+    tree.repeats.get(&node).is_some_and(|repeat| repeat.goes_on(state.iterations(node) + 1))
+}
+
+/// Whether a node is done more than this once.
+pub(super) fn is_repeated(tree: &TreeSpec, state: &State, node: NodeId) -> bool {
+    !tree.repeats.is_empty() && goes_on(tree, state, node)
 }
 
 /// Whether a node may be tried again after it failed, and could be complete then.
@@ -209,7 +312,7 @@ pub(super) fn is_never(tree: &TreeSpec, state: &State, node: NodeId) -> bool {
     let mut children = state.topology().children(node);
     match Ordering::of(&tree.nodes[node.index()]) {
         None => true,
-        Some(Ordering::And | Ordering::Then) => children.any(|child| is_never(tree, state, child)),
+        Some(Ordering::And | Ordering::Then | Ordering::Cleanup) => children.any(|child| is_never(tree, state, child)),
         Some(Ordering::Or) => children.all(|child| is_never(tree, state, child)),
     }
 }
@@ -225,6 +328,10 @@ pub(super) fn begins_again(tree: &TreeSpec, state: &State, failing: Failing) -> 
 fn can_recover(tree: &TreeSpec, state: &State, failing: NodeId, fault: Option<Fault>) -> bool {
     let mut child = failing;
     for node in tree.topology.path(failing).take_while(|node| node.0 > 0) {
+        // What a cleanup comes to is nothing to those above.
+        if node != child && tree.topology.is_cleanup(child) {
+            return false;
+        }
         if let Phase::Failing(above) = state.phase(node) {
             return !above.finishes;
         }

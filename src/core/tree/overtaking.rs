@@ -7,7 +7,9 @@ use super::goals::reaches;
 use super::ordering::Ordering;
 use crate::behavior;
 use ambidex_model::state::{Phase, State};
-use ambidex_model::{Condition, EffectTerm, FactId, NodeId, NodeKind, NodeRange, ObjectId, PlaceId, TreeSpec};
+use ambidex_model::{
+    BehaviorSpec, Condition, EffectTerm, FactId, NodeId, NodeKind, NodeRange, ObjectId, PlaceId, TreeSpec,
+};
 
 /// A THEN goes on behind a child whose goal others have reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -84,18 +86,20 @@ impl Overtaking<'_> {
 
     /// What the goal of a node is about.
     fn read_goal(&self, node: NodeId, concern: &mut Concern) {
-        let children = self.tree.topology.children(node);
+        let mut children = self.tree.topology.children(node);
         match &self.tree.nodes[node.index()] {
             NodeKind::Behavior(spec) => concern.read(&spec.as_in(self.state.world()).satisfied),
             NodeKind::And | NodeKind::Or | NodeKind::Root => children.for_each(|child| self.read_goal(child, concern)),
             NodeKind::Then => children.last().into_iter().for_each(|child| self.read_goal(child, concern)),
+            NodeKind::Cleanup => children.next().into_iter().for_each(|child| self.read_goal(child, concern)),
         }
     }
 
     /// Whether a leaf is about the same, and puts nothing elsewhere; drives are about nothing.
     fn concerns(&self, leaf: NodeId, concern: &Concern) -> bool {
         let spec = self.tree.behavior_in(leaf, self.state.world());
-        let Some(spec) = spec.filter(|spec| !spec.is_drive()) else { return true };
+        let is_way = |spec: &&BehaviorSpec| !spec.is_drive() && !self.tree.topology.is_in_cleanup(leaf);
+        let Some(spec) = spec.filter(is_way) else { return true };
         let is_elsewhere = |effect: &EffectTerm| match *effect {
             EffectTerm::Lies(object, place) => {
                 concern.objects.contains(&object) && !concern.lies.contains(&(object, place))

@@ -1,6 +1,6 @@
 //! A set of requests with a resource for every claim: what can go on at once, and the cheapest way to bind it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
@@ -20,6 +20,8 @@ pub(super) struct Packing<'a> {
     chosen: Vec<Vec<Candidate>>,
     /// How each resource is used by what is chosen, by resource; others of the same access may join.
     used: Vec<Option<Access>>,
+    /// Accepted ones that are not granted: they only keep others from what they need.
+    wishes: BTreeSet<NodeId>,
     /// What found nothing beside the accepted ones, by a hash of what it wants; nor does whoever wants the same.
     late: BTreeMap<u64, Vec<Arc<Request>>>,
 }
@@ -34,7 +36,7 @@ const SAME_COST_M: f64 = 1e-9;
 impl<'a> Packing<'a> {
     pub(super) fn new(view: &'a View) -> Self {
         let used = vec![None; view.mission.robot.resources.len()];
-        Self { view, accepted: Vec::new(), chosen: Vec::new(), used, late: BTreeMap::new() }
+        Self { view, accepted: Vec::new(), chosen: Vec::new(), used, wishes: BTreeSet::new(), late: BTreeMap::new() }
     }
 
     /// Adds a request if *some* choice of resources serves it and all accepted ones.
@@ -70,10 +72,19 @@ impl<'a> Packing<'a> {
         Err(reason)
     }
 
-    /// Binds the whole set: least sum of reach distances, then the order of resources.
-    pub(super) fn bind(self) -> Vec<Grant> {
+    /// Adds what is wished for, if it finds a place; else it takes nothing.
+    pub(super) fn wish(&mut self, wish: Arc<Request>) {
+        let leaf = wish.leaf;
+        if self.add(wish).is_ok() {
+            self.wishes.insert(leaf);
+        }
+    }
+
+    /// Binds the whole set: least sum of reach distances, then the order of resources; what is granted, and what is only
+    /// wished for.
+    pub(super) fn bind(self) -> (Vec<Grant>, Vec<Grant>) {
         let Some((last, before)) = self.accepted.split_last() else {
-            return Vec::new();
+            return (Vec::new(), Vec::new());
         };
         let mut search = Search::new(self.view, before, last);
         search.cheapest();
@@ -85,13 +96,16 @@ impl<'a> Packing<'a> {
             request,
             met: Vec::new(),
         };
-        std::iter::zip(self.accepted, best).map(grant).collect()
+        std::iter::zip(self.accepted, best).map(grant).partition(|grant| !self.wishes.contains(&grant.leaf()))
     }
 
     fn shares_object(&self, request: &Request) -> Option<Reason> {
         let changed = |object: &ObjectId| {
             let with = self.accepted.iter().find(|other| other.changes.contains(object))?.leaf;
-            Some(Reason::SameObject { object: *object, with })
+            Some(match self.wishes.contains(&with) {
+                true => Reason::Reserved { resource: None, by: with },
+                false => Reason::SameObject { object: *object, with },
+            })
         };
         request.changes.iter().find_map(changed)
     }
@@ -149,9 +163,10 @@ impl<'a> Packing<'a> {
             in_the_way.find(|(_, _, used)| claim.candidates.iter().any(|candidate| candidate.resource == *used))
         });
         match contested {
-            Some((other, _, resource)) => {
-                Reason::Outbid { by: other.leaf, resource, own: request.potential, theirs: other.potential }
+            Some((other, _, resource)) if self.wishes.contains(&other.leaf) => {
+                Reason::Reserved { resource: Some(resource), by: other.leaf }
             }
+            Some((other, _, resource)) => Reason::outbid(request, resource, other),
             // Only its own claims are in each other's way.
             None => {
                 let options: Vec<_> = request.claims.iter().map(ClaimOptions::resources).collect();

@@ -103,6 +103,8 @@ fn is_of_precondition(reason: &Reason) -> bool {
         | Reason::AlreadyDone { .. }
         | Reason::Outbid { .. }
         | Reason::Outdone { .. }
+        | Reason::LessUrgent { .. }
+        | Reason::DoneOftener { .. }
         | Reason::SameObject { .. }
         | Reason::Clash { .. }
         | Reason::Alternative { .. }
@@ -110,6 +112,11 @@ fn is_of_precondition(reason: &Reason) -> bool {
         | Reason::WouldDeadlock { .. }
         | Reason::NotItsTurn { .. }
         | Reason::Ending { .. }
+        | Reason::Reserved { .. }
+        | Reason::TooEarly { .. }
+        | Reason::NotYet { .. }
+        | Reason::GivenUp { .. }
+        | Reason::CleaningUp { .. }
         | Reason::OutOfTime { .. } => false,
     }
 }

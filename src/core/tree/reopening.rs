@@ -52,6 +52,8 @@ impl RoundEnd<'_> {
                 refused: Vec::new(),
                 reopened: Some(reopened.clone()),
                 deadlines: Vec::new(),
+                urged: None,
+                overdue: None,
             });
             reopened.undecided = undecided(&self.view.mission.tree, &after, reopened.node);
         }

@@ -1,26 +1,29 @@
 //! Root: keeps the state, takes up in turns what it is told, opens rounds, grants, and moves leases. Only it decides.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::allocator::Chosen;
 use super::certificate::{Certificate, Safe};
+use super::fairness::Fairness;
 use super::feasibility::Feasibility;
-use super::ordering::{Ended, settle};
 use super::reopening::{Found, RoundEnd};
 use super::topics::{Topic, Touches};
 use super::winners::{winner, with_winner};
 use super::{Activation, Allocator, Answer, Down, Effect, Greedy, News, Outbox, Scope, TOP, Verdict};
-use crate::behavior;
 use crate::world::{Compatible, FreeSpace, Unconstrained, View};
-use ambidex_model::state::{Phase, Stage, State};
+use ambidex_model::state::{Stage, State};
 use ambidex_model::{
     Blocked, Change, EffectTerm, End, Grant, Header, Location, MissionEnd, MissionSpec, NodeId, Outcome, Reason,
-    Record, ResourceTable, Time, Told,
+    Record, Request, ResourceTable, Time, Told,
 };
 
 /// How long a controller is awaited by default, robot time.
 pub const REATTACH: Duration = Duration::from_secs(10);
+
+/// How long cleanups may take by default once a mission is told to end, robot time.
+pub const CLEANUP_GRACE: Duration = Duration::from_secs(10);
 
 /// How a mission is to be run.
 #[derive(Debug, Clone)]
@@ -38,6 +41,8 @@ pub struct Settings {
     pub has_messages: bool,
     /// How long a controller is awaited without which nothing can go on, robot time.
     pub reattach: Duration,
+    /// How long cleanups may take all together once the mission is told to end, robot time.
+    pub cleanup_grace: Duration,
     /// Topics whose readers are not asked again, so that rounds go wrong: by this a test shows that it would notice.
     pub unheard: fn(Topic) -> bool,
 }
@@ -53,6 +58,7 @@ impl Settings {
         Header {
             has_messages: self.has_messages,
             reattach_us: u64::try_from(self.reattach.as_micros()).unwrap_or(u64::MAX),
+            cleanup_grace_us: u64::try_from(self.cleanup_grace.as_micros()).unwrap_or(u64::MAX),
             ..Header::new(mission, self.allocator.name(), self.waits_when_stalled)
         }
     }
@@ -67,6 +73,7 @@ impl Default for Settings {
             waits_when_stalled: false,
             has_messages: true,
             reattach: REATTACH,
+            cleanup_grace: CLEANUP_GRACE,
             unheard: |_| false,
         }
     }
@@ -82,9 +89,16 @@ pub struct Root {
     /// All ORs, in tree order.
     pub(super) ors: Vec<NodeId>,
     /// Whom a round has to ask; none where every round asks all.
-    touches: Option<Touches>,
+    pub(super) touches: Option<Touches>,
     /// Why those that were asked do not run, as they and the nodes above them said it last.
     pub(super) reasons: BTreeMap<NodeId, Reason>,
+    /// What behaviors would ask for that wait for others, by leaf.
+    pub(super) wishes: BTreeMap<NodeId, Arc<Request>>,
+    /// Whom behaviors with a wish have interrupted, with the progress at which they did.
+    pub(super) preempted: BTreeMap<(NodeId, NodeId), u64>,
+    /// When the present time of nodes began that are done more than once.
+    pub(super) began: BTreeMap<NodeId, Time>,
+    pub(super) fairness: Fairness,
     pub(super) certificate: Certificate,
     pub(super) feasibility: Feasibility,
     /// The table as the records tell it.
@@ -100,7 +114,7 @@ pub struct Root {
     /// A round is to be opened.
     pub(super) is_wanted: bool,
     /// The last round came to nothing, and nothing runs.
-    is_quiet: bool,
+    pub(super) is_quiet: bool,
     /// The last round granted nothing while nothing ran, so that its reasons are told.
     was_quiet: bool,
     /// It goes on after its runtime was gone, and has not been told to begin again.
@@ -121,6 +135,10 @@ impl Root {
             touches: settings.is_local().then(|| Touches::new(mission, settings.unheard)),
             state: State::new(Arc::new(mission.tree.topology.clone()), resources, mission.start.clone()),
             reasons: BTreeMap::new(),
+            wishes: BTreeMap::new(),
+            preempted: BTreeMap::new(),
+            began: BTreeMap::new(),
+            fairness: Fairness::default(),
             certificate: Certificate::new(mission, settings.prevents_deadlock),
             last_recorded: Arc::new(ResourceTable::new(resources)),
             told: Vec::new(),
@@ -186,18 +204,35 @@ impl Root {
         if !self.is_over() && !self.is_suspended && self.ending.is_none() && self.state.stage() == Stage::Running {
             self.give_up(now, out);
         }
-        if self.is_over() || self.is_suspended {
+        if !self.is_over() && !self.is_suspended {
+            self.go_on(now, out);
+        }
+    }
+
+    /// What a turn comes to once all is taken up.
+    fn go_on(&mut self, now: Time, out: &mut Outbox) {
+        if self.state.stage() != Stage::Running {
+            if let Some(end) = self.ending {
+                self.finish(now, end, out);
+            }
             return;
         }
+        self.begin_cleanups(now, out);
         let is_wanted = std::mem::take(&mut self.is_wanted);
         let is_quiet = std::mem::take(&mut self.is_quiet);
-        match self.ending {
-            Some(end) if self.state.running().is_empty() => self.finish(now, end, out),
-            Some(_) => self.stop_all(now, out),
-            None if self.state.stage() != Stage::Running => {}
-            None if is_wanted => self.open_round(now, out),
-            None if is_quiet => self.stall(now, out),
-            None => {}
+        if let Some(end) = self.ending {
+            if self.state.running().is_empty() && !self.owes_cleanup() {
+                return self.finish(now, end, out);
+            }
+            self.stop_all(now, out);
+            if self.state.cleaning().is_empty() || self.is_grace_over() {
+                return;
+            }
+        }
+        if is_wanted {
+            self.open_round(now, out);
+        } else if is_quiet {
+            self.stall(now, out);
         }
     }
 
@@ -213,12 +248,12 @@ impl Root {
         if let Some(news) = news {
             self.take_in(*news);
         }
-        match &answer.reason {
-            Some(reason) => drop(self.reasons.insert(top, reason.clone())),
-            None => drop(self.reasons.remove(&top)),
-        }
-        let mut verdict = self.decide(now, &view, answer, out);
-        verdict.stopped = self.stop(now, is_below_failing, out);
+        self.take_word(top, answer.reason.clone());
+        self.take_wish(top, answer.wish.clone());
+        let (mut verdict, wished) = self.decide(now, &view, answer, out);
+        verdict.stopped = self.stop_what_ends(now, out);
+        verdict.stopped.extend(self.stop_broken(now, out));
+        verdict.stopped.extend(self.preempt(now, &wished, out));
         if !verdict.granted.is_empty() || !verdict.stopped.is_empty() {
             out.push(Effect::Down(TOP, Down::Verdict(Arc::new(verdict))));
         }
@@ -231,12 +266,28 @@ impl Root {
         for range in news.withdrawn {
             let gone: Vec<NodeId> = self.reasons.range(range.from..range.to).map(|(&leaf, _)| leaf).collect();
             gone.iter().for_each(|leaf| drop(self.reasons.remove(leaf)));
+            let gone: Vec<NodeId> = self.wishes.range(range.from..range.to).map(|(&leaf, _)| leaf).collect();
+            gone.iter().for_each(|leaf| drop(self.wishes.remove(leaf)));
         }
         for (leaf, reason) in news.reasons {
-            match reason {
-                Some(reason) => drop(self.reasons.insert(leaf, reason)),
-                None => drop(self.reasons.remove(&leaf)),
-            }
+            self.take_word(leaf, reason);
+        }
+        for (leaf, wish) in news.wishes {
+            self.take_wish(leaf, wish);
+        }
+    }
+
+    fn take_word(&mut self, node: NodeId, reason: Option<Reason>) {
+        match reason {
+            Some(reason) => drop(self.reasons.insert(node, reason)),
+            None => drop(self.reasons.remove(&node)),
+        }
+    }
+
+    fn take_wish(&mut self, leaf: NodeId, wish: Option<Arc<Request>>) {
+        match wish {
+            Some(wish) => drop(self.wishes.insert(leaf, wish)),
+            None => drop(self.wishes.remove(&leaf)),
         }
     }
 
@@ -280,7 +331,7 @@ impl Root {
             Told::Woke => self.wake(now, out),
             Told::End { end } => {
                 let end = if end == MissionEnd::Stalled { self.stalled() } else { end };
-                self.ending.get_or_insert(end);
+                self.end(now, end, out);
             }
         }
     }
@@ -338,21 +389,25 @@ impl Root {
         out.push(Effect::Down(TOP, Down::Activation(activation)));
     }
 
-    /// Chooses, moves the leases, and finds what lapses or is done again.
-    fn decide(&mut self, now: Time, view: &Arc<View>, answer: &Answer, out: &mut Outbox) -> Verdict {
+    /// Chooses, moves the leases, and finds what lapses or is done again; gives also the wishes that found a place.
+    fn decide(&mut self, now: Time, view: &Arc<View>, answer: &Answer, out: &mut Outbox) -> (Verdict, Vec<Grant>) {
+        let wishes = self.wishes_of(view, &answer.requests);
         let allocator = self.settings.allocator.as_ref();
-        let Safe { chosen, refused } = self.certificate.choose(allocator, view, &answer.requests);
+        let Safe { chosen, refused } = self.certificate.choose(allocator, view, &answer.requests, &wishes);
+        let Chosen { granted, refused: outbid, wished } = chosen;
         // Whom a refused request hides is asked before anything lapses.
-        let is_hiding = chosen.granted.is_empty() && !refused.is_empty();
-        self.bar(is_hiding, &refused);
-        let blocked = chosen.refused.into_iter().chain(refused);
-        self.reasons.extend(blocked.map(|blocked| (blocked.leaf, blocked.reason)));
+        let reserved = outbid.iter().filter(|blocked| matches!(blocked.reason, Reason::Reserved { .. })).cloned();
+        let hiding: Vec<Blocked> = refused.iter().cloned().chain(reserved).collect();
+        let is_hiding = granted.is_empty() && !hiding.is_empty();
+        self.bar(is_hiding, &hiding);
+        self.reasons.extend(outbid.into_iter().chain(refused).map(|blocked| (blocked.leaf, blocked.reason)));
         let mut verdict = Verdict { round: view.round, view: Some(Arc::clone(view)), ..Verdict::default() };
-        for mut grant in chosen.granted {
+        for mut grant in granted {
             self.reasons.remove(&grant.leaf());
             grant.met = met(&grant, &self.reasons);
             verdict.granted.insert(grant.leaf(), grant);
         }
+        self.note_grants(&verdict);
         let mut decided = Record::Decided {
             at: now,
             round: view.round,
@@ -360,6 +415,8 @@ impl Root {
             refused: Vec::new(),
             reopened: None,
             deadlines: self.deadlines(verdict.granted.values()),
+            urged: self.urge(),
+            overdue: self.overdue(&verdict),
         };
         let goes_on = !answer.is_satisfied && !is_hiding;
         let (found, overtaken) = match goes_on.then(|| self.find(view, &decided)).flatten() {
@@ -367,28 +424,40 @@ impl Root {
             Some(Found::Overtaken(overtaken)) => (None, Some(overtaken)),
             None => (None, None),
         };
-        // Where nothing goes on any more, the reasons are the news.
         let is_nothing = verdict.granted.is_empty() && found.is_none() && overtaken.is_none() && !is_hiding;
+        self.tell_why(&mut decided, &verdict, is_nothing);
+        if let Record::Decided { reopened, urged, overdue, .. } = &mut decided {
+            self.is_wanted |= urged.is_some() || overdue.is_some();
+            *reopened = found;
+        }
+        self.edit(decided, out);
+        self.is_wanted |= !is_nothing;
+        if let Some(overtaken) = overtaken {
+            self.overtake(now, overtaken, out);
+        }
+        self.give_way(now, &wished, out);
+        self.end_satisfied(now, out);
+        let is_idle = self.state.running().is_empty() && self.state.waits().is_empty();
+        self.is_quiet = is_nothing && is_idle && !self.is_wanted;
+        (verdict, wished)
+    }
+
+    /// Where nothing goes on any more, the reasons are the news.
+    fn tell_why(&mut self, decided: &mut Record, verdict: &Verdict, is_nothing: bool) {
         let is_idle = self.state.running().is_empty() && self.state.waits().is_empty();
         let is_quiet = is_nothing && is_idle;
         let is_news = is_quiet && !self.was_quiet;
         self.was_quiet = is_quiet;
-        if let Record::Decided { refused, reopened, .. } = &mut decided {
-            if is_news || self.settings.has_messages {
-                refused.extend(self.reasons.iter().map(|(&leaf, reason)| {
-                    let winner = winner(self.state.running(), &verdict, reason);
-                    Blocked { leaf, reason: winner.unwrap_or_else(|| reason.clone()) }
-                }));
-            }
-            reopened.clone_from(&found);
+        if let Record::Decided { refused, .. } = decided
+            && (is_news || self.settings.has_messages)
+        {
+            let tree = &self.mission.tree;
+            let leaves = self.reasons.iter().filter(|(node, _)| tree.behavior(**node).is_some());
+            refused.extend(leaves.map(|(&leaf, reason)| {
+                let winner = winner(self.state.running(), verdict, reason);
+                Blocked { leaf, reason: winner.unwrap_or_else(|| reason.clone()) }
+            }));
         }
-        self.edit(decided, out);
-        self.is_wanted |= !is_nothing;
-        self.is_quiet = is_quiet;
-        if let Some(overtaken) = overtaken {
-            self.overtake(now, overtaken, out);
-        }
-        verdict
     }
 
     /// What is done again, or need not be done, once the grants of a decision are made.
@@ -406,34 +475,6 @@ impl Root {
         }
     }
 
-    fn release(&mut self, now: Time, leaf: NodeId, outcome: Outcome, out: &mut Outbox) {
-        let mission = Arc::clone(&self.mission);
-        // What ended when its runtime was gone may be told once more by a controller that lived on.
-        let Some(grant) = self.state.running().get(&leaf) else { return };
-        let spec = mission.tree.behavior(leaf).expect("only leaves run").at(grant.request.place);
-        let end = behavior::believed(spec, grant, &outcome);
-        let changes = behavior::changes(spec, grant, &Outcome { end, ..outcome });
-        let has_failed = matches!(end, End::Failed(_));
-        let failures = self.state.status(leaf).failures;
-        let unfit = match end {
-            End::Failed(fault) => self.unfit(grant, fault),
-            End::Succeeded | End::Canceled | End::Interrupted => Vec::new(),
-        };
-        let is_final = failures >= spec.retries || self.is_left_without(leaf, &unfit);
-        let ended = match end {
-            End::Succeeded => Ended::Succeeded,
-            End::Failed(fault) if is_final => Ended::Failed(Some(fault)),
-            End::Failed(_) | End::Canceled | End::Interrupted => Ended::Again,
-        };
-        let waits_until = (has_failed && !is_final).then(|| now + spec.wait(failures + 1));
-        let settled = settle(&mission.tree, &self.state, leaf, ended);
-        let consequences = settled.consequences;
-        self.is_wanted = true;
-        let waits_until = waits_until.filter(|_| consequences.failed.is_none() && settled.retried.is_none());
-        self.edit(Record::Released { at: now, leaf, end, consequences, changes, waits_until, unfit }, out);
-        self.conclude(now, settled, out);
-    }
-
     fn change_world(&mut self, now: Time, change: Change, out: &mut Outbox) {
         let mut after = self.state.clone();
         let record = Record::World { at: now, change };
@@ -443,26 +484,6 @@ impl Root {
             self.is_wanted = true;
             self.edit(record, out);
         }
-    }
-
-    fn stop_all(&mut self, now: Time, out: &mut Outbox) {
-        let stopped = self.stop(now, |_, _| true, out);
-        if !stopped.is_empty() {
-            let verdict = Verdict { round: self.state.round(), stopped, ..Verdict::default() };
-            out.push(Effect::Down(TOP, Down::Verdict(Arc::new(verdict))));
-        }
-    }
-
-    /// Tells some of what runs to end, each once.
-    fn stop(&mut self, now: Time, is_meant: impl Fn(&State, NodeId) -> bool, out: &mut Outbox) -> BTreeSet<NodeId> {
-        let state = &self.state;
-        let running = state.running().keys().copied();
-        let leaves: Vec<NodeId> =
-            running.filter(|leaf| !state.status(*leaf).is_stopping && is_meant(state, *leaf)).collect();
-        if !leaves.is_empty() {
-            self.edit(Record::Stopped { at: now, leaves: leaves.clone() }, out);
-        }
-        leaves.into_iter().collect()
     }
 
     /// Records every resource that is not as it was last told.
@@ -482,11 +503,6 @@ impl Root {
         self.edit(Record::Ended { at: now, end }, out);
         out.push(Effect::Finished(end));
     }
-}
-
-/// Whether a node above a leaf waits for what runs below it to end.
-fn is_below_failing(state: &State, leaf: NodeId) -> bool {
-    state.topology().path(leaf).any(|node| matches!(state.phase(node), Phase::Failing(failing) if !failing.finishes))
 }
 
 /// Leaves that a grant skips since their goal is met.

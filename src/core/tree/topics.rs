@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use super::TOP;
 use ambidex_model::state::State;
 use ambidex_model::{
     Cause, Change, Condition, EffectTerm, FactId, LeaseKind, Location, MissionSpec, NodeId, ObjectId, Potential,
@@ -105,6 +106,12 @@ impl Touches {
         self.touch(Topic::Own(leaf));
     }
 
+    /// A node and everything below it.
+    fn touch_all(&mut self, node: NodeId) {
+        let end = self.mission.tree.topology.end(node);
+        (node.0..end.0).for_each(|node| self.touch(Topic::Own(NodeId(node))));
+    }
+
     /// Takes note of what a record has changed.
     pub(super) fn note(&mut self, before: &State, after: &State, record: &Record) {
         if !Arc::ptr_eq(before.table(), after.table()) {
@@ -120,7 +127,14 @@ impl Touches {
             // The first round asks everybody.
             Record::Began { .. } => {}
             Record::World { change, .. } | Record::Observed { change, .. } => self.note_change(before, *change),
-            Record::Decided { granted, reopened, .. } => {
+            Record::Decided { granted, reopened, urged, overdue, .. } => {
+                if urged.is_some() {
+                    let holders = before.urged().keys().chain(after.urged().keys()).copied();
+                    holders.for_each(|holder| self.touch(Topic::Intention(holder)));
+                }
+                if overdue.is_some() {
+                    self.touch(Topic::Intention(NodeId(0)));
+                }
                 for leaf in granted.iter().map(|grant| grant.leaf()) {
                     // What would not do it is asked for again once there is progress.
                     if after.unfit(leaf).is_empty() {
@@ -135,8 +149,9 @@ impl Touches {
                     self.touch(Topic::Own(reopened.node));
                 }
             }
-            Record::Released { leaf, changes, unfit, .. } => {
+            Record::Released { leaf, changes, unfit, consequences, .. } => {
                 self.note_running(*leaf);
+                consequences.cleaned.into_iter().for_each(|node| self.touch_all(node));
                 if !unfit.is_empty() {
                     self.barred.insert(*leaf);
                 }
@@ -150,6 +165,9 @@ impl Touches {
                 reopened.reset.iter().for_each(|node| self.touch(Topic::Own(*node)));
             }
             Record::Overtaken { goal, .. } => self.touch(Topic::Own(*goal)),
+            Record::Ending { .. } => self.touch(Topic::Own(TOP)),
+            Record::Leaving { way, .. } => self.touch(Topic::Own(*way)),
+            Record::Cleaning { node, .. } | Record::Cleaned { node, .. } => self.touch_all(*node),
             // Of what is different in the table.
             Record::Served { .. } | Record::Awaited { .. } => {}
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Stopped { .. } => {}

@@ -5,8 +5,7 @@ use std::collections::BTreeSet;
 use super::{Outbox, Root, TOP};
 use ambidex_model::state::Phase;
 use ambidex_model::{
-    Cause, ControllerId, FactId, Loss, MissionEnd, NodeId, Reason, Record, Reopened, Resource, ResourceId, Service,
-    Time, Told,
+    ControllerId, FactId, Loss, MissionEnd, NodeId, Reason, Record, Resource, ResourceId, Service, Time, Told,
 };
 
 impl Root {
@@ -14,16 +13,23 @@ impl Root {
     pub fn deadline(&self) -> Option<Time> {
         // Told once, it is taken up in the next turn.
         let is_told = !self.is_between_rounds() || self.told.contains(&Told::Woke);
-        let is_waiting = !is_told && !self.is_over() && !self.is_suspended && self.ending.is_none();
+        let may_clean = self.ending.is_none() || self.owes_cleanup();
+        let is_waiting = !is_told && !self.is_over() && !self.is_suspended && may_clean;
         let waits = self.state.waits().first().map(|(until, _)| *until);
         let is_awaited = self.state.table().iter().any(|(_, resource)| resource.service().is_awaited());
         let awaited = self.state.awaited_until().filter(|_| is_awaited);
         let deadline = self.state.deadlines().first().map(|(until, _)| *until);
-        waits.into_iter().chain(awaited).chain(deadline).min().filter(|_| is_waiting)
+        let pause = self.state.pauses().values().map(|pause| pause.until).min();
+        let grace = self.state.ending().map(|(_, until)| until);
+        let moments = [waits, awaited, deadline, pause, grace].into_iter().flatten();
+        moments.min().filter(|_| is_waiting)
     }
 
     /// Nothing can go on. Who is away may come back; whoever was awaited in vain is what the mission failed for.
     pub(super) fn stall(&mut self, now: Time, out: &mut Outbox) {
+        if let Some(&node) = self.state.cleaning().first() {
+            return self.end_cleanup(now, node, false, out);
+        }
         let services: Vec<_> = self.state.table().iter().map(|(id, resource)| (id, resource.service())).collect();
         let mut awaited = services.iter().filter(|(_, service)| service.is_awaited()).peekable();
         if awaited.peek().is_some() {
@@ -35,19 +41,20 @@ impl Root {
             }
             return;
         }
-        if let Some(reopened) = self.leave() {
-            self.is_wanted = true;
-            self.edit(Record::Reopened { at: now, reopened }, out);
-            return;
+        if let Some((or, way)) = self.way_to_leave() {
+            return self.leave_way(now, or, way, out);
         }
         let facts = self.lacks_of_others();
         if !facts.is_empty() && self.state.awaited_facts() != facts {
             self.edit(Record::Awaited { at: now, until: None, facts: facts.clone() }, out);
         }
-        if self.settings.waits_when_stalled || !facts.is_empty() {
+        if self.settings.waits_when_stalled || !facts.is_empty() || !self.state.pauses().is_empty() {
             return;
         }
-        self.finish(now, self.stalled(), out);
+        match self.owes_cleanup() {
+            true => self.end(now, self.stalled(), out),
+            false => self.finish(now, self.stalled(), out),
+        }
     }
 
     /// How a mission ends in which nothing can go on: as failed, where something has failed of it already; as lost, where
@@ -64,15 +71,13 @@ impl Root {
         controller.map_or(MissionEnd::Stalled, MissionEnd::ControllerLost)
     }
 
-    /// The last OR in tree order that has another way than the one in which nothing goes on: it leaves that.
-    fn leave(&self) -> Option<Reopened> {
+    /// The last OR in tree order that has another way than the one in which nothing goes on, with that one.
+    fn way_to_leave(&self) -> Option<(NodeId, NodeId)> {
         let (tree, state) = (&self.mission.tree, &self.state);
         self.ors.iter().copied().rev().filter(|or| !state.is_over(*or)).find_map(|or| {
             let way = state.status(or).way.filter(|way| !state.is_done(*way) && !state.was_left(*way))?;
             let mut others = tree.topology.children(or).filter(|other| *other != way);
-            let has_other = others.any(|other| state.phase(other) != Phase::Failed);
-            let (undecided, ended, reset) = (Vec::new(), Vec::new(), Vec::new());
-            has_other.then_some(Reopened { node: way, up_to: or, cause: Cause::Leave, undecided, ended, reset })
+            others.any(|other| state.phase(other) != Phase::Failed).then_some((or, way))
         })
     }
 
@@ -125,14 +130,14 @@ impl Root {
     pub(super) fn wake(&mut self, now: Time, out: &mut Outbox) {
         let due = self.state.waits().iter().take_while(|(until, _)| *until <= now);
         let mut leaves: Vec<NodeId> = due.map(|(_, leaf)| *leaf).collect();
+        let paused = self.state.pauses().iter().filter(|(_, pause)| pause.until <= now);
+        leaves.extend(paused.map(|(&node, _)| node));
         leaves.sort_unstable();
         if !leaves.is_empty() {
             self.is_wanted = true;
             self.edit(Record::Woke { at: now, leaves }, out);
         }
-        if self.ending.is_none() {
-            self.time_out(now, out);
-        }
+        self.time_out(now, out);
         if self.is_over() {
             return;
         }

@@ -20,6 +20,8 @@ pub(super) fn with_winner(running: &BTreeMap<NodeId, Grant>, verdict: &Verdict, 
 pub(super) fn winner(running: &BTreeMap<NodeId, Grant>, verdict: &Verdict, reason: &Reason) -> Option<Reason> {
     let (by, contested, own) = if let Reason::Outbid { by, resource, own, .. } = *reason {
         (by, Some(resource), own)
+    } else if let Reason::LessUrgent { by, .. } | Reason::DoneOftener { by, .. } = *reason {
+        (by, None, 0.0)
     } else if let Reason::WholeRobot { by } = *reason {
         (by, None, 0.0)
     } else {

@@ -131,6 +131,8 @@ impl<'a> Binder<'a> {
             potential: bound.potential(&kind.potential)?,
             satisfied: kind.goal.as_ref().map_or(Condition::Never, |goal| bound.conditions(goal)),
             precondition: bound.precondition(),
+            lasting: bound.conditions(&kind.lasting),
+            is_interruptible: true,
             effects,
             commands: Vec::new(),
             changes,
@@ -143,6 +145,8 @@ impl<'a> Binder<'a> {
         bound.check_takers(&behavior);
         bound.commands(&mut behavior);
         bound.check_claims(&behavior.claims);
+        let uses_hands = || !behavior.changes.is_empty() || behavior.claims.iter().any(|claim| bound.is_hand(claim));
+        behavior.is_interruptible = kind.interruptible.unwrap_or_else(|| !uses_hands());
         (faults.errors() == before).then_some(behavior)
     }
 
@@ -310,15 +314,15 @@ impl Bound<'_, '_> {
 
     pub(super) fn conditions(&mut self, terms: &[ConditionTerm]) -> Condition {
         let parts: Vec<_> = terms.iter().filter_map(|term| self.condition(term)).collect();
-        match <[Condition; 1]>::try_from(parts) {
-            Ok([only]) => only,
-            Err(parts) => Condition::All(parts),
-        }
+        all(parts)
     }
 
     pub(super) fn precondition(&mut self) -> Condition {
         let kind = self.kind;
-        self.conditions(&kind.precondition)
+        // What is to last has to be so at the beginning.
+        let parts: Vec<_> =
+            kind.precondition.iter().chain(&kind.lasting).filter_map(|term| self.condition(term)).collect();
+        all(parts)
     }
 
     pub(super) fn condition(&mut self, term: &ConditionTerm) -> Option<Condition> {
@@ -366,5 +370,12 @@ impl Bound<'_, '_> {
             Effect::Set(fact) => EffectTerm::Fact(self.fact(fact)?, true),
             Effect::Clear(fact) => EffectTerm::Fact(self.fact(fact)?, false),
         })
+    }
+}
+
+fn all(parts: Vec<Condition>) -> Condition {
+    match <[Condition; 1]>::try_from(parts) {
+        Ok([only]) => only,
+        Err(parts) => Condition::All(parts),
     }
 }

@@ -4,7 +4,7 @@ use super::bind::Bound;
 use super::terms::{ClaimTarget, ClaimTerm, Filter, KeepTerm};
 use super::{Claims, NameOrParam};
 use crate::types::Type;
-use ambidex_model::{Access, Claim, ResourceId, Retention, Selector, TypeId, match_claims, suggestion};
+use ambidex_model::{Access, Claim, ControllerKind, ResourceId, Retention, Selector, TypeId, match_claims, suggestion};
 
 impl Bound<'_, '_> {
     pub(super) fn claims(&mut self) -> Option<Vec<Claim>> {
@@ -119,6 +119,16 @@ impl Bound<'_, '_> {
                 Some(self.robot().resources[resource.index()].ty)
             }
         }
+    }
+
+    /// Whether a claim may be served by the gripper of an arm.
+    pub(super) fn is_hand(&self, claim: &Claim) -> bool {
+        let robot = self.robot();
+        let mover = |id: ResourceId| robot.resources[id.index()].controller;
+        let kind = |id: ResourceId| mover(id).map(|controller| robot.controllers[controller.index()].kind);
+        let holders = self.holders();
+        let all = robot.could_serve(claim.selector, &holders);
+        all.into_iter().any(|id| matches!(kind(id), Some(ControllerKind::Arm(_))))
     }
 
     /// The resources that could hold what a claim wants held.

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::terms::{CLAIMS, Command, ConditionTerm, Effect, POTENTIAL_TERM, PotentialTerm, TEMPLATE};
 use super::{Claims, Declared};
-use crate::describe::{At, Count, Custom, Described, Later, List, Map, Reads, described};
+use crate::describe::{At, Count, Custom, Described, Flag, Later, List, Map, Reads, described};
 use crate::fault::Faults;
 use crate::parameter::{PARAMETERS, Parameter, warn_of_unused};
 use crate::quantity::{BACKOFF, DURATION, TIMEOUT};
@@ -22,6 +22,20 @@ const RETRIES: u32 = 2;
 pub(crate) const BACKOFF_S: f64 = 0.5;
 
 const CONDITIONS: List<Map<ConditionTerm>> = List(MAPS, Map::new());
+/// Conditions that are looked at while a behavior runs, on what others can change.
+const LASTING: Custom<Vec<ConditionTerm>> = Custom(
+    || CONDITIONS.form(),
+    |item, reading| {
+        let terms = CONDITIONS.read(item, reading)?;
+        for term in &terms {
+            if let ConditionTerm::At(stand) | ConditionTerm::Path(stand) = term {
+                let help = "only `held`, `free`, `lies`, `fact` and `not_fact` are looked at while it runs";
+                reading.faults.push_with(&stand.place.written, "where the base is cannot be wanted to last", help);
+            }
+        }
+        Some(terms)
+    },
+);
 const MAPS: &str = "a list of maps, each with a dash";
 
 described! {
@@ -51,6 +65,16 @@ described! {
         ),
         goal: Option<Vec<ConditionTerm>> = maybe("goal", "When it is done; without it only by running.", CONDITIONS),
         precondition: Vec<ConditionTerm> = maybe_all("precondition", "What must be so for it to run.", CONDITIONS),
+        lasting: Vec<ConditionTerm> = maybe_all(
+            "while",
+            "What of facts and objects must be so for it to run, and stay so: else it is interrupted.",
+            LASTING
+        ),
+        interruptible: Option<bool> = optional(
+            "interruptible",
+            "Whether something more urgent may interrupt it; `true` for what claims no gripper and changes no object.",
+            Flag
+        ),
         effects: Vec<Effect> =
             maybe_all("effects", "What is so when it succeeded.", List(MAPS, Map::<Effect>::new())),
         commands: Vec<Command> = maybe_all(
@@ -109,6 +133,8 @@ impl Declared {
             potential: read.potential?,
             goal: read.goal,
             precondition: read.precondition,
+            lasting: read.lasting,
+            interruptible: read.interruptible,
             effects: read.effects,
             commands: read.commands,
             takes: Duration::from_secs_f64(takes_s),

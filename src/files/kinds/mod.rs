@@ -45,6 +45,8 @@ pub(crate) struct Declared {
     potential: PotentialTerm,
     goal: Option<Vec<ConditionTerm>>,
     precondition: Vec<ConditionTerm>,
+    lasting: Vec<ConditionTerm>,
+    interruptible: Option<bool>,
     effects: Vec<Effect>,
     commands: Vec<Command>,
     takes: Duration,

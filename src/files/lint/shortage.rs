@@ -38,6 +38,8 @@ fn check_supply(seen: &Seen<'_>, supply: Supply, faults: &mut Faults) -> bool {
             NodeKind::Then => in_order(&below),
             NodeKind::And | NodeKind::Root => in_any_order(&below),
             NodeKind::Or => either(&below),
+            // Its cleanup may be left out.
+            NodeKind::Cleanup => below.first().copied().unwrap_or_default(),
         };
         let is_told_below = children.iter().any(|child| is_told[child.index()]);
         is_told[node.index()] = is_told_below;

@@ -286,6 +286,15 @@ impl<'a> Item<'a> {
         count
     }
 
+    /// A whole number no farther from 0 than `most`.
+    pub(crate) fn whole(&self, most: i32, faults: &mut Faults) -> Option<i32> {
+        let number = self.text().and_then(|text| text.parse().ok()).filter(|number| (-most..=most).contains(number));
+        if number.is_none() {
+            self.wrong(&format!("a whole number from -{most} to {most}"), faults);
+        }
+        number
+    }
+
     /// A map from names that the writer chooses.
     pub(crate) fn named(&self, what: &str, faults: &mut Faults) -> Option<Vec<(Name, Item<'a>)>> {
         let Value::Map(entries) = self.value else {

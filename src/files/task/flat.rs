@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::node::{AND, MAY_RUN, NAMED, Node, OR, OfAll, RETRIES, THEN, USE, WAITS, word_for};
+use super::node::{AND, MAY_RUN, NAMED, Node, OR, OfAll, PERIOD, RETRIES, THEN, TIMES, URGENT, USE, WAITS, word_for};
 use super::subtrees::{Filled, Named, Scope, Subtrees};
 use super::{Call, Draft, DraftKind, MAX_NODES, Surroundings};
 use crate::describe::{Described, Reads};
@@ -15,7 +15,7 @@ use crate::parameter::{Argument, Known, Parameter, assign, example, warn_of_unus
 use crate::reader::{Fields, Item, Name};
 use crate::scope::Reading;
 use crate::types::Type;
-use ambidex_model::{BehaviorSpec, Limits, NodeId, PlaceId, Pose, nearest, suggestion};
+use ambidex_model::{BehaviorSpec, Limits, NodeId, PlaceId, Pose, Repeat, nearest, suggestion};
 
 /// Deepest tree: what files can nest.
 const MAX_LEVELS: usize = 64;
@@ -54,11 +54,15 @@ pub(super) struct Told {
     pub(super) retries: Option<u32>,
     pub(super) backoff_s: Option<f64>,
     pub(super) timeout_s: Option<f64>,
+    pub(super) priority: Option<i32>,
+    pub(super) repeat: Option<Repeat>,
 }
 
 impl Told {
     fn of(written: &OfAll<'_>, faults: &mut Faults) -> Self {
         Self {
+            priority: written.priority.and_then(|item| URGENT.take(item, faults)),
+            repeat: repeat(written, faults),
             retries: written.retries.and_then(|item| RETRIES.take(item, faults)),
             backoff_s: written.backoff.and_then(|item| WAITS.take(item, faults)),
             timeout_s: written.timeout.and_then(|item| MAY_RUN.take(item, faults)),
@@ -71,6 +75,8 @@ impl Told {
             retries: winner.retries.or(self.retries),
             backoff_s: winner.backoff_s.or(self.backoff_s),
             timeout_s: winner.timeout_s.or(self.timeout_s),
+            priority: winner.priority.or(self.priority),
+            repeat: winner.repeat.or(self.repeat),
         }
     }
 
@@ -93,6 +99,26 @@ impl Told {
             backoff: Duration::from_secs_f64(self.backoff_s.unwrap_or(BACKOFF_S)),
         })
     }
+}
+
+/// How often a node is done, and when; none where that is once.
+fn repeat(written: &OfAll<'_>, faults: &mut Faults) -> Option<Repeat> {
+    let every = written.every.and_then(|item| PERIOD.take(item, faults)).map(Duration::from_secs_f64);
+    let Some(item) = written.repeat else {
+        if let Some(every) = &written.every {
+            faults.push_with(every, "nothing is repeated here", "write `repeat: forever`, or how often, beside it");
+        }
+        return None;
+    };
+    let times = TIMES.take(item, faults)?;
+    if times.is_none() && written.every.is_none() {
+        faults.push_with(
+            &item,
+            "repeated without end, it never rests",
+            "write how often beside it, such as `every: 60 s`",
+        );
+    }
+    Some(Repeat { times, every })
 }
 
 /// What a node turned out to be.
@@ -143,11 +169,34 @@ impl<'a> Flat<'a> {
         let is = self.is(&written, &fields, faults);
         let name = written.of_all.name.and_then(|item| self.name(item, under.scope, faults));
         let told = Told::of(&written.of_all, faults).or(under.told);
-        if let Some(Is::Use(item)) = is {
-            self.insert(item, fields.span(), name.as_ref().or(under.wish), Under { told, ..under }, faults);
-            return;
+        match written.of_all.cleanup {
+            Some(cleanup) => {
+                let outer = Told { priority: told.priority, ..Told::default() };
+                let parent = self.begin_draft(Some(DraftKind::Cleanup), outer, None, fields.span(), under);
+                let below = Under { parent, level: under.level + 1, ..under };
+                self.add_known(is, told, name, fields.span(), below, faults);
+                self.add(cleanup, Under { wish: None, told: Told::default(), ..below }, faults);
+            }
+            None => self.add_known(is, told, name, fields.span(), under, faults),
         }
-        self.add_draft(is, told, name, fields.span(), under, faults);
+    }
+
+    /// Adds a node of which it is known what it is, and what is below it.
+    fn add_known(
+        &mut self,
+        is: Option<Is<'a, '_>>,
+        told: Told,
+        name: Option<Name>,
+        span: SourceSpan,
+        under: Under<'_>,
+        faults: &mut Faults,
+    ) {
+        match is {
+            Some(Is::Use(item)) => {
+                self.insert(item, span, name.as_ref().or(under.wish), Under { told, ..under }, faults);
+            }
+            is => self.add_draft(is, told, name, span, under, faults),
+        }
     }
 
     /// Adds a node that is a word alone: a kind of behavior that needs no argument.
@@ -186,15 +235,8 @@ impl<'a> Flat<'a> {
         under: Under<'_>,
         faults: &mut Faults,
     ) {
-        let node = NodeId::from(self.drafts.len());
-        self.drafts.push(Draft {
-            span,
-            name: name.or_else(|| under.wish.cloned()),
-            is_used: under.scope.is_subtree,
-            kind: None,
-            told,
-        });
-        self.parents.push(under.parent);
+        let name = name.or_else(|| under.wish.cloned());
+        let node = self.begin_draft(None, told, name, span, under);
         match is {
             Some(Is::Composite(kind, item)) => {
                 self.drafts[node.index()].kind = Some(kind);
@@ -209,6 +251,20 @@ impl<'a> Flat<'a> {
             }
             Some(Is::Use(_)) | None => {}
         }
+    }
+
+    fn begin_draft(
+        &mut self,
+        kind: Option<DraftKind<'a>>,
+        told: Told,
+        name: Option<Name>,
+        span: SourceSpan,
+        under: Under<'_>,
+    ) -> NodeId {
+        let node = NodeId::from(self.drafts.len());
+        self.drafts.push(Draft { span, name, is_used: under.scope.is_subtree, kind, told });
+        self.parents.push(under.parent);
+        node
     }
 
     /// What a node is: exactly one of AND, OR, THEN, a use, or a kind of behavior.

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::node::{AND, NAME, OR, THEN};
+use super::node::{AND, CLEANUP, NAME, OR, THEN};
 use super::{Draft, DraftKind};
 use crate::fault::Faults;
 
@@ -63,6 +63,7 @@ fn composite(draft: &Draft) -> Option<&'static str> {
         DraftKind::And => Some(AND),
         DraftKind::Or => Some(OR),
         DraftKind::Then => Some(THEN),
+        DraftKind::Cleanup => Some(CLEANUP),
         DraftKind::Root | DraftKind::Behavior(_) => None,
     }
 }

@@ -72,6 +72,7 @@ enum DraftKind<'a> {
     And,
     Or,
     Then,
+    Cleanup,
     Behavior(Box<Call<'a>>),
 }
 
@@ -95,7 +96,9 @@ impl Draft<'_> {
     fn call(&self) -> Option<&Call<'_>> {
         match &self.kind {
             Some(DraftKind::Behavior(call)) => Some(call),
-            Some(DraftKind::Root | DraftKind::And | DraftKind::Or | DraftKind::Then) | None => None,
+            Some(DraftKind::Root | DraftKind::And | DraftKind::Or | DraftKind::Then | DraftKind::Cleanup) | None => {
+                None
+            }
         }
     }
 
@@ -111,7 +114,9 @@ impl Draft<'_> {
     fn label(&self) -> String {
         match &self.kind {
             Some(DraftKind::Behavior(call)) => call.kind.label(&call.arguments),
-            Some(DraftKind::Root | DraftKind::And | DraftKind::Or | DraftKind::Then) | None => "node".to_owned(),
+            Some(DraftKind::Root | DraftKind::And | DraftKind::Or | DraftKind::Then | DraftKind::Cleanup) | None => {
+                "node".to_owned()
+            }
         }
     }
 }
@@ -150,7 +155,12 @@ pub(crate) fn build(
     let spans = drafts.iter().map(|draft| draft.span).collect();
     let tasks = drafts.iter().enumerate().filter(|(_, draft)| draft.call().is_none());
     let limits = tasks.filter_map(|(index, draft)| Some((NodeId::from(index), draft.told.limits()?))).collect();
-    Some(BuiltTask { tree: TreeSpec { nodes, topology, limits }, names, channels: binder.into_channels(), spans })
+    let told = || drafts.iter().enumerate().map(|(index, draft)| (NodeId::from(index), draft.told));
+    let priorities = told().filter_map(|(node, told)| Some((node, told.priority?))).collect();
+    let repeats = told().filter_map(|(node, told)| Some((node, told.repeat?))).collect();
+    let mut tree = TreeSpec::new(nodes, topology).with_priorities(&priorities);
+    (tree.limits, tree.repeats) = (limits, repeats);
+    Some(BuiltTask { tree, names, channels: binder.into_channels(), spans })
 }
 
 fn bind_all(
@@ -171,6 +181,7 @@ fn bind_all(
             Some(DraftKind::And) => Some(NodeKind::And),
             Some(DraftKind::Or) => Some(NodeKind::Or),
             Some(DraftKind::Then) => Some(NodeKind::Then),
+            Some(DraftKind::Cleanup) => Some(NodeKind::Cleanup),
             Some(DraftKind::Behavior(call)) => {
                 let site = Site {
                     span: draft.span,

@@ -1,6 +1,6 @@
 //! A node of a task as it is written.
 
-use crate::describe::{Count, Described, Later, Reads, Word, described};
+use crate::describe::{Count, Custom, Described, Later, Reads, Whole, Word, described};
 use crate::kinds::MAX_RETRIES;
 use crate::quantity::{BACKOFF, Quantity, TIMEOUT};
 use crate::reader::Item;
@@ -14,6 +14,8 @@ pub(crate) const OR: &str = "or";
 pub(crate) const THEN: &str = "then";
 /// The key of a subtree that is used.
 pub(crate) const USE: &str = "use";
+/// The key of a cleanup, and what its node is called without a name.
+pub(crate) const CLEANUP: &str = "cleanup";
 /// The key of a node's name.
 pub(super) const NAME: &str = "name";
 /// The key of how long a node may take.
@@ -21,8 +23,31 @@ pub(super) const TIMEOUT_KEY: &str = "timeout";
 
 pub(super) const NAMED: Word = Word("a name");
 pub(super) const RETRIES: Count = Count(MAX_RETRIES);
+pub(super) const URGENT: Whole = Whole(MAX_PRIORITY);
 pub(super) const MAY_RUN: &Quantity = &TIMEOUT;
 pub(super) const WAITS: &Quantity = &BACKOFF;
+pub(super) const PERIOD: &Quantity = &TIMEOUT;
+
+/// How far from 0 a priority may be.
+const MAX_PRIORITY: i32 = 1000;
+/// How often something may be done that is not done forever.
+const MAX_REPEATS: u32 = 1_000_000;
+const FOREVER: [&str; 1] = ["forever"];
+
+/// How often something is done; none without end.
+pub(super) const TIMES: Custom<Option<u32>> = Custom(
+    || Form::Either(vec![Form::Count(MAX_REPEATS), Form::Words(&FOREVER)]),
+    |item, reading| {
+        if item.text() == Some(FOREVER[0]) {
+            return Some(None);
+        }
+        let found = item.text().and_then(|text| text.parse().ok()).filter(|times| (1..=MAX_REPEATS).contains(times));
+        if found.is_none() {
+            item.wrong(&format!("a whole number from 1 to {MAX_REPEATS}, or `forever`"), reading.faults);
+        }
+        found.map(Some)
+    },
+);
 
 const NODES: Later = Later(|| Form::List(Box::new(node_form())));
 const ARGUMENTS: Later = Later(|| Form::Arguments);
@@ -65,6 +90,26 @@ described! {
             TIMEOUT_KEY,
             "How long an attempt may take; of `and`, `or` and `then` from the first start below it.",
             Later(|| MAY_RUN.form())
+        ),
+        priority: Option<Item<'a>> = maybe(
+            "priority",
+            "How urgent it is, with all below it that tell none; the more urgent comes first and interrupts; 0.",
+            Later(|| URGENT.form())
+        ),
+        repeat: Option<Item<'a>> = maybe(
+            "repeat",
+            "How often it is done, or `forever`; once.",
+            Later(|| TIMES.form())
+        ),
+        every: Option<Item<'a>> = maybe(
+            "every",
+            "With `repeat`: how long after one time began the next begins, or at once if that is past.",
+            Later(|| PERIOD.form())
+        ),
+        cleanup: Option<Item<'a>> = maybe(
+            CLEANUP,
+            "What is done where it has failed for good, is canceled or left, once something of it was begun.",
+            Later(node_form)
         ),
     }
 }

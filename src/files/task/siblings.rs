@@ -14,7 +14,7 @@ pub(super) fn moves_before(drafts: &[Draft], topology: &Topology) -> Vec<Option<
         let mut before = befores[index];
         for child in topology.children(NodeId::from(index)) {
             befores[child.index()] = before;
-            if let Some(DraftKind::Behavior(call)) = &drafts[child.index()].kind
+            if let Some(DraftKind::Behavior(call)) = &drafts[body(drafts, child.index())].kind
                 && is_then
             {
                 before = call.stop.or(before);
@@ -22,6 +22,16 @@ pub(super) fn moves_before(drafts: &[Draft], topology: &Topology) -> Vec<Option<
         }
     }
     befores
+}
+
+/// A node without its cleanup.
+fn body(drafts: &[Draft], mut index: usize) -> usize {
+    while let Some(DraftKind::Cleanup) = drafts[index].kind
+        && index + 1 < drafts.len()
+    {
+        index += 1;
+    }
+    index
 }
 
 /// What later siblings of each node in its THEN claim, by type.
@@ -50,7 +60,9 @@ fn claimed_after(ty: TypeId, drafts: &[Draft], topology: &Topology) -> Vec<bool>
         }
         let is_then = matches!(drafts[index].kind, Some(DraftKind::Then));
         let children: Vec<_> = topology.children(NodeId::from(index)).collect();
-        for child in children.into_iter().rev().map(NodeId::index) {
+        let has_cleanup = matches!(drafts[index].kind, Some(DraftKind::Cleanup));
+        let counted = if has_cleanup { 1 } else { children.len() };
+        for child in children.into_iter().take(counted).rev().map(NodeId::index) {
             after[child] = is_then && within[index];
             within[index] |= within[child];
         }

@@ -205,7 +205,7 @@ fn described_by(form: &Form, found: &mut BTreeSet<(&'static str, &'static str)>)
         Form::Map(shape) => described(shape(), found),
         Form::List(inner) | Form::Each(inner) => described_by(inner, found),
         Form::Either(forms) => forms.iter().for_each(|form| described_by(form, found)),
-        Form::Word | Form::Words(_) | Form::Flag | Form::Count(_) | Form::Quantity(_) => {}
+        Form::Word | Form::Words(_) | Form::Flag | Form::Count(_) | Form::Whole(_) | Form::Quantity(_) => {}
         Form::Vector(..) | Form::Arguments => {}
     }
 }

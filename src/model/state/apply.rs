@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{Bar, Phase, Redone, Stage, State, Status, Unfit, Wait};
+use super::{Bar, Pause, Phase, Redone, Stage, State, Status, Unfit, Wait};
 use crate::{
     Cause, Change, Consequences, Deadline, End, Failing, Grant, Heir, Kept, MissionEnd, NodeId, NodeRange, Reason,
-    Record, Reopened, ResourceId, Service, Time, WorldState,
+    Record, Reopened, ResourceId, Service, StopCause, Time, WorldState,
 };
 
 impl State {
@@ -16,8 +16,14 @@ impl State {
             Record::Began { world_state, .. } => self.begin(world_state),
             Record::Observed { change, .. } => self.change_world(&[*change]),
             Record::World { change, .. } => self.change(&[*change]),
-            Record::Decided { at, round, granted, reopened, deadlines, .. } => {
+            Record::Decided { at, round, granted, reopened, deadlines, urged, overdue, .. } => {
                 self.round = *round;
+                if let Some(urged) = urged {
+                    self.urged = Arc::new(urged.iter().map(|urged| (urged.node, urged.priority)).collect());
+                }
+                if let Some(overdue) = overdue {
+                    self.overdue = Arc::new(overdue.iter().copied().collect());
+                }
                 if !granted.is_empty() {
                     (self.is_awaiting, self.awaited_until) = (false, None);
                     self.awaited_facts = Arc::default();
@@ -32,7 +38,14 @@ impl State {
             Record::Overtaken { leaf, skip, goal, consequences, .. } => {
                 self.overtake(*leaf, *skip, *goal, *consequences)
             }
-            Record::Stopped { leaves, .. } => each(leaves, |leaf| self.stop(*leaf)),
+            Record::Stopped { leaves, cause, .. } => each(leaves, |leaf| self.stop(*leaf, cause)),
+            Record::Ending { end, until, .. } => {
+                self.ending = Some((*end, *until));
+                self.end_node(TOP)
+            }
+            Record::Leaving { way, .. } => self.end_node(*way),
+            Record::Cleaning { node, .. } => self.begin_cleaning(*node),
+            Record::Cleaned { node, consequences, .. } => self.cleaned(*node, *consequences),
             Record::Released { at, leaf, end, consequences, changes, waits_until, unfit } => {
                 let is_known = self.release(*leaf, *end, *consequences, changes);
                 if is_known && !unfit.is_empty() {
@@ -76,10 +89,13 @@ impl State {
         is_of_this_world
     }
 
-    fn stop(&mut self, leaf: NodeId) -> bool {
+    fn stop(&mut self, leaf: NodeId, cause: &StopCause) -> bool {
         let is_running = self.running.contains_key(&leaf);
         if is_running {
             self.status_mut(leaf).is_stopping = true;
+            if cause.interrupts() {
+                Arc::make_mut(&mut self.interrupted).insert(leaf, cause.clone());
+            }
         }
         is_running
     }
@@ -125,6 +141,10 @@ impl State {
         if leaf.index() >= self.topology.count() {
             return false;
         }
+        if self.pauses.contains_key(&leaf) {
+            Arc::make_mut(&mut self.pauses).remove(&leaf);
+            return true;
+        }
         let wait = self.status(leaf).wait.as_ref().map(|wait| wait.until);
         let Some(until) = wait else { return false };
         Arc::make_mut(&mut self.waits).remove(&(until, leaf));
@@ -160,8 +180,10 @@ impl State {
         (status.bar, status.is_stopping) = (None, false);
         let mut child = leaf;
         for parent in topology.path(leaf).skip(1) {
-            if self.status(parent).way != Some(child) {
-                self.status_mut(parent).way = Some(child);
+            let status = self.status(parent);
+            if status.way != Some(child) || !status.is_begun {
+                let status = self.status_mut(parent);
+                (status.way, status.is_begun) = (Some(child), true);
             }
             child = parent;
         }
@@ -181,7 +203,7 @@ impl State {
 
     /// What is done or has failed waits for nothing more.
     fn forget_moments(&mut self, nodes: std::ops::Range<NodeId>) {
-        let waits = self.waits.iter().map(|(_, node)| *node);
+        let waits = self.waits.iter().map(|(_, node)| *node).chain(self.pauses.keys().copied());
         let waiting: Vec<NodeId> = waits.filter(|node| nodes.contains(node)).collect();
         each(&waiting, |node| self.wake(*node));
         self.end_times(nodes);
@@ -214,6 +236,14 @@ impl State {
                 self.try_again(reopened, Wait { since: at, until, fault });
                 return true;
             }
+            Cause::Repeat { until } => {
+                self.repeat(reopened, at, until);
+                return true;
+            }
+            Cause::Yield => {
+                self.end_intentions(&reopened.ended);
+                return true;
+            }
         }
         let path: Vec<NodeId> = self.topology.path(reopened.node).take_while(|node| *node != reopened.up_to).collect();
         for node in path {
@@ -227,7 +257,7 @@ impl State {
         }
         self.status_mut(reopened.node).bar = match &reopened.cause {
             Cause::Lapse { heir, .. } => Some(Box::new(Bar { progress, heir: (**heir).clone() })),
-            Cause::Redo { .. } | Cause::Leave | Cause::Retry { .. } => None,
+            Cause::Redo { .. } | Cause::Leave | Cause::Retry { .. } | Cause::Repeat { .. } | Cause::Yield => None,
         };
         if let Cause::Lapse { resource, .. } = reopened.cause {
             Arc::make_mut(&mut self.table).lapse(resource, reopened.up_to);
@@ -243,6 +273,100 @@ impl State {
         let topology = Arc::clone(&self.topology);
         self.gather(or, |holder| topology.is_within(holder, way));
         self.forget_moments(way..topology.end(way));
+        if self.phase(way) == Phase::Ending {
+            self.status_mut(way).phase = Phase::Pending;
+        }
+        self.forget_begun(way);
+    }
+
+    /// Nothing below a node counts as granted since it began.
+    fn forget_begun(&mut self, top: NodeId) {
+        for node in (top.0..self.topology.end(top).0).map(NodeId) {
+            if self.status(node).is_begun {
+                self.status_mut(node).is_begun = false;
+            }
+        }
+    }
+
+    /// A node that is done more than once begins anew.
+    fn repeat(&mut self, reopened: &Reopened, at: Time, until: Option<Time>) {
+        let top = reopened.node;
+        let below = top..self.topology.end(top);
+        self.forget_moments(below.clone());
+        self.forget_needs(below.clone());
+        for node in (below.start.0..below.end.0).map(NodeId) {
+            *self.status_mut(node) = Status::default();
+            if node != top {
+                Arc::make_mut(&mut self.iterations).remove(&node);
+            }
+            Arc::make_mut(&mut self.left).remove(&node);
+            Arc::make_mut(&mut self.infeasible).remove(&node);
+            Arc::make_mut(&mut self.unfit).remove(&node);
+        }
+        *Arc::make_mut(&mut self.iterations).entry(top).or_default() += 1;
+        self.gather(top, |holder| below.contains(&holder));
+        if let Some(until) = until {
+            Arc::make_mut(&mut self.pauses).insert(top, Pause { since: at, until });
+        }
+    }
+
+    fn end_intentions(&mut self, ended: &[Kept]) {
+        for &Kept { resource, holder, .. } in ended {
+            Arc::make_mut(&mut self.table).lapse(resource, holder);
+        }
+    }
+
+    /// A node is canceled or about to be left.
+    fn end_node(&mut self, node: NodeId) -> bool {
+        let is_known = node.index() < self.topology.count();
+        if is_known && !matches!(self.phase(node), Phase::Done | Phase::Failed | Phase::Cleaning(_)) {
+            self.status_mut(node).phase = Phase::Ending;
+            self.end_times(node..self.topology.end(node));
+        }
+        is_known
+    }
+
+    /// What full grippers held below the body goes to the cleanup's node.
+    fn begin_cleaning(&mut self, node: NodeId) -> bool {
+        if !self.can_clean(node) {
+            return false;
+        }
+        let body = NodeId(node.0 + 1)..self.topology.end(NodeId(node.0 + 1));
+        self.forget_moments(body.clone());
+        self.gather(node, |holder| body.contains(&holder));
+        let failing = match self.phase(node) {
+            Phase::Failing(failing) => Some(failing),
+            Phase::Pending | Phase::Ending | Phase::Done | Phase::Failed | Phase::Cleaning(_) => None,
+        };
+        self.status_mut(node).phase = Phase::Cleaning(failing);
+        Arc::make_mut(&mut self.cleaning).insert(node);
+        true
+    }
+
+    fn cleaned(&mut self, node: NodeId, consequences: Consequences) -> bool {
+        let is_sound = self.cleaning.contains(&node) && self.can_fail(node, consequences);
+        if is_sound {
+            self.end_cleaning(node);
+            self.fall(node, consequences);
+        }
+        is_sound
+    }
+
+    /// A cleanup is over, and can be done another time; its node is as before it was begun.
+    fn end_cleaning(&mut self, node: NodeId) {
+        Arc::make_mut(&mut self.cleaning).remove(&node);
+        let cleanup = self.topology.children(node).last().unwrap_or(node);
+        let below = cleanup..self.topology.end(cleanup);
+        self.forget_moments(below.clone());
+        self.forget_needs(below.clone());
+        for index in below.start.0..below.end.0 {
+            *self.status_mut(NodeId(index)) = Status::default();
+        }
+        self.gather(node, |holder| below.contains(&holder));
+        if let Phase::Cleaning(_) = self.phase(node) {
+            self.status_mut(node).phase = Phase::Pending;
+        }
+        self.forget_begun(node);
     }
 
     /// A node begins anew, but for what it keeps, when it has waited.
@@ -254,6 +378,7 @@ impl State {
             let failures = if node == top { self.status(node).failures + 1 } else { 0 };
             let status = self.status_mut(node);
             (status.phase, status.way, status.failures, status.bar) = (Phase::Pending, None, failures, None);
+            status.is_begun = false;
             Arc::make_mut(&mut self.infeasible).remove(&node);
             Arc::make_mut(&mut self.unfit).remove(&node);
             self.forget_needs(node..NodeId(node.0 + 1));
@@ -347,8 +472,8 @@ impl State {
     fn send_back(&mut self, reopened: &Reopened, leaf: NodeId) {
         let redone = Redone { progress: self.progress, leaf: Some(leaf) };
         Arc::make_mut(&mut self.redone).insert(reopened.node, redone);
-        for &Kept { resource, holder, behavior } in &reopened.ended {
-            Arc::make_mut(&mut self.table).lapse(resource, holder);
+        self.end_intentions(&reopened.ended);
+        for &Kept { holder, behavior, .. } in &reopened.ended {
             for node in self.topology.path(behavior).take_while(|node| *node != holder).collect::<Vec<_>>() {
                 self.status_mut(node).phase = Phase::Pending;
             }
@@ -362,6 +487,9 @@ impl State {
         let Some(grant) = Arc::make_mut(&mut self.running).remove(&leaf) else { return false };
         let topology = Arc::clone(&self.topology);
         self.status_mut(leaf).is_stopping = false;
+        if self.interrupted.contains_key(&leaf) {
+            Arc::make_mut(&mut self.interrupted).remove(&leaf);
+        }
         if let End::Failed(_) = end {
             let mut failed_with: Vec<ResourceId> = self.status(leaf).failed_with.clone();
             let claimed = std::iter::zip(&grant.request.claims, &grant.bindings);
@@ -390,6 +518,9 @@ impl State {
             self.begin_failing(failing);
         }
         self.release_emptied(&were_occupied, changes);
+        if let Some(cleaned) = consequences.cleaned {
+            self.end_cleaning(cleaned);
+        }
         true
     }
 
@@ -401,9 +532,10 @@ impl State {
         self.forget_needs(top..self.topology.end(top));
         self.forget_moments(top..self.topology.end(top));
         let status = self.status_mut(leaf);
-        if !std::mem::replace(&mut status.has_completed, true) {
-            self.progress += 1;
-        }
+        let is_first = !std::mem::replace(&mut status.has_completed, true);
+        // A cleanup brings nothing nearer.
+        let is_cleaning = self.cleaning.range(..leaf).any(|node| self.topology.is_within(leaf, *node));
+        self.progress += u64::from(is_first && !is_cleaning);
     }
 
     /// The nodes on the way from one to another above it have failed.
@@ -461,6 +593,9 @@ impl State {
         }
     }
 }
+
+/// The top of the task.
+const TOP: NodeId = NodeId(1);
 
 /// Does something with each, also behind one that fails; true if none does.
 fn each<T>(things: &[T], mut apply: impl FnMut(&T) -> bool) -> bool {

@@ -1,6 +1,6 @@
 //! Whether what a record says can be so: records may come from a file that anybody wrote.
 
-use super::State;
+use super::{Phase, State};
 use crate::{
     Cause, Change, Consequences, Grant, Kept, LeaseKind, Lineage, Location, NodeId, NodeRange, Reopened, ResourceId,
     Told,
@@ -63,6 +63,13 @@ impl State {
                 let is_child = self.has(reopened.node) && self.topology.parent(reopened.node) == reopened.up_to;
                 return is_child && !self.is_busy(reopened.node);
             }
+            Cause::Yield => {
+                let is_kept = |kept: &Kept| self.holds_intention(kept);
+                return self.has(reopened.node) && reopened.ended.iter().all(is_kept);
+            }
+            Cause::Repeat { .. } => {
+                return self.has(reopened.node) && reopened.node.0 > 0 && !self.is_busy(reopened.node);
+            }
             Cause::Retry { .. } => {
                 let is_below = |node: &NodeId| self.is_above(reopened.node, *node);
                 let is_known = self.has(reopened.node) && reopened.node.0 > 0 && !self.is_busy(reopened.node);
@@ -70,16 +77,29 @@ impl State {
             }
         };
         let is_kept = |kept: &Kept| {
-            let leases =
-                (kept.resource.index() < self.table.count()).then(|| self.table.resource(kept.resource).leases());
-            let mut leases = leases.into_iter().flatten();
             let is_below = self.is_above(reopened.up_to, kept.holder) && self.is_above(kept.holder, kept.behavior);
-            is_below && leases.any(|lease| lease.holder == kept.holder && lease.kind == LeaseKind::Intention)
+            is_below && self.holds_intention(kept)
         };
         lapses
             && reopened.ended.iter().all(is_kept)
             && self.is_above(reopened.up_to, reopened.node)
             && reopened.undecided.iter().all(|or| self.has(*or))
+    }
+
+    fn holds_intention(&self, kept: &Kept) -> bool {
+        let leases = (kept.resource.index() < self.table.count()).then(|| self.table.resource(kept.resource).leases());
+        let mut leases = leases.into_iter().flatten();
+        leases.any(|lease| lease.holder == kept.holder && lease.kind == LeaseKind::Intention)
+    }
+
+    /// A node with body and cleanup that is not over, and of which nothing runs.
+    pub(super) fn can_clean(&self, node: NodeId) -> bool {
+        let is_known = node.0 > 0 && self.has(node);
+        let has_cleanup = || self.topology.children(node).last().is_some_and(|last| self.topology.is_cleanup(last));
+        is_known
+            && has_cleanup()
+            && !self.is_busy(node)
+            && !matches!(self.phase(node), Phase::Done | Phase::Failed | Phase::Cleaning(_))
     }
 
     pub(super) fn can_release(&self, leaf: NodeId, consequences: Consequences, changes: &[Change]) -> bool {
@@ -92,6 +112,7 @@ impl State {
         ends.into_iter().all(|node| is_mine(node) && is_last(node))
             && consequences.completed.and_then(|completed| completed.heir).is_none_or(is_mine)
             && consequences.failing.is_none_or(|failing| self.has(failing.node))
+            && consequences.cleaned.is_none_or(|node| self.cleaning.contains(&node) && is_mine(node))
             && changes.iter().all(|change| self.knows(*change))
     }
 

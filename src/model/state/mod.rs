@@ -9,9 +9,12 @@ mod status;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use crate::{FactId, Grant, MissionEnd, NodeId, Reason, ResourceId, ResourceTable, Time, Topology, WorldState};
+use crate::{
+    FactId, Failing, Grant, MissionEnd, NodeId, Reason, ResourceId, ResourceTable, StopCause, Time, Topology,
+    WorldState,
+};
 pub use chunks::Chunks;
-pub use status::{Bar, Phase, Redone, Status, Unfit, Wait};
+pub use status::{Bar, Pause, Phase, Redone, Status, Unfit, Wait};
 
 /// The state of a run. A clone is cheap: it shares everything that neither of the two changes afterwards.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,6 +32,18 @@ pub struct State {
     timed: Arc<BTreeMap<NodeId, Time>>,
     /// Ways that their ORs left, with the progress at which they did.
     left: Arc<BTreeMap<NodeId, u64>>,
+    /// How often nodes that are done more than once have been done.
+    iterations: Arc<BTreeMap<NodeId, u32>>,
+    pauses: Arc<BTreeMap<NodeId, Pause>>,
+    /// Nodes that are as urgent as who waits for what they hold.
+    urged: Arc<BTreeMap<NodeId, i32>>,
+    /// Tasks that have waited for so long that it is their turn.
+    overdue: Arc<BTreeSet<NodeId>>,
+    /// Nodes whose cleanup is done.
+    cleaning: Arc<BTreeSet<NodeId>>,
+    /// Why behaviors were told to end that will ask again.
+    interrupted: Arc<BTreeMap<NodeId, StopCause>>,
+    ending: Option<(MissionEnd, Time)>,
     infeasible: Arc<BTreeMap<NodeId, Reason>>,
     unfit: Arc<BTreeMap<NodeId, Unfit>>,
     awaited_until: Option<Time>,
@@ -64,6 +79,13 @@ impl State {
             deadlines: Arc::default(),
             timed: Arc::default(),
             left: Arc::default(),
+            iterations: Arc::default(),
+            pauses: Arc::default(),
+            urged: Arc::default(),
+            overdue: Arc::default(),
+            cleaning: Arc::default(),
+            interrupted: Arc::default(),
+            ending: None,
             infeasible: Arc::default(),
             unfit: Arc::default(),
             awaited_until: None,
@@ -114,14 +136,96 @@ impl State {
         &self.running
     }
 
-    /// Whether nothing at or below a node is granted any more: it or one above is done, has failed, or waits for what
-    /// runs to end.
+    /// Whether nothing at or below a node is granted any more: it or one above is done, has failed, is given up, or waits
+    /// for what runs to end. A cleanup is, but for while it is done.
     pub fn is_over(&self, node: NodeId) -> bool {
-        self.topology.path(node).any(|node| match self.phase(node) {
-            Phase::Pending => false,
-            Phase::Done | Phase::Failed => true,
-            Phase::Failing(failing) => !failing.finishes,
+        let mut child = node;
+        for node in self.topology.path(node) {
+            let phase = self.phase(node);
+            if child != node && self.topology.is_cleanup(child) {
+                return !matches!(phase, Phase::Cleaning(_));
+            }
+            match phase {
+                Phase::Pending | Phase::Failing(Failing { finishes: true, .. }) => {}
+                Phase::Done | Phase::Failed | Phase::Failing(_) | Phase::Ending | Phase::Cleaning(_) => return true,
+            }
+            child = node;
+        }
+        false
+    }
+
+    /// Whether what runs at or below a node is to end, since one above fails or is given up.
+    pub fn is_ending(&self, node: NodeId) -> bool {
+        let mut child = node;
+        for node in self.topology.path(node) {
+            if child != node && self.topology.is_cleanup(child) {
+                return false;
+            }
+            match self.phase(node) {
+                Phase::Ending | Phase::Failing(Failing { finishes: false, .. }) => return true,
+                Phase::Pending | Phase::Failing(_) | Phase::Done | Phase::Failed | Phase::Cleaning(_) => {}
+            }
+            child = node;
+        }
+        false
+    }
+
+    /// The first cleanup in tree order, at or below a node, that was begun and is not over or is yet to be done: its node;
+    /// `but` is passed over.
+    pub fn owed_cleanup(&self, top: NodeId, but: Option<NodeId>) -> Option<NodeId> {
+        let below = top..self.topology.end(top);
+        let nodes = self.topology.cleanups().range(below).map(|cleanup| self.topology.parent(*cleanup));
+        let mut nodes: Vec<NodeId> = nodes.filter(|node| *node >= top && Some(*node) != but).collect();
+        nodes.sort_unstable();
+        nodes.into_iter().find(|node| {
+            let mut up_to_top = self.topology.path(*node).take_while(|above| *above >= top);
+            let is_left = up_to_top.all(|node| !matches!(self.phase(node), Phase::Done | Phase::Failed));
+            is_left && self.status(*node).is_begun
         })
+    }
+
+    /// Nodes whose cleanup is done.
+    pub fn cleaning(&self) -> &BTreeSet<NodeId> {
+        &self.cleaning
+    }
+
+    /// How the mission will have ended, and until when cleanups may take; none while it is not told to end.
+    pub fn ending(&self) -> Option<(MissionEnd, Time)> {
+        self.ending
+    }
+
+    /// How often a node has been done that is done more than once.
+    pub fn iterations(&self, node: NodeId) -> u32 {
+        self.iterations.get(&node).copied().unwrap_or_default()
+    }
+
+    /// How often the outermost node at or above a node has been done that repeats.
+    pub fn iterations_above(&self, node: NodeId) -> u32 {
+        if self.iterations.is_empty() {
+            return 0;
+        }
+        let counts = self.topology.path(node).filter_map(|above| self.iterations.get(&above));
+        counts.last().copied().unwrap_or_default()
+    }
+
+    /// Nodes that wait for their next time.
+    pub fn pauses(&self) -> &BTreeMap<NodeId, Pause> {
+        &self.pauses
+    }
+
+    /// Nodes that are as urgent as who waits for what they hold.
+    pub fn urged(&self) -> &BTreeMap<NodeId, i32> {
+        &self.urged
+    }
+
+    /// Tasks that have waited for so long that it is their turn.
+    pub fn overdue(&self) -> &BTreeSet<NodeId> {
+        &self.overdue
+    }
+
+    /// Why a behavior that runs was told to end, if it will ask again.
+    pub fn interrupted(&self, leaf: NodeId) -> Option<&StopCause> {
+        self.interrupted.get(&leaf)
     }
 
     /// Task nodes whose time runs, with the moment at which they will have taken too long, the next one first.

@@ -15,6 +15,8 @@ pub struct Status {
     pub has_completed: bool,
     /// Whether its behavior runs and was told to end.
     pub is_stopping: bool,
+    /// Whether something below it was granted since it last began.
+    pub is_begun: bool,
     /// Why it does not ask although it is not done.
     pub bar: Option<Box<Bar>>,
     /// How it failed, while it waits before it asks again.
@@ -35,6 +37,27 @@ pub enum Phase {
     Failing(Failing),
     /// It has failed for good.
     Failed,
+    /// It is canceled, or an OR is about to leave it: it waits for what runs below it to end, and for cleanups.
+    Ending,
+    /// Its body has failed, as is told then, or is given up, and its cleanup is done.
+    Cleaning(Option<Failing>),
+}
+
+/// A node that is done more than once waits for its next time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pause {
+    /// Since when, robot time.
+    pub since: Time,
+    /// Until when, robot time.
+    pub until: Time,
+}
+
+impl Pause {
+    /// Why nothing at or below the node is asked.
+    pub fn reason(&self, node: NodeId) -> Reason {
+        let wait_ms = u64::try_from(self.until.since(self.since).as_millis()).unwrap_or(u64::MAX);
+        Reason::NotYet { node, wait_ms }
+    }
 }
 
 /// A behavior was sent back, since a later one needs what it makes so.

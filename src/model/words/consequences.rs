@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Blocked, Fault, NodeId, ResourceId, Time};
+use super::{Blocked, Fault, NodeId, Reason, ResourceId, Time};
 
 /// What the end of a behavior means for the nodes above.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -14,6 +14,49 @@ pub struct Consequences {
     /// The node that fails once nothing below it runs any more, or nothing is left there to be finished.
     #[serde(default)]
     pub failing: Option<Failing>,
+    /// The node whose cleanup is over with it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cleaned: Option<NodeId>,
+}
+
+/// Why what runs is told to end.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StopCause {
+    /// A node above fails, is left or canceled.
+    #[default]
+    Ends,
+    /// What its kind wants to last is not so any more.
+    Broken(Reason),
+    /// A more urgent behavior waits for what it uses.
+    Preempted {
+        /// That one.
+        by: NodeId,
+    },
+}
+
+impl StopCause {
+    /// Whether what is told so to end will ask again.
+    pub fn interrupts(&self) -> bool {
+        match self {
+            Self::Ends => false,
+            Self::Broken(_) | Self::Preempted { .. } => true,
+        }
+    }
+
+    /// Whether it is the one that goes without saying.
+    pub fn is_end(&self) -> bool {
+        *self == Self::Ends
+    }
+}
+
+/// A node that is as urgent as who waits for what it holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Urged {
+    /// The node, with all below it.
+    pub node: NodeId,
+    /// How urgent it is at least.
+    pub priority: i32,
 }
 
 /// A node that cannot be complete any more and waits for what is below it to end.
@@ -55,9 +98,10 @@ pub struct Deadline {
 /// What was done, begun or chosen and is not any more.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reopened {
-    /// The behavior that is done again; the way that an OR leaves; the node that is tried again.
+    /// The behavior that is done again; the way that an OR leaves; the node that is tried or done again; the behavior for
+    /// which others give something up.
     pub node: NodeId,
-    /// The THEN for which it was done, which is not reopened itself; the OR; the node itself that is tried again.
+    /// The THEN for which it was done, which is not reopened itself; the OR; the node itself that is tried or done again; root.
     pub up_to: NodeId,
     /// Why.
     pub cause: Cause,
@@ -108,6 +152,13 @@ pub enum Cause {
         /// Until when it waits before it asks again.
         until: Time,
     },
+    /// A node that is done more than once was complete.
+    Repeat {
+        /// When it begins again; none at once.
+        until: Option<Time>,
+    },
+    /// What was kept for intentions is given up for a more urgent behavior; nothing is done again for that.
+    Yield,
 }
 
 impl Reopened {
@@ -116,6 +167,7 @@ impl Reopened {
         match self.cause {
             Cause::Lapse { resource, .. } => Some(resource),
             Cause::Redo { .. } | Cause::Leave | Cause::Retry { .. } => None,
+            Cause::Repeat { .. } | Cause::Yield => None,
         }
     }
 
@@ -124,6 +176,7 @@ impl Reopened {
         match &self.cause {
             Cause::Lapse { heir, .. } => Some(heir),
             Cause::Redo { .. } | Cause::Leave | Cause::Retry { .. } => None,
+            Cause::Repeat { .. } | Cause::Yield => None,
         }
     }
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{ControllerId, MissionSpec, Names, NodeId, NodeKind, Source, TypeId, WorldState, make_legible};
 
 /// Version of the journal's form; a reader refuses any other.
-pub const JOURNAL_VERSION: u32 = 5;
+pub const JOURNAL_VERSION: u32 = 6;
 
 /// What the ids of a journal stand for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -36,6 +36,9 @@ pub struct Header {
     /// How long a controller is awaited without which nothing can go on, microseconds of robot time.
     #[serde(default)]
     pub reattach_us: u64,
+    /// How long cleanups may take all together once the mission is told to end, microseconds of robot time.
+    #[serde(default)]
+    pub cleanup_grace_us: u64,
     /// Whether messages between nodes are told, and with decisions why everything else does not run.
     #[serde(default = "yes")]
     pub has_messages: bool,
@@ -63,6 +66,7 @@ impl Header {
             names: mission.names.clone(),
             waits_when_stalled,
             reattach_us: 0,
+            cleanup_grace_us: 0,
             has_messages: true,
             source: mission.source.clone(),
         }
@@ -107,6 +111,8 @@ pub enum EntryKind {
     Or,
     /// `then`.
     Then,
+    /// `cleanup`.
+    Cleanup,
     /// Any other word is the kind of a behavior.
     Behavior(String),
 }
@@ -119,6 +125,7 @@ impl EntryKind {
             Self::And => "and",
             Self::Or => "or",
             Self::Then => "then",
+            Self::Cleanup => "cleanup",
             Self::Behavior(kind) => kind,
         }
     }
@@ -136,6 +143,7 @@ impl From<String> for EntryKind {
             "and" => Self::And,
             "or" => Self::Or,
             "then" => Self::Then,
+            "cleanup" => Self::Cleanup,
             _ => Self::Behavior(word),
         }
     }
@@ -145,7 +153,9 @@ impl From<EntryKind> for String {
     fn from(kind: EntryKind) -> Self {
         match kind {
             EntryKind::Behavior(word) => word,
-            EntryKind::Root | EntryKind::And | EntryKind::Or | EntryKind::Then => kind.word().to_owned(),
+            EntryKind::Root | EntryKind::And | EntryKind::Or | EntryKind::Then | EntryKind::Cleanup => {
+                kind.word().to_owned()
+            }
         }
     }
 }
@@ -157,6 +167,7 @@ impl From<&NodeKind> for EntryKind {
             NodeKind::And => Self::And,
             NodeKind::Or => Self::Or,
             NodeKind::Then => Self::Then,
+            NodeKind::Cleanup => Self::Cleanup,
             NodeKind::Behavior(behavior) => Self::Behavior(behavior.kind.clone()),
         }
     }

@@ -24,10 +24,11 @@ mod source;
 mod spec;
 mod suggestion;
 mod time;
+mod tree;
 mod world_state;
 
 pub use claim::{Access, Claim, Retention, Selector};
-pub use consequences::{Cause, Completion, Consequences, Deadline, Failing, Kept, Reopened};
+pub use consequences::{Cause, Completion, Consequences, Deadline, Failing, Kept, Reopened, StopCause, Urged};
 pub use deadlock::{Deadlock, Standstill};
 pub use failure::{Failures, Flaw, FlawKind, Mishap};
 pub use goal::{ARGUMENTS_MAX, Call, Command, End, Fault, Goal, Mode, NO_ARGUMENTS, Outcome, Part};
@@ -49,9 +50,9 @@ pub use service::Service;
 pub use source::{Source, SourceFile};
 pub use spec::{
     ArmSpec, BaseSpec, BehaviorSpec, CommandTerm, Condition, ControllerKind, ControllerSpec, EffectTerm, Elsewhere,
-    HeadSpec, Limits, MissionSpec, NodeKind, Obstacle, PlaceSpec, Potential, ResourceSpec, RobotSpec, Task, Topology,
-    TreeSpec, WorldSpec,
+    HeadSpec, MissionSpec, Obstacle, PlaceSpec, Potential, ResourceSpec, RobotSpec, Task, WorldSpec,
 };
 pub use suggestion::{nearest, suggestion};
 pub use time::Time;
+pub use tree::{BYPASS, Limits, NodeKind, Repeat, Topology, TreeSpec};
 pub use world_state::{Change, Location, WorldState};

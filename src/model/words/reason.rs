@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{ChannelId, Deadlock, FactId, Fault, Loss, Names, NodeId, ObjectId, PlaceId, ResourceId, TypeId};
+use super::{ChannelId, Deadlock, FactId, Fault, Loss, Names, NodeId, ObjectId, PlaceId, Request, ResourceId, TypeId};
 
 /// Why a request was refused or not made. It speaks of the behavior that it is said of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -140,6 +140,28 @@ pub enum Reason {
         /// The other's.
         theirs: f64,
     },
+    /// A more urgent request took the resource.
+    LessUrgent {
+        /// The other request's behavior.
+        by: NodeId,
+        /// What both want.
+        resource: ResourceId,
+        /// How urgent it is itself.
+        own: i32,
+        /// How urgent the other is.
+        theirs: i32,
+    },
+    /// A request of work that has been done fewer times took the resource.
+    DoneOftener {
+        /// The other request's behavior.
+        by: NodeId,
+        /// What both want.
+        resource: ResourceId,
+        /// How often its own work has been done.
+        own: u32,
+        /// How often the other's.
+        theirs: u32,
+    },
     /// A request with greater potential was passed on instead, and was not granted either.
     Outdone {
         /// The other request's behavior.
@@ -182,6 +204,35 @@ pub enum Reason {
         /// The child that failed.
         failed: NodeId,
     },
+    /// A more urgent behavior waits for what it needs.
+    Reserved {
+        /// What both need; none where it is an object that both change.
+        resource: Option<ResourceId>,
+        /// The other behavior.
+        by: NodeId,
+    },
+    /// A task that came before has waited for so long that it is its turn.
+    TooEarly {
+        /// That task.
+        task: NodeId,
+    },
+    /// The next time of a node above that repeats has not come.
+    NotYet {
+        /// The node.
+        node: NodeId,
+        /// How long after the last time ended, milliseconds of robot time.
+        wait_ms: u64,
+    },
+    /// A node above is given up, or an OR leaves the way: nothing but cleanups begins there.
+    GivenUp {
+        /// The node.
+        node: NodeId,
+    },
+    /// A node above cleans up.
+    CleaningUp {
+        /// The node.
+        node: NodeId,
+    },
     /// A node above took too long and is waiting for what still runs.
     OutOfTime {
         /// That node.
@@ -199,6 +250,18 @@ pub struct Blocked {
 }
 
 impl Reason {
+    /// Why a request does not get a resource that another one takes, which comes before it.
+    pub fn outbid(own: &Request, resource: ResourceId, other: &Request) -> Self {
+        let by = other.leaf;
+        if own.priority < other.priority {
+            Self::LessUrgent { by, resource, own: own.priority, theirs: other.priority }
+        } else if own.priority == other.priority && own.iterations > other.iterations {
+            Self::DoneOftener { by, resource, own: own.iterations, theirs: other.iterations }
+        } else {
+            Self::Outbid { by, resource, own: own.potential, theirs: other.potential }
+        }
+    }
+
     /// The reason as a sentence about the behavior, without its name: "`left_gripper` is held by pick 1".
     pub fn sentence(&self, names: &Names) -> String {
         match self {
@@ -253,6 +316,16 @@ impl Reason {
                 names.node(*by),
                 names.resource(*resource)
             ),
+            Self::LessUrgent { by, resource, own, theirs } => format!(
+                "{} is more urgent and takes {} (priority {theirs} against {own})",
+                names.node(*by),
+                names.resource(*resource)
+            ),
+            Self::DoneOftener { by, resource, own, theirs } => format!(
+                "{} comes first for {}: it has been done {theirs} times, this one {own} times",
+                names.node(*by),
+                names.resource(*resource)
+            ),
             Self::Outdone { by } => format!("{} was asked for instead, and did not get what it needs", names.node(*by)),
             Self::SameObject { object, with } => {
                 format!("{} changes {} too", names.node(*with), names.thing(*object))
@@ -263,10 +336,52 @@ impl Reason {
             Self::WouldDeadlock { deadlock } => format!("would deadlock: {}", deadlock.sentence(names)),
             Self::NotItsTurn { after } => format!("its turn comes after {}", names.node(*after)),
             Self::Ending { failed } => format!("{} failed; its siblings are being canceled", names.node(*failed)),
+            Self::Reserved { resource: Some(resource), by } => {
+                format!("{} is reserved for {}", names.resource(*resource), names.node(*by))
+            }
+            Self::Reserved { resource: None, by } => format!("{} comes first, which changes the same", names.node(*by)),
+            Self::TooEarly { task } => format!("{} has waited longer, and it is its turn", names.node(*task)),
+            Self::NotYet { node, wait_ms } => {
+                format!("{} is not due again before {} s have passed", names.node(*node), *wait_ms as f64 / 1e3)
+            }
+            Self::GivenUp { node } => {
+                format!("{} is given up; what runs below it is being canceled", names.node(*node))
+            }
+            Self::CleaningUp { node } => format!("{} is being cleaned up", names.node(*node)),
             Self::OutOfTime { node } => {
                 format!("{} took too long; what runs below it is being canceled", names.node(*node))
             }
         }
+    }
+
+    /// Whether it is about somebody who has what it wants, and so may pass.
+    pub fn is_of_resources(&self) -> bool {
+        matches!(
+            self,
+            Self::Held { .. }
+                | Self::NoneFree { .. }
+                | Self::TooFew { .. }
+                | Self::OutOfReach { .. }
+                | Self::SameObject { .. }
+        )
+    }
+
+    /// Whether others are what it waits for: they have what it wants, or came before it.
+    pub fn is_of_others(&self) -> bool {
+        self.is_of_resources()
+            || matches!(
+                self,
+                Self::NothingAvailable { .. }
+                    | Self::Outbid { .. }
+                    | Self::LessUrgent { .. }
+                    | Self::DoneOftener { .. }
+                    | Self::Outdone { .. }
+                    | Self::Reserved { .. }
+                    | Self::Clash { .. }
+                    | Self::WholeRobot { .. }
+                    | Self::TooEarly { .. }
+                    | Self::Driving { .. }
+            )
     }
 
     /// What an "already done" is about in the end.

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Blocked, Change, CommandId, Consequences, ControllerId, Deadline, End, FactId, FromController, Grant, Header, Loss,
-    NodeId, NodeRange, Outcome, Reason, Rejection, Reopened, Request, Resource, ResourceId, Service, Time,
-    ToController, WorldState,
+    NodeId, NodeRange, Outcome, Reason, Rejection, Reopened, Request, Resource, ResourceId, Service, StopCause, Time,
+    ToController, Urged, WorldState,
 };
 
 /// One line of the journal.
@@ -71,6 +71,12 @@ pub enum Record {
         /// Task nodes whose time begins with what is granted.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         deadlines: Vec<Deadline>,
+        /// All nodes that are as urgent as who waits for what they hold; none where that is as before.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        urged: Option<Vec<Urged>>,
+        /// All tasks that have waited for so long that it is their turn; none where that is as before.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        overdue: Option<Vec<NodeId>>,
     },
     /// A behavior can never run as things are: it has failed for good without having run.
     Infeasible {
@@ -118,6 +124,43 @@ pub enum Record {
         at: Time,
         /// Whom, in tree order.
         leaves: Vec<NodeId>,
+        /// Why.
+        #[serde(default, skip_serializing_if = "StopCause::is_end")]
+        cause: StopCause,
+    },
+    /// The mission is to end: what runs is stopped, cleanups run, and nothing else begins.
+    Ending {
+        /// Robot time at which root took it up.
+        at: Time,
+        /// How it will have ended.
+        end: MissionEnd,
+        /// Until when cleanups may take.
+        until: Time,
+    },
+    /// An OR is to leave its way, once what is to be cleaned up in it is.
+    Leaving {
+        /// Robot time at which root saw it.
+        at: Time,
+        /// The way.
+        way: NodeId,
+    },
+    /// A cleanup begins: nothing else runs below its node any more.
+    Cleaning {
+        /// Robot time at which root began it.
+        at: Time,
+        /// The node with body and cleanup.
+        node: NodeId,
+    },
+    /// A cleanup ended without the end of a behavior: there was nothing to be done, or it could not be granted.
+    Cleaned {
+        /// Robot time at which root saw it.
+        at: Time,
+        /// The node with body and cleanup.
+        node: NodeId,
+        /// Whether there was nothing left to be done.
+        is_done: bool,
+        /// What follows.
+        consequences: Consequences,
     },
     /// Root applied the end of a behavior.
     Released {
@@ -221,6 +264,10 @@ macro_rules! moment {
             | Record::TimedOut { at, .. }
             | Record::Reopened { at, .. }
             | Record::Overtaken { at, .. }
+            | Record::Ending { at, .. }
+            | Record::Cleaning { at, .. }
+            | Record::Leaving { at, .. }
+            | Record::Cleaned { at, .. }
             | Record::Resource { at, .. }
             | Record::Controller { at, .. }
             | Record::Ended { at, .. } => Some(at),
@@ -248,6 +295,7 @@ impl Record {
             Self::World { .. } | Self::Resource { .. } | Self::Ended { .. } => true,
             Self::Woke { .. } | Self::Served { .. } | Self::Awaited { .. } => true,
             Self::Infeasible { .. } | Self::TimedOut { .. } | Self::Reopened { .. } | Self::Overtaken { .. } => true,
+            Self::Ending { .. } | Self::Cleaning { .. } | Self::Cleaned { .. } | Self::Leaving { .. } => true,
             Self::Header(_) | Self::Told { .. } | Self::Observed { .. } | Self::Turn { .. } => false,
             Self::Sent { .. } | Self::Controller { .. } => false,
         }

@@ -56,6 +56,12 @@ impl ClaimOptions {
 pub struct Request {
     /// The behavior that asks.
     pub leaf: NodeId,
+    /// How urgent it is.
+    #[serde(default, skip_serializing_if = "is_usual")]
+    pub priority: i32,
+    /// How often the outermost node above it that repeats has been done.
+    #[serde(default, skip_serializing_if = "is_first")]
+    pub iterations: u32,
     /// Activation potential: finite, greater than 0.
     pub potential: f64,
     /// Whether an intention lease is kept for it; such a request comes first among equals.
@@ -110,4 +116,12 @@ impl Grant {
     pub fn channel(&self, resource: ResourceId) -> Option<ChannelId> {
         self.bindings.iter().find(|binding| binding.resource == resource)?.access.channel()
     }
+}
+
+fn is_usual(priority: &i32) -> bool {
+    *priority == 0
+}
+
+fn is_first(iterations: &u32) -> bool {
+    *iterations == 0
 }

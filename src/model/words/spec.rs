@@ -1,6 +1,5 @@
 //! What a mission is: robot, world and tree, checked and with every name interned.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -8,8 +7,8 @@ use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Call, Claim, ControllerId, FactId, Location, Mode, Names, NodeId, ObjectId, PlaceId, Pose, ResourceId, Retention,
-    Selector, Source, TypeId, WorldState,
+    Call, Claim, ControllerId, FactId, Location, Mode, Names, ObjectId, PlaceId, Pose, ResourceId, Retention, Selector,
+    Source, TreeSpec, TypeId, WorldState,
 };
 
 /// A mission that can be run.
@@ -159,143 +158,6 @@ pub struct Obstacle {
     pub max: Point3<f64>,
 }
 
-/// The shape of a tree in preorder.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Topology {
-    parents: Vec<NodeId>,
-    ends: Vec<NodeId>,
-}
-
-impl Topology {
-    /// From each node's parent in preorder; the root is its own parent.
-    ///
-    /// # Panics
-    /// When the parents are not those of a tree in preorder.
-    pub fn new(parents: Vec<NodeId>) -> Self {
-        let mut ends: Vec<NodeId> = (1..=parents.len()).map(NodeId::from).collect();
-        for node in (1..parents.len()).rev() {
-            let parent = parents[node].index();
-            assert!(parent < node && ends[parent].index() > 0, "not in preorder: {parents:?}");
-            ends[parent] = ends[parent].max(ends[node]);
-        }
-        for node in 1..parents.len() {
-            let (parent, before) = (parents[node], NodeId::from(node - 1));
-            assert!(parent <= before && before < ends[parent.index()], "not in preorder: {parents:?}");
-        }
-        Self { parents, ends }
-    }
-
-    /// How many nodes there are; at least root.
-    pub fn count(&self) -> usize {
-        self.parents.len()
-    }
-
-    /// A node and those above it, root last.
-    pub fn path(&self, node: NodeId) -> impl Iterator<Item = NodeId> {
-        std::iter::successors(Some(node), |node| (node.0 > 0).then(|| self.parent(*node)))
-    }
-
-    /// The parent of a node; the root's is itself.
-    pub fn parent(&self, node: NodeId) -> NodeId {
-        self.parents[node.index()]
-    }
-
-    /// The first node in preorder behind a node's subtree.
-    pub fn end(&self, node: NodeId) -> NodeId {
-        self.ends[node.index()]
-    }
-
-    /// Whether `node` is `top` or below it.
-    pub fn is_within(&self, node: NodeId, top: NodeId) -> bool {
-        top <= node && node < self.end(top)
-    }
-
-    /// The children of a node in order.
-    pub fn children(&self, node: NodeId) -> impl Iterator<Item = NodeId> + '_ {
-        let end = self.end(node);
-        let mut next = NodeId(node.0 + 1);
-        std::iter::from_fn(move || {
-            let child = (next < end).then_some(next)?;
-            next = self.end(child);
-            Some(child)
-        })
-    }
-}
-
-/// A task tree.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TreeSpec {
-    /// What each node is, by id; node 0 is the root and has one child.
-    pub nodes: Vec<NodeKind>,
-    /// Parents and extents of the nodes.
-    pub topology: Topology,
-    /// Task nodes that may be tried again, or may take only so long.
-    pub limits: BTreeMap<NodeId, Limits>,
-}
-
-/// How long a task node may take, and how often it is tried.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Limits {
-    /// How long an attempt may take from the first grant below, robot time; none without end.
-    pub timeout: Option<Duration>,
-    /// How often it is tried again after it failed.
-    pub retries: u32,
-    /// How long it waits before that, robot time; twice as long after each further time.
-    pub backoff: Duration,
-}
-
-impl Limits {
-    /// How long it waits after so many failures, robot time.
-    pub fn wait(&self, failures: u32) -> Duration {
-        doubled(self.backoff, failures)
-    }
-}
-
-impl TreeSpec {
-    /// How long a task node may take, and how often it is tried.
-    pub fn limits(&self, node: NodeId) -> Limits {
-        self.limits.get(&node).copied().unwrap_or_default()
-    }
-
-    /// The behavior of a leaf.
-    pub fn behavior(&self, node: NodeId) -> Option<&BehaviorSpec> {
-        match &self.nodes[node.index()] {
-            NodeKind::Behavior(spec) => Some(spec),
-            NodeKind::Root | NodeKind::And | NodeKind::Or | NodeKind::Then => None,
-        }
-    }
-
-    /// The behavior of a leaf as the world is.
-    pub fn behavior_in(&self, node: NodeId, world_state: &WorldState) -> Option<&BehaviorSpec> {
-        self.behavior(node).map(|spec| spec.as_in(world_state))
-    }
-
-    /// All ORs in tree order.
-    pub fn ors(&self) -> impl Iterator<Item = NodeId> + '_ {
-        (0..self.nodes.len()).map(NodeId::from).filter(|node| self.nodes[node.index()] == NodeKind::Or)
-    }
-
-    /// All leaves in tree order.
-    pub fn leaves(&self) -> impl Iterator<Item = NodeId> + '_ {
-        (0..self.nodes.len()).map(NodeId::from).filter(|&node| self.behavior(node).is_some())
-    }
-}
-
-/// What a node is (III-A).
-#[derive(Debug, Clone, PartialEq)]
-pub enum NodeKind {
-    /// Keeps resources and world, and grants.
-    Root,
-    /// All children, in any order.
-    And,
-    /// One child.
-    Or,
-    /// All children, in order.
-    Then,
-    /// A low-level behavior.
-    Behavior(Box<BehaviorSpec>),
-}
-
 /// A behavior: its kind with every parameter filled in.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BehaviorSpec {
@@ -309,6 +171,10 @@ pub struct BehaviorSpec {
     pub satisfied: Condition,
     /// When it can run.
     pub precondition: Condition,
+    /// What of the precondition must last while it runs.
+    pub lasting: Condition,
+    /// Whether what is more urgent may interrupt it.
+    pub is_interruptible: bool,
     /// What is so when it succeeded, beyond what its controllers report.
     pub effects: Vec<EffectTerm>,
     /// What controllers do while it runs.
@@ -368,7 +234,7 @@ impl BehaviorSpec {
     }
 }
 
-fn doubled(backoff: Duration, failures: u32) -> Duration {
+pub(super) fn doubled(backoff: Duration, failures: u32) -> Duration {
     let times = 1u32.checked_shl(failures.saturating_sub(1)).unwrap_or(u32::MAX);
     backoff.saturating_mul(times).min(MOST_BACKOFF)
 }

@@ -62,6 +62,9 @@ impl History {
                 self.states.settle(*leaf, at, *consequences);
             }
             Record::TimedOut { node, consequences, .. } => self.states.settle(*node, at, *consequences),
+            Record::Ending { .. } | Record::Leaving { .. } => {}
+            Record::Cleaning { node, .. } => self.states.begin_cleanup(*node, at),
+            Record::Cleaned { node, consequences, .. } => self.cleaned(*node, at, *consequences),
             Record::Reopened { reopened, .. } => self.reopen(at, reopened),
             Record::Overtaken { skip, goal, consequences, .. } => {
                 self.states.overtake(*skip, at);
@@ -113,12 +116,18 @@ impl History {
         self.is_step_over |= reopened.lapsed().is_some();
         match reopened.cause {
             Cause::Lapse { .. } | Cause::Redo { .. } => {}
+            // What was kept is given up, and stays done.
+            Cause::Yield => return,
+            Cause::Repeat { .. } => {
+                self.states.begin_again(&reopened.reset, at, Phase::Again);
+                return;
+            }
             Cause::Leave => {
                 self.states.leave(reopened.node, at);
                 return;
             }
             Cause::Retry { .. } => {
-                self.states.try_again(&reopened.reset, at);
+                self.states.begin_again(&reopened.reset, at, Phase::Reopened);
                 return;
             }
         }
@@ -143,8 +152,15 @@ impl History {
             history.fail(at, fault);
         }
         let is_final = consequences.failed.is_some() || self.end.is_some();
-        self.states.enter(leaf, at, Phase::ended(end, is_final));
+        let phase = Phase::ended(end, is_final, self.state.interrupted(leaf));
+        self.states.enter(leaf, at, phase);
         self.states.settle(leaf, at, consequences);
+        consequences.cleaned.into_iter().for_each(|node| self.states.end_cleanup(node, at));
+    }
+
+    fn cleaned(&mut self, node: NodeId, at: Time, consequences: Consequences) {
+        self.states.end_cleanup(node, at);
+        self.states.settle(node, at, consequences);
     }
 
     /// A base says where it is all the time. Before the mission begins what controllers say is how things are; afterwards

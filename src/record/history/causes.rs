@@ -38,7 +38,7 @@ fn waits_for(reason: &Reason) -> Option<NodeId> {
         Reason::Alternative { chosen } => Some(*chosen),
         Reason::AlreadyDone { heir, .. } => Some(*heir),
         Reason::Ending { failed } => Some(*failed),
-        Reason::OutOfTime { node } => Some(*node),
+        Reason::OutOfTime { node } | Reason::GivenUp { node } | Reason::CleaningUp { node } => Some(*node),
         Reason::Satisfied
         | Reason::Held { .. }
         | Reason::Unavailable { .. }
@@ -60,6 +60,11 @@ fn waits_for(reason: &Reason) -> Option<NodeId> {
         | Reason::Unwanted
         | Reason::NothingAvailable { .. }
         | Reason::Outbid { .. }
+        | Reason::LessUrgent { .. }
+        | Reason::DoneOftener { .. }
+        | Reason::Reserved { .. }
+        | Reason::TooEarly { .. }
+        | Reason::NotYet { .. }
         | Reason::SameObject { .. }
         | Reason::Clash { .. }
         | Reason::WouldDeadlock { .. }

@@ -1,6 +1,6 @@
 //! What became of one leaf.
 
-use ambidex_model::{End, Fault, Reason, Reopened, Time};
+use ambidex_model::{End, Fault, NodeId, Reason, Reopened, StopCause, Time};
 use serde::Serialize;
 
 /// What a node of the task is at a moment.
@@ -72,8 +72,17 @@ pub enum Phase {
     Left,
     /// It was told to end.
     Canceled,
-    /// It was done and is not any more, or it was interrupted.
+    /// It was done and is not any more, or it was interrupted when its runtime was gone.
     Reopened,
+    /// It was interrupted for a more urgent behavior.
+    Preempted {
+        /// That one.
+        by: NodeId,
+    },
+    /// It was interrupted since something is not so any more that is to last.
+    Broken,
+    /// A node above it is done once more.
+    Again,
     /// A node above it failed.
     NotAsked,
     /// A node above it is done without it.
@@ -85,6 +94,7 @@ impl Phase {
     pub fn state(self) -> LeafState {
         match self {
             Self::Waiting | Self::Reopened | Self::Left | Self::Failed { is_final: false, .. } => LeafState::Waiting,
+            Self::Preempted { .. } | Self::Broken | Self::Again => LeafState::Waiting,
             Self::Active => LeafState::Active,
             Self::Done => LeafState::Done,
             Self::Skipped | Self::Overtaken => LeafState::Skipped,
@@ -96,7 +106,13 @@ impl Phase {
     }
 
     /// What the end of a run leads to.
-    pub(super) fn ended(end: End, is_final: bool) -> Self {
+    pub(super) fn ended(end: End, is_final: bool, cause: Option<&StopCause>) -> Self {
+        match (end, cause) {
+            (End::Interrupted, Some(StopCause::Preempted { by })) => return Self::Preempted { by: *by },
+            (End::Interrupted, Some(StopCause::Broken(_))) => return Self::Broken,
+            (End::Interrupted, Some(StopCause::Ends) | None) => {}
+            (End::Succeeded | End::Failed(_) | End::Canceled, _) => {}
+        }
         match end {
             End::Succeeded => Self::Done,
             End::Failed(fault) => Self::Failed { fault, is_final },

@@ -225,6 +225,11 @@ impl History {
         self.states.path(node).any(|above| above == top)
     }
 
+    /// Whether a leaf is part of a cleanup.
+    pub fn is_in_cleanup(&self, leaf: NodeId) -> bool {
+        leaf.index() < self.header.nodes.len() && self.states.topology.is_in_cleanup(leaf)
+    }
+
     /// What any node is; a composite is what its leaves and the ends that root applied make it.
     pub fn state(&self, node: NodeId) -> LeafState {
         self.states.state(node)

@@ -34,6 +34,8 @@ pub(super) enum Kind {
     Leaf,
     /// Done when one child is.
     Or,
+    /// Done when its first child is; the other one is its cleanup.
+    Body,
     /// Done when all children are, in order or not.
     All {
         is_ordered: bool,
@@ -76,11 +78,14 @@ impl Counts {
 
 impl LeafStates {
     pub(super) fn new(header: &Header, keeps_past: bool) -> Self {
-        let topology = Arc::new(Topology::new(header.nodes.iter().map(|node| node.parent).collect()));
+        let topology = Topology::new(header.nodes.iter().map(|node| node.parent).collect());
+        let topology =
+            Arc::new(topology.with_cleanups_of(|node| header.nodes[node.index()].kind == EntryKind::Cleanup));
         let node = |kind: &EntryKind| Node {
             kind: match kind {
                 EntryKind::Behavior(_) => Kind::Leaf,
                 EntryKind::Or => Kind::Or,
+                EntryKind::Cleanup => Kind::Body,
                 EntryKind::Then => Kind::All { is_ordered: true },
                 EntryKind::Root | EntryKind::And => Kind::All { is_ordered: false },
             },
@@ -96,9 +101,15 @@ impl LeafStates {
             let of = nodes[index].counts.of;
             let parent = &mut nodes[header.nodes[index].parent.index()];
             parent.children += 1;
-            parent.counts.of += of;
+            // A cleanup is no part of what is to be done.
+            parent.counts.of += if topology.is_cleanup(NodeId::from(index)) { 0 } else { of };
         }
-        let leaves = vec![LeafHistory::default(); nodes.len()];
+        let mut leaves = vec![LeafHistory::default(); nodes.len()];
+        for cleanup in topology.cleanups() {
+            for node in (cleanup.0..topology.end(*cleanup).0).map(NodeId) {
+                leaves[node.index()].phase = Phase::NotNeeded;
+            }
+        }
         Self { topology, nodes, leaves, entered: 0, keeps_past, is_over: false }
     }
 
@@ -141,10 +152,14 @@ impl LeafStates {
         self.entered += 1;
         self.leaves[leaf.index()].enter(at, phase, self.entered, self.keeps_past);
         for node in self.path(leaf).collect::<Vec<_>>() {
+            let is_cleanup = self.topology.is_cleanup(node);
             let node = &mut self.nodes[node.index()];
             node.counts.count(before, -1);
             node.counts.count(phase.state(), 1);
             node.has_run |= phase == Phase::Active;
+            if is_cleanup {
+                break;
+            }
         }
         self.tell_parent(leaf, was_done);
     }
@@ -195,17 +210,43 @@ impl LeafStates {
     }
 
     /// What begins anew is neither done nor has it failed.
-    pub(super) fn try_again(&mut self, nodes: &[NodeId], at: Time) {
+    pub(super) fn begin_again(&mut self, nodes: &[NodeId], at: Time, phase: Phase) {
         let known = |node: &NodeId| node.index() < self.nodes.len();
         for node in nodes.iter().copied().filter(known).collect::<Vec<_>>().into_iter().rev() {
             let was_done = self.is_done(node);
             let entry = &mut self.nodes[node.index()];
             (entry.is_complete, entry.is_failed) = (false, false);
             self.tell_parent(node, was_done);
-            if self.leaf(node).is_some_and(|leaf| leaf.phase != Phase::Waiting) {
-                self.enter(node, at, Phase::Reopened);
+            let is_left = |leaf: &LeafHistory| leaf.phase != Phase::Waiting && !self.topology.is_in_cleanup(node);
+            if self.leaf(node).is_some_and(is_left) {
+                self.enter(node, at, phase);
             }
         }
+    }
+
+    /// A cleanup is asked from now on.
+    pub(super) fn begin_cleanup(&mut self, node: NodeId, at: Time) {
+        let Some(below) = self.cleanup_of(node) else { return };
+        for node in below.map(NodeId) {
+            let entry = &mut self.nodes[node.index()];
+            (entry.is_complete, entry.is_failed, entry.done_children) = (false, false, 0);
+            self.enter(node, at, Phase::Waiting);
+        }
+    }
+
+    /// A cleanup is asked no more.
+    pub(super) fn end_cleanup(&mut self, node: NodeId, at: Time) {
+        let Some(below) = self.cleanup_of(node) else { return };
+        for node in below.map(NodeId) {
+            if self.leaf(node).is_some_and(|leaf| leaf.state() == LeafState::Waiting) {
+                self.enter(node, at, Phase::NotNeeded);
+            }
+        }
+    }
+
+    fn cleanup_of(&self, node: NodeId) -> Option<std::ops::Range<u32>> {
+        let last = (node.index() < self.nodes.len()).then(|| self.topology.children(node).last()).flatten()?;
+        self.topology.is_cleanup(last).then(|| last.0..self.topology.end(last).0)
     }
 
     /// What an OR leaves is not gone on with, but for what is done.
@@ -244,6 +285,7 @@ impl LeafStates {
         match kind {
             Kind::Leaf => self.leaves[node.index()].state().is_done(),
             Kind::Or => is_complete || done_children > 0,
+            Kind::Body => is_complete || self.is_done(NodeId(node.0 + 1)),
             Kind::All { .. } => is_complete || done_children == children,
         }
     }

@@ -32,6 +32,7 @@ fn header() -> Record {
         names: Names { nodes: names, resources, objects: vec!["cup".into()], ..Names::default() },
         waits_when_stalled: false,
         reattach_us: 0,
+        cleanup_grace_us: 0,
         has_messages: true,
         source: None,
     }))
@@ -73,6 +74,8 @@ fn decided(at: u64, grants: &[(NodeId, &[NodeId])], reopened: Option<NodeId>, re
             reset: Vec::new(),
         }),
         deadlines: Vec::new(),
+        urged: None,
+        overdue: None,
     }
 }
 
@@ -82,7 +85,7 @@ fn granted(at: u64, leaf: NodeId) -> Record {
 
 fn ended(at: u64, leaf: NodeId, end: End, completed: Option<NodeId>, failed: Option<NodeId>) -> Record {
     let completed = completed.map(|node| Completion { node, heir: None });
-    let consequences = Consequences { completed, failed, failing: None };
+    let consequences = Consequences { completed, failed, failing: None, cleaned: None };
     Record::Released {
         at: Time(at),
         leaf,

@@ -37,6 +37,7 @@ impl LeafStates {
                 Kind::Or => {
                     siblings.find(|sibling| self.has_begun(*sibling)).map(|chosen| Reason::Alternative { chosen })
                 }
+                Kind::Body => siblings.find(|body| *body < node).map(|after| Reason::NotItsTurn { after }),
                 Kind::All { is_ordered: false } | Kind::Leaf => None,
             }
         })
@@ -79,6 +80,7 @@ impl LeafStates {
             || match self.nodes[node.index()].kind {
                 Kind::Leaf => is_leaf_met(node),
                 Kind::Or => children.any(|child| self.is_met(child, is_leaf_met)),
+                Kind::Body => children.next().is_some_and(|child| self.is_met(child, is_leaf_met)),
                 Kind::All { .. } => children.all(|child| self.is_met(child, is_leaf_met)),
             }
     }

@@ -48,6 +48,14 @@ pub enum Kind {
     Reopened,
     /// Others did what was still to be done.
     Overtaken,
+    /// The mission is to end.
+    Ending,
+    /// An OR is to leave its way.
+    Leaving,
+    /// A cleanup begins.
+    Cleaning,
+    /// A cleanup ended without the end of a behavior.
+    Cleaned,
     /// A resource is held otherwise.
     Resource,
     /// A controller is there.
@@ -114,6 +122,10 @@ impl Kind {
             Record::TimedOut { .. } => Self::TimedOut,
             Record::Reopened { .. } => Self::Reopened,
             Record::Overtaken { .. } => Self::Overtaken,
+            Record::Ending { .. } => Self::Ending,
+            Record::Leaving { .. } => Self::Leaving,
+            Record::Cleaning { .. } => Self::Cleaning,
+            Record::Cleaned { .. } => Self::Cleaned,
             Record::Resource { .. } => Self::Resource,
             Record::Controller { message, .. } => Self::of_controller(message),
             Record::Ended { .. } => Self::Ended,

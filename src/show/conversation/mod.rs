@@ -14,7 +14,7 @@ use std::borrow::Cow;
 
 use anstyle::Style;
 
-use ambidex_model::{ControllerMessage, FromController, Header, Names, NodeId, PartEnd, Record, Time};
+use ambidex_model::{ControllerMessage, FromController, Header, Names, NodeId, PartEnd, Record, StopCause, Time};
 use ambidex_record::History;
 
 use crate::Palette;
@@ -103,7 +103,8 @@ impl Conversation {
             Record::Observed { change, .. } => line(root, phrase::changed(change, names)),
             Record::Turn { .. } => line(root, "takes up what it was told".into()),
             Record::Began { .. } => line(root, "the mission begins".into()),
-            Record::Stopped { leaves, .. } => line(root, nodes::stopping(leaves, names)),
+            Record::Stopped { leaves, cause: StopCause::Ends, .. } => line(root, nodes::stopping(leaves, names)),
+            Record::Ending { end, .. } => line(root, format!("the mission is to end: {}", mission_ended(*end, names))),
             Record::Released { leaf, end, consequences, changes, .. } => {
                 line(root, nodes::released(*leaf, *end, *consequences, changes, names))
             }
@@ -114,6 +115,10 @@ impl Conversation {
             Record::Infeasible { .. }
             | Record::TimedOut { .. }
             | Record::Reopened { .. }
+            | Record::Stopped { .. }
+            | Record::Leaving { .. }
+            | Record::Cleaning { .. }
+            | Record::Cleaned { .. }
             | Record::Overtaken { .. } => line(root, phrase::turned(record, &self.history).unwrap_or_default()),
             Record::Resource { resource, state, .. } => {
                 line(names.resource(*resource).into(), nodes::used(state, names))
@@ -178,7 +183,10 @@ fn style(record: &Record, palette: &Palette) -> Style {
             }
         },
         Record::Header(_) | Record::Ended { .. } => palette.strong,
-        Record::Stopped { .. } => palette.canceled,
+        Record::Stopped { .. } | Record::Ending { .. } => palette.canceled,
+        Record::Leaving { .. } | Record::Cleaning { .. } => palette.active,
+        Record::Cleaned { is_done: false, .. } => palette.failed,
+        Record::Cleaned { .. } => Style::new(),
         Record::Awaited { .. } | Record::Reopened { .. } => palette.waiting,
         Record::Infeasible { .. } | Record::TimedOut { .. } => palette.failed,
         Record::Overtaken { .. } => palette.active,

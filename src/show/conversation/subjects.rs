@@ -2,7 +2,7 @@
 
 use ambidex_model::{
     Blocked, Change, CommandId, Consequences, ControllerId, ControllerMessage, FromController, Location, Message,
-    MissionEnd, NodeId, Reason, Record, Request, ResourceId, ToController, Told,
+    MissionEnd, NodeId, Reason, Record, Request, ResourceId, StopCause, ToController, Told,
 };
 
 use ambidex_record::History;
@@ -27,7 +27,13 @@ pub(super) fn of_node(record: &Record, history: &History, marks: &[bool]) -> boo
         Record::Overtaken { skip, goal, consequences, .. } => {
             skip.nodes(marks.len()).any(is) || is(*goal) || consequences_of(consequences, is)
         }
-        Record::Stopped { leaves, .. } | Record::Woke { leaves, .. } => leaves.iter().any(|leaf| is(*leaf)),
+        Record::Ending { .. } => false,
+        Record::Leaving { way: node, .. } | Record::Cleaning { node, .. } => is(*node),
+        Record::Cleaned { node, consequences, .. } => is(*node) || consequences_of(consequences, is),
+        Record::Stopped { leaves, cause, .. } => {
+            leaves.iter().any(|leaf| is(*leaf)) || matches!(cause, StopCause::Preempted { by } if is(*by))
+        }
+        Record::Woke { leaves, .. } => leaves.iter().any(|leaf| is(*leaf)),
         Record::Sent { from, to, message, .. } => is(*from) || is(*to) || message_of(message, is),
         Record::Decided { granted, refused, reopened, .. } => {
             granted.iter().any(|grant| is(grant.leaf()) || grant.skipped(marks.len()).any(is))
@@ -71,7 +77,9 @@ pub(super) fn of_resource(record: &Record, wanted: ResourceId) -> bool {
         },
         Record::Served { resources, .. } => resources.contains(&wanted),
         Record::Infeasible { reason, .. } => lacks(reason, wanted),
-        Record::TimedOut { .. } | Record::Reopened { .. } | Record::Overtaken { .. } => false,
+        Record::Reopened { reopened, .. } => reopened.ended.iter().any(|kept| kept.resource == wanted),
+        Record::TimedOut { .. } | Record::Overtaken { .. } => false,
+        Record::Ending { .. } | Record::Leaving { .. } | Record::Cleaning { .. } | Record::Cleaned { .. } => false,
         Record::Woke { .. } | Record::Awaited { .. } => false,
         Record::Header(_) | Record::Controller { .. } | Record::Ended { .. } => false,
         Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } | Record::Stopped { .. } => false,
@@ -91,6 +99,7 @@ pub(super) fn of_controller(record: &Record, wanted: ControllerId) -> bool {
         }
         Record::Infeasible { .. } | Record::TimedOut { .. } => false,
         Record::Reopened { .. } | Record::Overtaken { .. } => false,
+        Record::Ending { .. } | Record::Leaving { .. } | Record::Cleaning { .. } | Record::Cleaned { .. } => false,
         Record::Woke { .. } | Record::Awaited { .. } => false,
         Record::Told { input: Told::Ended { outcome, .. }, .. } => outcome.end.at_fault() == Some(wanted),
         Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => false,
@@ -149,6 +158,8 @@ fn consequences_of(consequences: &Consequences, is: &impl Fn(NodeId) -> bool) ->
 fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
     match reason {
         Reason::Held { resource, .. } | Reason::Outbid { resource, .. } => *resource == wanted,
+        Reason::LessUrgent { resource, .. } | Reason::DoneOftener { resource, .. } => *resource == wanted,
+        Reason::Reserved { resource, .. } => *resource == Some(wanted),
         Reason::Unavailable { resource, .. } | Reason::Unfit { resource } => *resource == wanted,
         Reason::Taken { by, .. } => *by == wanted,
         Reason::AlreadyDone { lacks: inner, .. } => lacks(inner, wanted),
@@ -178,6 +189,10 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
         | Reason::WholeRobot { .. }
         | Reason::NotItsTurn { .. }
         | Reason::Ending { .. }
+        | Reason::TooEarly { .. }
+        | Reason::NotYet { .. }
+        | Reason::GivenUp { .. }
+        | Reason::CleaningUp { .. }
         | Reason::OutOfTime { .. } => false,
     }
 }

@@ -61,6 +61,8 @@ fn request() -> Request {
     let at = named("move 1-1");
     Request {
         leaf: named("pick 1"),
+        priority: 0,
+        iterations: 0,
         potential: 9.0,
         heir: true,
         claims: vec![need(Access::Shared(ChannelId(0)), &[0]), need(Access::Exclusive, &[2, 3])],
@@ -106,7 +108,7 @@ fn records() -> Vec<Record> {
         Record::World { at: seconds(9.5), change: Change::Object(ObjectId(2), Location::At(PlaceId(1))) },
         sent("object 1", "move 1-2", stop(&["move 1-2"])),
         sent("all objects", "object 1", stop(&["move 1-2"])),
-        Record::Stopped { at: seconds(9.5), leaves: vec![named("move 1-2")] },
+        Record::Stopped { at: seconds(9.5), leaves: vec![named("move 1-2")], cause: StopCause::Ends },
         Record::Turn { at: seconds(9.5) },
         Record::Told { at: seconds(9.5), input: Told::End { end: MissionEnd::Canceled } },
         Record::Ended { at: seconds(10.0), end: MissionEnd::Failed(named("pick 2")) },

@@ -85,11 +85,15 @@ impl Account {
             Record::Infeasible { .. }
             | Record::TimedOut { .. }
             | Record::Reopened { .. }
+            | Record::Stopped { .. }
+            | Record::Leaving { .. }
+            | Record::Cleaning { .. }
+            | Record::Cleaned { .. }
             | Record::Overtaken { .. } => {
                 self.turn(at, record);
             }
             Record::Header(_)
-            | Record::Stopped { .. }
+            | Record::Ending { .. }
             | Record::Ended { .. }
             | Record::Sent { .. }
             | Record::Released { .. }

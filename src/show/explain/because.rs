@@ -63,6 +63,13 @@ pub(super) fn because(reason: &Reason, history: &History) -> Because {
         | Reason::WouldDeadlock { .. }
         | Reason::NotItsTurn { .. }
         | Reason::Ending { .. }
+        | Reason::LessUrgent { .. }
+        | Reason::DoneOftener { .. }
+        | Reason::Reserved { .. }
+        | Reason::TooEarly { .. }
+        | Reason::NotYet { .. }
+        | Reason::GivenUp { .. }
+        | Reason::CleaningUp { .. }
         | Reason::OutOfTime { .. } => plain(None),
     }
 }

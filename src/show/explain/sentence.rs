@@ -118,6 +118,8 @@ pub(super) fn reopened(reopened: &Reopened, names: &Names) -> String {
             format!(": {} failed and is tried again: {}", phrase::part(reopened.node, names), fault.sentence(names))
         }
         Cause::Leave => format!(": {} leaves its way", phrase::part(reopened.up_to, names)),
+        Cause::Repeat { .. } => format!(": {} is done once more", phrase::part(reopened.node, names)),
+        Cause::Yield => format!(": {} comes first", names.node(reopened.node)),
     };
     format!("counts as done no more{why}.")
 }
@@ -128,8 +130,18 @@ pub(super) fn turned(record: &Record) -> LeafState {
         Record::Infeasible { .. } | Record::TimedOut { .. } => LeafState::Failed,
         Record::Overtaken { .. } => LeafState::Skipped,
         Record::Reopened { .. } => LeafState::Waiting,
+        Record::Cleaned { is_done, .. } => {
+            if *is_done {
+                LeafState::Skipped
+            } else {
+                LeafState::Failed
+            }
+        }
+        Record::Ending { .. } | Record::Leaving { .. } => LeafState::Canceled,
+        Record::Cleaning { .. } => LeafState::Active,
+        Record::Stopped { .. } => LeafState::Canceled,
         Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Began { .. } => LeafState::Waiting,
-        Record::Observed { .. } | Record::Stopped { .. } | Record::World { .. } => LeafState::Waiting,
+        Record::Observed { .. } | Record::World { .. } => LeafState::Waiting,
         Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } => LeafState::Waiting,
         Record::Decided { .. } | Record::Released { .. } | Record::Resource { .. } => LeafState::Waiting,
         Record::Sent { .. } | Record::Controller { .. } | Record::Ended { .. } => LeafState::Waiting,
@@ -148,10 +160,15 @@ pub(super) fn is_turned(record: &Record, leaf: NodeId, history: &History) -> boo
         Record::Overtaken { skip, .. } => skip.contains(leaf) && state.is_open(),
         Record::Reopened { reopened, .. } => match reopened.cause {
             Cause::Leave => is_below(reopened.node) && state == LeafState::Waiting,
+            Cause::Repeat { .. } => is_below(reopened.node) && state != LeafState::NotNeeded,
+            Cause::Yield => reopened.ended.iter().any(|kept| kept.behavior == leaf),
             Cause::Retry { .. } | Cause::Lapse { .. } | Cause::Redo { .. } => reopened.reset.contains(&leaf),
         },
         Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Began { .. } => false,
-        Record::Observed { .. } | Record::Stopped { .. } | Record::World { .. } | Record::Sent { .. } => false,
+        Record::Stopped { leaves, .. } => leaves.contains(&leaf),
+        Record::Leaving { way: node, .. } => is_below(*node) && state == LeafState::Waiting,
+        Record::Cleaning { node, .. } | Record::Cleaned { node, .. } => is_below(*node) && history.is_in_cleanup(leaf),
+        Record::Observed { .. } | Record::World { .. } | Record::Sent { .. } | Record::Ending { .. } => false,
         Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } | Record::Decided { .. } => false,
         Record::Released { .. } | Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => false,
     }

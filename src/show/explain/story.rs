@@ -76,6 +76,11 @@ impl Story {
             Record::Infeasible { .. }
             | Record::TimedOut { .. }
             | Record::Reopened { .. }
+            | Record::Stopped { .. }
+            | Record::Ending { .. }
+            | Record::Leaving { .. }
+            | Record::Cleaning { .. }
+            | Record::Cleaned { .. }
             | Record::Overtaken { .. } => {
                 let state = sentence::turned(record);
                 if let Some(said) = phrase::turned(record, &self.history) {
@@ -93,7 +98,6 @@ impl Story {
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
             Record::Header(_)
             | Record::Woke { .. }
-            | Record::Stopped { .. }
             | Record::Sent { .. }
             | Record::World { .. }
             | Record::Resource { .. }

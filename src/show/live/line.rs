@@ -19,7 +19,7 @@ pub fn line(history: &History, record: &Record) -> Option<String> {
         Record::Header(header) => begins(history, header),
         Record::Told { input: Told::Resumed, .. } => "goes on after its runtime was gone".into(),
         Record::Sent { .. } | Record::Resource { .. } | Record::Told { .. } => return None,
-        Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } | Record::Stopped { .. } => return None,
+        Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => return None,
         Record::Decided { granted, reopened, .. } => decided(history, granted, reopened.as_ref())?,
         Record::Released { leaf, end, .. } => released(*leaf, *end, names),
         Record::World { change, .. } => changed(change, names)?,
@@ -28,6 +28,8 @@ pub fn line(history: &History, record: &Record) -> Option<String> {
         Record::Infeasible { .. } | Record::TimedOut { .. } | Record::Reopened { .. } | Record::Overtaken { .. } => {
             phrase::turned(record, history)?
         }
+        Record::Stopped { .. } | Record::Ending { .. } | Record::Leaving { .. } => phrase::turned(record, history)?,
+        Record::Cleaning { .. } | Record::Cleaned { .. } => phrase::turned(record, history)?,
         Record::Woke { leaves, .. } => phrase::asking_again(leaves, names),
         Record::Controller { controller, message, .. } => said(history, *controller, message)?,
         Record::Ended { end, .. } => ended(history, *end),

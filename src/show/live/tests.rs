@@ -183,6 +183,8 @@ fn what_goes_wrong_has_its_line() {
             refused: Vec::new(),
             reopened: Some(reopened),
             deadlines: Vec::new(),
+            urged: None,
+            overdue: None,
         },
         Some("   9.50 s  reopened move 1-1, base lapsed"),
     );

@@ -25,6 +25,10 @@ pub(crate) enum Mark {
     Left,
     /// Not done any more: an arrow back.
     Reopened,
+    /// Interrupted, and to run again: two bars.
+    Interrupted,
+    /// To be done once more: a ring that is open.
+    Again,
     /// Runs when the log ends: an arrow on.
     RunsOn,
 }
@@ -69,6 +73,20 @@ pub(crate) fn mark(mark: Mark, (x, y): (f64, f64), radius: f64) -> Shape {
             let tip = [(x - r * 0.3, y - r * 0.6), (x - r, y + r * 0.2), (x - r * 0.3, y + r)];
             let strokes = [points, tip].map(|points| Shape::path("mark-reopened", &points, false));
             Shape::group("back", strokes)
+        }
+        Mark::Interrupted => {
+            let bars = [-0.45, 0.45].map(|aside| {
+                let x = x + r * aside;
+                Shape::line("mark-failed", (x, y - r * 0.85), (x, y + r * 0.85))
+            });
+            Shape::group("bars", bars)
+        }
+        Mark::Again => {
+            let points =
+                [(x + r * 0.8, y - r * 0.2), (x, y - r), (x - r * 0.8, y), (x, y + r), (x + r * 0.8, y + r * 0.2)];
+            let tip = [(x + r * 0.2, y - r * 0.2), (x + r * 0.8, y - r * 0.2), (x + r * 0.8, y - r * 0.9)];
+            let strokes = [Shape::path("mark-reopened", &points, false), Shape::path("mark-reopened", &tip, false)];
+            Shape::group("again", strokes)
         }
         Mark::RunsOn => {
             let points = [(x - r, y - r), (x + r, y), (x - r, y + r)];

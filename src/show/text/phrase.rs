@@ -4,9 +4,12 @@ use std::borrow::Cow;
 
 use ambidex_model::{
     Access, Binding, Cause, Change, Consequences, ControllerId, End, FactId, Location, Loss, Names, NodeId, Record,
-    Reopened, Service, Time,
+    Reopened, Service, StopCause, Time,
 };
 use ambidex_record::History;
+
+/// The top of the task.
+const TOP: NodeId = NodeId(1);
 
 /// Most names that a list tells; of more, the rest is counted.
 const MAX_LISTED: usize = 6;
@@ -144,14 +147,31 @@ pub(crate) fn turned(record: &Record, history: &History) -> Option<String> {
             let done = format!("done by others: {passed} ({} holds already)", part(*goal, names));
             Some(with_consequences(done, *goal, *consequences, names))
         }
+        Record::Stopped { leaves, cause, .. } => stopped(leaves, cause, names),
+        Record::Ending { .. } => {
+            let cleanup = history.state_of_run().owed_cleanup(TOP, None);
+            cleanup.map(|_| "the mission is to end, and what it has begun is cleaned up first".into())
+        }
+        Record::Leaving { way, .. } => {
+            Some(format!("{} is to be left, and what was begun is cleaned up first", part(*way, names)))
+        }
+        Record::Cleaning { node, .. } => Some(format!("cleaning up behind {}", body(*node, names))),
+        Record::Cleaned { node, is_done, consequences, .. } => {
+            let node_name = body(*node, names);
+            let said = match is_done {
+                true => format!("there is nothing to clean up behind {node_name}"),
+                false => format!("cannot clean up behind {node_name}"),
+            };
+            Some(with_consequences(said, *node, *consequences, names))
+        }
         Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Began { .. } => None,
-        Record::Observed { .. } | Record::Stopped { .. } | Record::World { .. } | Record::Sent { .. } => None,
+        Record::Observed { .. } | Record::World { .. } | Record::Sent { .. } => None,
         Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } | Record::Decided { .. } => None,
         Record::Released { .. } | Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => None,
     }
 }
 
-/// A way that is left, or a node that is tried again.
+/// A way that is left, or a node that is tried or done again.
 fn reopened_to(reopened: &Reopened, names: &Names) -> String {
     let node = part(reopened.node, names);
     match &reopened.cause {
@@ -160,6 +180,29 @@ fn reopened_to(reopened: &Reopened, names: &Names) -> String {
             format!("{node} is tried again at {:.2} s, since it failed: {}", until.seconds(), fault.sentence(names))
         }
         Cause::Lapse { .. } | Cause::Redo { .. } => format!("{node} is done no more"),
+        Cause::Repeat { until: None } => format!("{node} is done and begins again"),
+        Cause::Repeat { until: Some(until) } => format!("{node} is done and begins again at {:.2} s", until.seconds()),
+        Cause::Yield => {
+            let mut given_up: Vec<&str> = reopened.ended.iter().map(|kept| names.resource(kept.resource)).collect();
+            given_up.dedup();
+            let holders = nodes(reopened.ended.iter().map(|kept| kept.holder), names);
+            format!("{holders} gives up {} for {node}, which is more urgent", listed(&given_up))
+        }
+    }
+}
+
+/// The node of which a cleanup is that of another.
+fn body(node: NodeId, names: &Names) -> Cow<'_, str> {
+    part(NodeId(node.0 + 1), names)
+}
+
+/// What is interrupted, and why; none of what is canceled with a node above.
+fn stopped(leaves: &[NodeId], cause: &StopCause, names: &Names) -> Option<String> {
+    let interrupted = nodes(leaves.iter().copied(), names);
+    match cause {
+        StopCause::Ends => None,
+        StopCause::Broken(reason) => Some(format!("interrupting {interrupted}: {}", reason.sentence(names))),
+        StopCause::Preempted { by } => Some(format!("interrupting {interrupted} for {}", names.node(*by))),
     }
 }
 

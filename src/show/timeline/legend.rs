@@ -116,6 +116,8 @@ impl Sample {
                 Mark::NotNeeded => "not needed",
                 Mark::Left => "way left",
                 Mark::Reopened => "not done any more",
+                Mark::Interrupted => "interrupted",
+                Mark::Again => "done once more",
                 Mark::RunsOn => "active when the log ends",
             },
             Self::Lease(LeaseKind::Running) => "used",

@@ -48,6 +48,7 @@ impl Bar {
 fn bar(phase: Phase) -> Option<Bar> {
     match phase {
         Phase::Waiting | Phase::Reopened | Phase::Left | Phase::Failed { is_final: false, .. } => Some(Bar::Waiting),
+        Phase::Preempted { .. } | Phase::Broken | Phase::Again => Some(Bar::Waiting),
         Phase::Active => Some(Bar::Active),
         Phase::Done | Phase::Skipped | Phase::Overtaken => Some(Bar::Done),
         Phase::Failed { is_final: true, .. }
@@ -66,6 +67,8 @@ fn sign(phase: Phase) -> Option<Mark> {
         Phase::Left => Some(Mark::Left),
         Phase::Canceled => Some(Mark::Canceled),
         Phase::Reopened => Some(Mark::Reopened),
+        Phase::Preempted { .. } | Phase::Broken => Some(Mark::Interrupted),
+        Phase::Again => Some(Mark::Again),
         Phase::NotNeeded => Some(Mark::NotNeeded),
         Phase::Waiting | Phase::Active | Phase::Done | Phase::NotAsked => None,
     }
@@ -174,10 +177,21 @@ fn said(name: &str, stretch: &Stretch, way: Option<NodeId>, names: &Names) -> St
         Phase::Left => format!("{name}: its way was left at {from}"),
         Phase::Canceled => format!("{name}: canceled at {from}"),
         Phase::Reopened => format!("{name}: not done any more from {from} on, waiting until {until}"),
+        Phase::Preempted { by } => format!("{name}: preempted by {} at {from}, {}", names.node(by), lasting(stretch)),
+        Phase::Broken => format!("{name}: interrupted at {from}, {}", lasting(stretch)),
+        Phase::Again => format!("{name}: to be done once more from {from} on, {}", lasting(stretch)),
         Phase::NotAsked => format!("{name}: no longer wanted from {from} on"),
         Phase::NotNeeded => {
             let why = way.map_or(String::new(), |way| format!(": {}", did_it(way, names)));
             format!("{name}: not needed from {from} on{why}")
         }
+    }
+}
+
+/// How long it waits after that.
+fn lasting(stretch: &Stretch) -> String {
+    match stretch.is_open {
+        true => "waiting until the end".to_owned(),
+        false => format!("waiting {:.2} s", (stretch.to - stretch.from).as_secs_f64()),
     }
 }

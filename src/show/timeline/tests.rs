@@ -19,8 +19,10 @@ fn phases(history: &History, name: &str) -> Vec<(f64, Phase)> {
 }
 
 fn failed_for_good(at_s: f64, name: &str, top: &str) -> Record {
-    let (end, consequences) =
-        (End::Failed(Fault::TimedOut), Consequences { completed: None, failed: Some(named(top)), failing: None });
+    let (end, consequences) = (
+        End::Failed(Fault::TimedOut),
+        Consequences { completed: None, failed: Some(named(top)), failing: None, cleaned: None },
+    );
     Record::Released {
         at: seconds(at_s),
         leaf: named(name),
@@ -89,6 +91,8 @@ fn what_is_reopened_is_not_done_any_more() {
         refused: vec![],
         reopened: Some(reopened),
         deadlines: Vec::new(),
+        urged: None,
+        overdue: None,
     };
     let history = history(&[
         header(),

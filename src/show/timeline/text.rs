@@ -72,6 +72,9 @@ fn stretches(history: &History, leaf: NodeId) -> Vec<(Time, LeafState)> {
             Phase::Failed { is_final: false, .. } => {
                 stretches.extend([(at, LeafState::Failed), (at, LeafState::Waiting)]);
             }
+            Phase::Preempted { .. } | Phase::Broken => {
+                stretches.extend([(at, LeafState::Canceled), (at, LeafState::Waiting)]);
+            }
             Phase::Canceled if !is_last => stretches.extend([(at, LeafState::Canceled), (at, LeafState::Waiting)]),
             Phase::Waiting
             | Phase::Active
@@ -80,6 +83,7 @@ fn stretches(history: &History, leaf: NodeId) -> Vec<(Time, LeafState)> {
             | Phase::Failed { .. }
             | Phase::Canceled
             | Phase::Reopened
+            | Phase::Again
             | Phase::Infeasible
             | Phase::Overtaken
             | Phase::Left

@@ -115,6 +115,7 @@ fn said(header: &Header, node: NodeId, state: Option<LeafState>, way: Option<Nod
         EntryKind::And => "all children, in any order",
         EntryKind::Or => "one child",
         EntryKind::Then => "all children, in order",
+        EntryKind::Cleanup => "the first child; where that fails or is given up, then the second",
         EntryKind::Behavior(_) => "behavior",
     };
     let way = way.filter(|_| state == Some(LeafState::NotNeeded));

@@ -121,6 +121,8 @@ impl Watch {
                 }
             }
             Record::Overtaken { skip, goal, consequences, .. } => self.overtake(*skip, *goal, consequences),
+            Record::Ending { .. } | Record::Leaving { .. } | Record::Cleaning { .. } => {}
+            Record::Cleaned { consequences, .. } => self.fail(consequences),
         }
     }
 
@@ -231,7 +233,12 @@ impl Watch {
                     let busy = others.find(|&other| self.done.contains(&other) || self.is_busy(other));
                     assert_eq!(busy, None, "beside {child:?} of an OR");
                 }
-                NodeKind::Root | NodeKind::And => {}
+                // Whatever a cleanup is for has failed, or is given up.
+                NodeKind::Cleanup if topology.is_cleanup(child) => {
+                    assert!(!self.is_busy(NodeId(node.0 + 1)), "{child:?} runs beside what it cleans up");
+                    break;
+                }
+                NodeKind::Root | NodeKind::And | NodeKind::Cleanup => {}
                 NodeKind::Behavior(_) => unreachable!("behaviors have no children"),
             }
             child = node;
@@ -256,11 +263,18 @@ impl Watch {
             }
         }
         assert_eq!(end == End::Succeeded, consequences.completed.is_some());
-        self.fail(consequences);
         self.complete(leaf, consequences);
+        self.fail(consequences);
     }
 
     fn fail(&mut self, consequences: &Consequences) {
+        if let Some(node) = consequences.cleaned {
+            let cleanup = self.mission.tree.topology.children(node).last().expect("it has a cleanup");
+            for below in (cleanup.0..self.mission.tree.topology.end(cleanup).0).map(NodeId) {
+                self.done.remove(&below);
+                self.failed.remove(&below);
+            }
+        }
         self.failed.extend(consequences.failed);
         // It waits for what runs below it, and starts nothing more, unless it finishes what it can.
         let failing = consequences.failing.filter(|failing| !failing.finishes);
@@ -289,7 +303,7 @@ impl Watch {
                 NodeKind::And | NodeKind::Then => {
                     assert_eq!(done(), topology.children(node).count(), "{node:?} is complete too early");
                 }
-                NodeKind::Or => assert_eq!(done(), 1, "{node:?} has one child done"),
+                NodeKind::Or | NodeKind::Cleanup => assert_eq!(done(), 1, "{node:?} has one child done"),
                 NodeKind::Root | NodeKind::Behavior(_) => unreachable!("completes no child"),
             }
             self.done.insert(node);

@@ -80,7 +80,8 @@ fn recorded(case: &Case, record: &Record) -> Option<String> {
         Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => return None,
         Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::World { .. } => return None,
         Record::Resource { .. } | Record::Woke { .. } | Record::Served { .. } => return None,
-        Record::Awaited { .. } | Record::Controller { .. } => return None,
+        Record::Awaited { .. } | Record::Controller { .. } | Record::Ending { .. } => return None,
+        Record::Leaving { .. } | Record::Cleaning { .. } | Record::Cleaned { .. } => return None,
     })
 }
 

@@ -114,7 +114,8 @@ impl Counts {
             }
             Record::Overtaken { .. } => self.count_other("done by others", true),
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
-            Record::Stopped { .. } => {}
+            Record::Stopped { .. } | Record::Ending { .. } | Record::Leaving { .. } => {}
+            Record::Cleaning { .. } | Record::Cleaned { .. } => {}
             Record::Header(_)
             | Record::Sent { .. }
             | Record::World { .. }

@@ -77,7 +77,7 @@ impl<'a> Forecast<'a> {
         let is_out = match state.phase(node) {
             Phase::Pending => false,
             Phase::Failing(failing) => !failing.finishes,
-            Phase::Done | Phase::Failed => true,
+            Phase::Done | Phase::Failed | Phase::Ending | Phase::Cleaning(_) => true,
         };
         let needs = self.needs;
         let is_over = |child: &NodeId| !needs.concerns(*child) || self.is_complete[child.index()];

@@ -82,12 +82,16 @@ impl Certificate {
     pub(super) fn note(&mut self, record: &Record) -> Vec<NodeId> {
         let (is_news, is_disturbed) = match record {
             Record::Released { end, .. } => (true, *end != End::Succeeded),
-            Record::Decided { granted, reopened, .. } => {
-                (!granted.is_empty() || reopened.is_some(), reopened.is_some())
+            Record::Decided { granted, reopened, urged, overdue, .. } => {
+                let is_order = urged.is_some() || overdue.is_some();
+                (!granted.is_empty() || reopened.is_some() || is_order, reopened.is_some())
             }
             Record::World { .. } | Record::Began { .. } | Record::Served { .. } => (true, true),
             Record::Infeasible { .. } | Record::TimedOut { .. } | Record::Reopened { .. } => (true, true),
             Record::Overtaken { .. } => (true, true),
+            Record::Ending { .. } | Record::Cleaning { .. } | Record::Cleaned { .. } | Record::Leaving { .. } => {
+                (true, true)
+            }
             Record::Woke { .. } | Record::Awaited { .. } => (false, false),
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Observed { .. } => (false, false),
             Record::Sent { .. } | Record::Stopped { .. } | Record::Resource { .. } => (false, false),
@@ -103,8 +107,14 @@ impl Certificate {
     }
 
     /// Chooses, the best first, what leaves an order; what would not is dropped, and others get what it would have had.
-    pub(super) fn choose(&mut self, allocator: &dyn Allocator, view: &View, requests: &[Arc<Request>]) -> Safe {
-        let mut chosen = allocator.choose(view, requests);
+    pub(super) fn choose(
+        &mut self,
+        allocator: &dyn Allocator,
+        view: &View,
+        requests: &[Arc<Request>],
+        wishes: &[Arc<Request>],
+    ) -> Safe {
+        let mut chosen = allocator.choose(view, requests, wishes);
         let mut refused = Vec::new();
         let Some(needs) = self.needs.clone() else { return Safe { chosen, refused } };
         let mut budget = EXPANSIONS;
@@ -133,7 +143,7 @@ impl Certificate {
                     refused.push(Blocked { leaf, reason });
                 }
             }
-            chosen = allocator.choose(view, offered);
+            chosen = allocator.choose(view, offered, wishes);
         }
         for grant in &mut chosen.granted {
             if let Some(request) = served.remove(&grant.leaf()) {
@@ -248,6 +258,9 @@ pub fn can_finish(mission: &MissionSpec) -> Result<(), Unfinishable> {
 /// Whether a grant makes a difference to what is left: it needs what can be kept, skips such, or chooses between such.
 fn matters(needs: &Needs, grant: &Grant) -> bool {
     let leaf = grant.leaf();
+    if needs.topology.is_in_cleanup(leaf) {
+        return false;
+    }
     needs.leaf(leaf).is_some()
         || grant.request.skips.iter().any(|skip| needs.has_within(*skip))
         || needs.topology.path(leaf).any(|node| needs.is_choice(node))
@@ -263,6 +276,8 @@ fn with(state: &State, grant: &Grant) -> State {
         refused: Vec::new(),
         reopened: None,
         deadlines: Vec::new(),
+        urged: None,
+        overdue: None,
     });
     after
 }

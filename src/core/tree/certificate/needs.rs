@@ -74,7 +74,8 @@ impl Needs {
     pub(super) fn of(mission: &MissionSpec) -> Option<Arc<Self>> {
         let (robot, tree) = (&mission.robot, &mission.tree);
         let mut is_kept = vec![false; robot.resources.len()];
-        let behaviors = || tree.leaves().filter_map(|leaf| Some((leaf, tree.behavior(leaf)?)));
+        let leaves = || tree.leaves().filter(|leaf| !tree.topology.is_in_cleanup(*leaf));
+        let behaviors = || leaves().filter_map(|leaf| Some((leaf, tree.behavior(leaf)?)));
         for claim in behaviors().flat_map(|(_, spec)| &spec.claims).filter(|claim| kept(claim).is_some()) {
             robot.could_serve(claim.selector, &[]).iter().for_each(|id| is_kept[id.index()] = true);
         }
@@ -203,7 +204,7 @@ fn leaf_needs(mission: &MissionSpec, spec: &BehaviorSpec, is_kept: &[bool], name
 
 fn kind(node: &NodeKind) -> Kind {
     match node {
-        NodeKind::Root | NodeKind::And => Kind::All,
+        NodeKind::Root | NodeKind::And | NodeKind::Cleanup => Kind::All,
         NodeKind::Or => Kind::One,
         NodeKind::Then => Kind::InOrder,
         NodeKind::Behavior(_) => Kind::Leaf,

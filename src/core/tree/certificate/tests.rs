@@ -1,6 +1,5 @@
 //! Orders and deadlocks of small trees over two grippers.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -94,7 +93,7 @@ fn mission(tree: &Tree) -> MissionSpec {
         robot: RobotSpec { name: "test".into(), resources, controllers: Vec::new(), radius_m: 0.3 },
         world: WorldSpec { places: Vec::new(), object_offsets: Vec::new(), obstacles: Vec::new(), outside: Vec::new() },
         start: WorldState { base, objects: vec![Location::At(PlaceId(0))], facts: Vec::new() },
-        tree: TreeSpec { nodes, topology: Topology::new(parents), limits: BTreeMap::new() },
+        tree: TreeSpec::new(nodes, Topology::new(parents)),
         names: Names { nodes: names, resources: vec!["left".into(), "right".into()], ..Names::default() },
         source: None,
     }

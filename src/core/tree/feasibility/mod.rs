@@ -10,7 +10,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::goals::is_met;
-use super::ordering::{Ordering, begins_again};
+use super::ordering::{Ordering, begins_again, is_repeated};
 use super::overtaking::Overtaking;
 use crate::behavior;
 use crate::world::{FreeSpace, KnownPaths, NoPath, Unconstrained, View};
@@ -93,6 +93,9 @@ impl Feasibility {
             },
             Record::Began { .. } | Record::Served { .. } | Record::Infeasible { .. } => self.is_stale = true,
             Record::TimedOut { .. } | Record::Reopened { .. } | Record::Overtaken { .. } => self.is_stale = true,
+            Record::Ending { .. } | Record::Cleaning { .. } | Record::Cleaned { .. } | Record::Leaving { .. } => {
+                self.is_stale = true
+            }
             Record::Observed { change, .. } => self.suspect_change(*change),
             Record::Decided { granted, reopened, .. } => {
                 // What was done, and ways that were chosen, counted towards what others may do.
@@ -165,8 +168,10 @@ impl Feasibility {
 
     /// Whether a behavior lacks what it claims, or something of its precondition that nothing makes so.
     fn is_out_of_reach(&self, leaf: NodeId) -> bool {
-        let mut precondition = self.terms.promises[&leaf].precondition.iter();
-        self.lacking.contains_key(&leaf) || precondition.any(|term| self.proofs[*term] == Proof::Nothing)
+        // A cleanup's is not judged.
+        let Some(promise) = self.terms.promises.get(&leaf) else { return false };
+        let is_lost = promise.precondition.iter().any(|term| self.proofs[*term] == Proof::Nothing);
+        self.lacking.contains_key(&leaf) || is_lost
     }
 
     /// What a behavior lacks that can never run.
@@ -327,20 +332,21 @@ impl Feasibility {
     fn counts(&self, state: &State, leaf: NodeId) -> bool {
         let is_left = |node: NodeId| match state.phase(node) {
             Phase::Pending => true,
-            Phase::Done | Phase::Failed => false,
+            Phase::Done | Phase::Failed | Phase::Ending | Phase::Cleaning(_) => false,
             Phase::Failing(failing) => failing.finishes || begins_again(&self.mission.tree, state, failing),
         };
         let tree = &self.mission.tree;
-        // Whether all from here up is left, and whether a THEN is among that.
-        let (mut has_then, mut is_own_left) = (false, true);
+        // Whether all from here up is left, and whether a THEN is among that, or what is done once more.
+        let (mut has_then, mut is_again, mut is_own_left) = (false, false, true);
         for node in tree.topology.path(leaf) {
             if !is_left(node) {
-                (has_then, is_own_left) = (false, false);
-            } else if Ordering::of(&tree.nodes[node.index()]) == Some(Ordering::Then) {
-                has_then = true;
+                (has_then, is_again, is_own_left) = (false, false, false);
+            } else {
+                has_then |= Ordering::of(&tree.nodes[node.index()]) == Some(Ordering::Then);
+                is_again |= is_repeated(tree, state, node);
             }
         }
-        is_own_left || has_then && state.is_done(leaf)
+        is_own_left || is_again || has_then && state.is_done(leaf)
     }
 
     /// Whether a term holds as things are, or others may make it so at any time.

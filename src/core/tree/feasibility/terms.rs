@@ -61,7 +61,8 @@ impl Terms {
     pub(super) fn of(mission: &MissionSpec) -> Self {
         let mut terms = Self::default();
         let mut known = BTreeMap::new();
-        for leaf in mission.tree.leaves() {
+        let is_way = |leaf: &NodeId| !mission.tree.topology.is_in_cleanup(*leaf);
+        for leaf in mission.tree.leaves().filter(is_way) {
             let Some(spec) = mission.tree.behavior(leaf) else { continue };
             let precondition = terms.read_of(&mut known, spec, |spec| &spec.precondition).unwrap_or_default();
             let goal = terms.read_of(&mut known, spec, |spec| &spec.satisfied);

@@ -4,7 +4,7 @@ use tracing::{debug, error, info, warn};
 
 use ambidex_model::{
     Cause, Change, Consequences, ControllerId, End, FactId, Grant, Header, MissionEnd, Names, NodeId, Reason, Reopened,
-    Resource, ResourceId, Service,
+    Resource, ResourceId, Service, StopCause,
 };
 
 use super::MISSION;
@@ -69,6 +69,8 @@ pub(super) fn reopened(at_s: f64, round: Option<u32>, reopened: &Reopened, names
         Cause::Redo { .. } => ("redo", None),
         Cause::Leave => ("leave", None),
         Cause::Retry { fault, .. } => ("retry", Some(fault.sentence(names))),
+        Cause::Repeat { .. } => ("repeat", None),
+        Cause::Yield => ("yield", None),
     };
     debug!(
         target: MISSION,
@@ -115,9 +117,37 @@ pub(super) fn released(
     }
 }
 
-pub(super) fn stopped(at_s: f64, leaves: &[NodeId], names: &Names) {
+pub(super) fn stopped(at_s: f64, leaves: &[NodeId], cause: &StopCause, names: &Names) {
     let stopped = format::nodes(leaves.iter().copied(), names);
-    debug!(target: MISSION, %stopped, at_s, "told to end");
+    match cause {
+        StopCause::Ends => debug!(target: MISSION, %stopped, at_s, "told to end"),
+        StopCause::Broken(reason) => {
+            let reason = format::reason(reason, names);
+            info!(target: MISSION, %stopped, %reason, at_s, "told to end");
+        }
+        StopCause::Preempted { by } => {
+            info!(target: MISSION, %stopped, preempted_by = names.node(*by), at_s, "told to end");
+        }
+    }
+}
+
+pub(super) fn ending(at_s: f64, end: MissionEnd) {
+    info!(target: MISSION, outcome = ?end, at_s, "mission is to end");
+}
+
+pub(super) fn leaving(at_s: f64, way: NodeId, names: &Names) {
+    info!(target: MISSION, way = names.node(way), at_s, "is to be left");
+}
+
+pub(super) fn cleaning(at_s: f64, node: NodeId, names: &Names) {
+    info!(target: MISSION, node = names.node(node), at_s, "cleaning up");
+}
+
+pub(super) fn cleaned(at_s: f64, node: NodeId, is_done: bool, names: &Names) {
+    match is_done {
+        true => info!(target: MISSION, node = names.node(node), at_s, "clean already"),
+        false => warn!(target: MISSION, node = names.node(node), at_s, "cannot be cleaned up"),
+    }
 }
 
 pub(super) fn woke(at_s: f64, leaves: &[NodeId], names: &Names) {

@@ -38,7 +38,11 @@ pub fn emit(record: &Record, names: &Names) {
         }
         // What they say comes again in what root does of it.
         Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
-        Record::Stopped { at, leaves } => mission::stopped(at.seconds(), leaves, names),
+        Record::Stopped { at, leaves, cause } => mission::stopped(at.seconds(), leaves, cause, names),
+        Record::Ending { at, end, .. } => mission::ending(at.seconds(), *end),
+        Record::Leaving { at, way } => mission::leaving(at.seconds(), *way, names),
+        Record::Cleaning { at, node } => mission::cleaning(at.seconds(), *node, names),
+        Record::Cleaned { at, node, is_done, .. } => mission::cleaned(at.seconds(), *node, *is_done, names),
         Record::World { at, change } => mission::changed(at.seconds(), change, names),
         Record::Resource { at, resource, state } => mission::used(at.seconds(), *resource, state, names),
         Record::Woke { at, leaves } => mission::woke(at.seconds(), leaves, names),

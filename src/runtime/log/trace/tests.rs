@@ -101,7 +101,7 @@ fn a_release_says_how_and_what_follows() {
             at: Time(2_000_000),
             leaf: NodeId(2),
             end: End::Failed(Fault::Aborted(ControllerId(1))),
-            consequences: Consequences { completed: None, failed: Some(NodeId(1)), failing: None },
+            consequences: Consequences { completed: None, failed: Some(NodeId(1)), failing: None, cleaned: None },
             changes: vec![Change::Object(ObjectId(0), Location::Unknown)],
             waits_until: None,
             unfit: Vec::new(),

@@ -87,7 +87,16 @@ fn picking() -> Vec<Record> {
         answer("pick 1", false, Some(9.0)),
         answer("pick 1", true, None),
         answer("move 4-1", false, Some(0.25)),
-        Record::Decided { at: seconds(7.4), round: 2, granted, refused, reopened: None, deadlines: Vec::new() },
+        Record::Decided {
+            at: seconds(7.4),
+            round: 2,
+            granted,
+            refused,
+            reopened: None,
+            deadlines: Vec::new(),
+            urged: None,
+            overdue: None,
+        },
         held(
             0,
             Access::Shared(ChannelId(0)),
@@ -132,7 +141,8 @@ fn a_node_tells_state_potential_and_reason() {
 #[test]
 fn a_failure_is_told_of_leaf_and_nodes() {
     let aborted = End::Failed(Fault::Aborted(ControllerId(2)));
-    let consequences = Consequences { completed: None, failed: Some(named("all objects")), failing: None };
+    let consequences =
+        Consequences { completed: None, failed: Some(named("all objects")), failing: None, cleaned: None };
     let mut records = picking();
     records.push(released(9.0, "pick 1", aborted));
     let again = snapshot(&records, LIVES);

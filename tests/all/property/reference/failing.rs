@@ -39,6 +39,7 @@ impl Model<'_> {
         let parent = self.parent(node);
         let failing = Failing { node: parent, child: node, cause, fault, finishes: false };
         match self.kind(parent) {
+            NodeKind::Cleanup => unreachable!("no tree of the model has a cleanup"),
             NodeKind::Or => {
                 if self.committed.get(&parent) == Some(&node) {
                     self.committed.remove(&parent);
@@ -121,6 +122,7 @@ impl Model<'_> {
     pub(super) fn is_never(&self, node: NodeId) -> bool {
         let children = self.children(node);
         match self.kind(node) {
+            NodeKind::Cleanup => unreachable!("no tree of the model has a cleanup"),
             NodeKind::Behavior(_) => self.infeasible.contains_key(&node),
             NodeKind::And | NodeKind::Then => children.iter().any(|child| self.is_never(*child)),
             NodeKind::Or => children.iter().all(|child| self.is_never(*child)),
@@ -163,7 +165,7 @@ impl Model<'_> {
             self.take_back(failed, Some(failed));
         }
         self.settle_fall(&mut fall);
-        let consequences = Consequences { completed: None, failed: fall.failed, failing: fall.failing };
+        let consequences = Consequences { completed: None, failed: fall.failed, failing: fall.failing, cleaned: None };
         self.log.push(Step::TimedOut { node, consequences });
         self.try_again(&fall);
     }

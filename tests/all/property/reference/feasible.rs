@@ -36,7 +36,7 @@ impl Model<'_> {
         self.fail(leaf, leaf, None, &mut fall);
         self.take_back(leaf, fall.failed);
         self.settle_fall(&mut fall);
-        let consequences = Consequences { completed: None, failed: fall.failed, failing: fall.failing };
+        let consequences = Consequences { completed: None, failed: fall.failed, failing: fall.failing, cleaned: None };
         self.log.push(Step::Infeasible { leaf, reason, consequences });
         self.try_again(&fall);
     }

@@ -82,6 +82,7 @@ impl Model<'_> {
     fn can_be_reached(&self, node: NodeId, makers: &BTreeSet<NodeId>) -> bool {
         let children = self.children(node);
         match self.kind(node) {
+            NodeKind::Cleanup => unreachable!("no tree of the model has a cleanup"),
             NodeKind::Behavior(spec) => {
                 !spec.is_drive() && singles(&spec.satisfied).into_iter().all(|part| self.can_be(part, makers))
             }
@@ -95,6 +96,7 @@ impl Model<'_> {
     fn goal_parts<'a>(&'a self, node: NodeId, parts: &mut Vec<&'a Condition>) {
         let children = self.children(node);
         match self.kind(node) {
+            NodeKind::Cleanup => unreachable!("no tree of the model has a cleanup"),
             NodeKind::Behavior(spec) => parts.extend(singles(&spec.satisfied)),
             NodeKind::And | NodeKind::Or => children.iter().for_each(|child| self.goal_parts(*child, parts)),
             NodeKind::Then => self.goal_parts(*children.last().expect("a child"), parts),
@@ -160,7 +162,7 @@ impl Model<'_> {
         }
         self.settle_fall(&mut fall);
         let completed = Some(Completion { node, heir });
-        let consequences = Consequences { completed, failed: fall.failed, failing: fall.failing };
+        let consequences = Consequences { completed, failed: fall.failed, failing: fall.failing, cleaned: None };
         self.log.push(Step::Overtaken { leaf, skip, goal, consequences });
         self.try_again(&fall);
         if node == TOP {

@@ -36,6 +36,7 @@ impl Model<'_> {
         let children = self.children(node);
         let is_done = |child: &NodeId| self.done.contains(child);
         let kept = match self.kind(node) {
+            NodeKind::Cleanup => unreachable!("no tree of the model has a cleanup"),
             NodeKind::Then => {
                 let mut before_last = children[..children.len() - 1].iter();
                 before_last.rposition(|child| is_done(child) && self.is_reached(*child))
@@ -80,6 +81,7 @@ impl Model<'_> {
     pub(super) fn is_reached(&self, node: NodeId) -> bool {
         let children = self.children(node);
         match self.kind(node) {
+            NodeKind::Cleanup => unreachable!("no tree of the model has a cleanup"),
             NodeKind::Behavior(spec) => !spec.is_drive() && self.is_satisfied(node, &[]),
             NodeKind::And => children.iter().all(|child| self.is_reached(*child)),
             NodeKind::Or => children.iter().any(|child| self.is_reached(*child)),

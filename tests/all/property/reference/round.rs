@@ -73,6 +73,7 @@ impl Model<'_> {
             return self.same_answer(node, &refusal);
         }
         let mut answer = match self.kind(node) {
+            NodeKind::Cleanup => unreachable!("no tree of the model has a cleanup"),
             NodeKind::Root => unreachable!("root is asked by nobody"),
             NodeKind::Behavior(_) => return self.ask_leaf(node, skips),
             NodeKind::And => self.ask_and(node, skips),

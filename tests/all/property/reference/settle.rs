@@ -80,7 +80,7 @@ impl Model<'_> {
         if self.end == Some(MissionEnd::Done) {
             self.finish(MissionEnd::Done);
         }
-        let consequences = Consequences { completed, failed: fall.failed, failing: fall.failing };
+        let consequences = Consequences { completed, failed: fall.failed, failing: fall.failing, cleaned: None };
         self.log.push(Step::Released { leaf, end, consequences, unfit });
         self.try_again(&fall);
     }

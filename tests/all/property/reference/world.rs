@@ -64,6 +64,8 @@ impl Model<'_> {
             grant: Grant {
                 request: Arc::new(Request {
                     leaf,
+                    priority: 0,
+                    iterations: 0,
                     potential,
                     heir: is_heir,
                     claims: Vec::new(),

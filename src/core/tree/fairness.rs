@@ -1,0 +1,66 @@
+//! Fairness between tasks: one that waits for long comes before those that came after it (`semantics` 6, "Fairness").
+
+use std::collections::BTreeMap;
+
+use super::{Root, Verdict};
+use ambidex_model::state::State;
+use ambidex_model::{NodeId, TreeSpec};
+
+/// How many grants to later tasks each task that waits has seen.
+#[derive(Debug, Default)]
+pub(super) struct Fairness {
+    seen: BTreeMap<NodeId, u32>,
+}
+
+/// The task that comes before a behavior of another one that is as urgent and holds nothing.
+pub(super) fn barred_by(tree: &TreeSpec, state: &State, leaf: NodeId) -> Option<NodeId> {
+    if state.overdue().is_empty() {
+        return None;
+    }
+    let own = task_of(tree, leaf)?;
+    if state.overdue().contains(&own) || holds(state, own) {
+        return None;
+    }
+    state.overdue().iter().copied().find(|task| tree.priority(*task) == tree.priority(own))
+}
+
+/// The task that a node belongs to.
+fn task_of(tree: &TreeSpec, node: NodeId) -> Option<NodeId> {
+    tree.tasks.iter().copied().find(|task| tree.topology.is_within(node, *task))
+}
+
+/// Whether something of a task holds anything.
+fn holds(state: &State, task: NodeId) -> bool {
+    state.table().leases().any(|(_, lease)| state.topology().is_within(lease.holder, task))
+}
+
+impl Root {
+    /// The tasks that are overdue once some grants are made; none where they are the same as before.
+    pub(super) fn overdue(&mut self, verdict: &Verdict) -> Option<Vec<NodeId>> {
+        let tree = &self.mission.tree;
+        if tree.tasks.len() < 2 {
+            return None;
+        }
+        let served = |task: NodeId| verdict.granted.keys().filter(move |leaf| tree.topology.is_within(**leaf, task));
+        let is_idle = self.state.running().is_empty() && verdict.granted.is_empty();
+        for (index, &task) in tree.tasks.iter().enumerate() {
+            let later = tree.tasks[index + 1..].iter().map(|later| served(*later).count() as u32).sum::<u32>();
+            let below = task..tree.topology.end(task);
+            let waits = self.reasons.range(below).any(|(_, reason)| reason.is_of_others());
+            let is_lifted = is_idle && self.state.overdue().contains(&task);
+            if served(task).next().is_some() || !waits || is_lifted {
+                self.fairness.seen.remove(&task);
+            } else if later > 0 {
+                *self.fairness.seen.entry(task).or_default() += later;
+            }
+        }
+        let overdue = tree
+            .tasks
+            .iter()
+            .copied()
+            .filter(|task| self.fairness.seen.get(task).is_some_and(|seen| *seen >= tree.bypass));
+        let overdue: Vec<NodeId> = overdue.collect();
+        let is_same = overdue.iter().eq(self.state.overdue().iter());
+        (!is_same).then_some(overdue)
+    }
+}
