@@ -205,6 +205,9 @@ pub struct SimulateArgs {
     /// Let things go wrong on purpose, as this file says.
     #[arg(long, value_name = "FILE")]
     pub fail: Option<PathBuf>,
+    /// Tell the mission to end at that moment of robot time, seconds; for one that never ends by itself.
+    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_negative_numbers = true)]
+    pub until: Option<Duration>,
     #[command(flatten)]
     pub common: MissionArgs,
 }

@@ -43,6 +43,7 @@ enum Deed {
     Restart(ControllerId),
     Release(ControllerId),
     Change(Change),
+    Cancel,
 }
 
 /// Loads what goes wrong on purpose in a mission; nothing without a file.
@@ -118,6 +119,7 @@ impl Doing {
                     Ok(pid) => self.keeper.keep(id.index(), pid),
                     Err(error) => terminal.say(&format!("error: {} is not started: {error}", names.controller(id))),
                 },
+                Deed::Cancel => drop(self.keeper.run.send(Control::Cancel)),
                 Deed::Change(change) => drop(self.keeper.run.send(Control::World(change))),
             }
         }
@@ -134,6 +136,7 @@ impl Deed {
             Self::Restart(id) => format!("{} is started again", names.controller(id)),
             Self::Release(id) => format!("{} goes on", names.controller(id)),
             Self::Change(change) => changed(change, names),
+            Self::Cancel => "the mission is told to end".to_owned(),
         }
     }
 }
@@ -157,6 +160,7 @@ fn deeds(failures: &Failures) -> impl Iterator<Item = (Time, Deed)> {
             Mishap::Return(id) if stopped.remove(&id) => Deed::ReleaseStop(id),
             Mishap::Return(id) => Deed::Release(id),
             Mishap::World(change) => Deed::Change(change),
+            Mishap::Cancel => Deed::Cancel,
         };
         (at, deed)
     })

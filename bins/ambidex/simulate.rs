@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use ambidex::model::{Mishap, Time};
 use ambidex::sim;
 use ambidex::tree::Settings;
 use miette::{IntoDiagnostic, Result};
@@ -15,9 +16,10 @@ use crate::terminal::{Patience, QUIET, Terminal};
 
 /// Runs a mission under a virtual clock.
 pub fn simulate(args: &SimulateArgs) -> Result<Exit> {
-    let (mission, fail, args) = (&args.mission, args.fail.as_deref(), &args.common);
+    let (mission, fail, until, args) = (&args.mission, args.fail.as_deref(), args.until, &args.common);
     let loaded = load(mission, args)?;
-    let failures = purpose::load(fail, &loaded.mission)?;
+    let mut failures = purpose::load(fail, &loaded.mission)?;
+    failures.mishaps.extend(until.map(|until| (Time::ZERO + until, Mishap::Cancel)));
     let terminal = Terminal::start(args.log_format, QUIET, Patience::Waits);
     let mut observer = Observer::new(&loaded.mission, args, "simulate", &terminal, false).into_diagnostic()?;
     let has_messages = Messages::are_told(args.messages, &loaded.mission);

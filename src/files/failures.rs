@@ -63,6 +63,7 @@ described! {
         ),
         Set(Name) = ("set", "The fact holds from now on.", Word("a fact")),
         Clear(Name) = ("clear", "The fact does not hold any more.", Word("a fact")),
+        Cancel(()) = ("cancel", "`true`: the mission is told to end, as by Ctrl-C.", HAPPENS),
         Lies(ObjectAt) = ("lies", "Somebody has laid the object there.", Map::<ObjectAt>::new()),
     }
 }
@@ -97,7 +98,7 @@ described! {
     /// What goes wrong in a behavior.
     pub(crate) enum Wrong: "a flaw", "What goes wrong." {
         Fails(()) = ("fails", "`aborted`: a controller gives up at the end of what it does.", GIVES_UP),
-        Hangs(()) = ("hangs", "`true`: it never ends by itself, so that its timeout comes.", NEVER_ENDS),
+        Hangs(()) = ("hangs", "`true`: it never ends by itself, so that its timeout comes.", HAPPENS),
         Drops(Name) = (
             "drops",
             "As it begins, a gripper loses this object, or `all`: what its grippers hold, or the robot's if it uses \
@@ -140,14 +141,14 @@ const ATTEMPT: Custom<Attempt> = Custom(
 const GIVES_UP: Custom<()> =
     Custom(|| Form::Words(&ABORTED), |item, reading| item.word(&ABORTED, "`aborted`", reading.faults).map(|_| ()));
 
-const NEVER_ENDS: Custom<()> = Custom(
+const HAPPENS: Custom<()> = Custom(
     || Form::Flag,
     |item, reading| {
-        let hangs = Flag.read(item, reading)?;
-        if !hangs {
+        let happens = Flag.read(item, reading)?;
+        if !happens {
             reading.faults.push_with(&item, "a flaw that does not happen", "write `true`, or leave the entry out");
         }
-        hangs.then_some(())
+        happens.then_some(())
     },
 );
 
@@ -242,6 +243,7 @@ impl<'a> Names<'a> {
                 }
                 Mishap::Return(id)
             }
+            Event::Cancel(()) => Mishap::Cancel,
             Event::Set(name) => fact(name, true, faults)?,
             Event::Clear(name) => fact(name, false, faults)?,
             Event::Lies(ObjectAt { object, place }) => {

@@ -44,6 +44,7 @@ impl From<Mishap> for Event {
             Mishap::Inhibit(id) => Self::Inhibit(id, Inhibition::EmergencyStop),
             Mishap::Return(id) => Self::Return(id),
             Mishap::World(change) => Self::World(change),
+            Mishap::Cancel => Self::Cancel,
         }
     }
 }

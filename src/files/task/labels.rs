@@ -27,7 +27,12 @@ pub(super) fn label(drafts: &[Draft], faults: &mut Faults) -> Vec<String> {
         *words.entry(composite(draft)).or_insert(0) += 1;
     }
     let mut numbers = BTreeMap::new();
-    let name = |draft: &Draft| {
+    // What has a cleanup is called after its body, which stands right behind it.
+    let of_body = |index: usize| {
+        let body = drafts.get(index + 1).filter(|_| matches!(drafts[index].kind, Some(DraftKind::Cleanup)));
+        body.and_then(|body| body.name.as_ref()).map(|name| format!("{} with cleanup", name.value))
+    };
+    let name = |(index, draft): (usize, &Draft)| {
         if let Some(DraftKind::Root) = draft.kind {
             return ROOT.to_owned();
         }
@@ -35,12 +40,14 @@ pub(super) fn label(drafts: &[Draft], faults: &mut Faults) -> Vec<String> {
         if let Some(name) = written.filter(|_| !draft.is_used) {
             return name.clone();
         }
-        let plain = written.cloned().or_else(|| composite(draft).map(str::to_owned)).unwrap_or_else(|| draft.label());
-        let is_numbered = written.is_none() && composite(draft).is_some() && words.get(&composite(draft)) > Some(&1);
+        let own = written.cloned().or_else(|| of_body(index));
+        let is_called = own.is_some();
+        let plain = own.or_else(|| composite(draft).map(str::to_owned)).unwrap_or_else(|| draft.label());
+        let is_numbered = !is_called && composite(draft).is_some() && words.get(&composite(draft)) > Some(&1);
         let number = numbers.entry(plain.clone()).or_insert(0);
         unused(&plain, is_numbered, number, &mut taken)
     };
-    drafts.iter().map(name).collect()
+    drafts.iter().enumerate().map(name).collect()
 }
 
 /// `then 1`, `then 2`, …; a behavior's second is `pick 1 #2`.

@@ -24,6 +24,8 @@ pub enum Mishap {
     Return(ControllerId),
     /// The world changes from outside.
     World(Change),
+    /// The mission is told to end.
+    Cancel,
 }
 
 /// What a behavior does wrong.

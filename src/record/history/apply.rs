@@ -6,7 +6,7 @@ use ambidex_model::{
     Message, MissionEnd, NodeId, Record, Reopened, ResourceId, Time,
 };
 
-use super::{History, Phase, Step};
+use super::{History, Interruption, Phase, Step};
 
 impl History {
     /// Takes the next record.
@@ -152,7 +152,11 @@ impl History {
             history.fail(at, fault);
         }
         let is_final = consequences.failed.is_some() || self.end.is_some();
-        let phase = Phase::ended(end, is_final, self.state.interrupted(leaf));
+        let cause = self.state.interrupted(leaf).filter(|_| end == End::Interrupted);
+        if let (Some(past), Some(cause)) = (&mut self.past, cause) {
+            past.interruptions.push(Interruption { at, leaf, cause: cause.clone() });
+        }
+        let phase = Phase::ended(end, is_final, cause);
         self.states.enter(leaf, at, phase);
         self.states.settle(leaf, at, consequences);
         consequences.cleaned.into_iter().for_each(|node| self.states.end_cleanup(node, at));

@@ -16,8 +16,8 @@ use std::sync::Arc;
 
 use ambidex_model::state::State;
 use ambidex_model::{
-    ControllerId, Grant, Header, Location, Loss, MissionEnd, Names, NodeId, Pose, Reason, Record, Resource, Time,
-    WorldState,
+    ControllerId, Grant, Header, Location, Loss, MissionEnd, Names, NodeId, Pose, Reason, Record, Resource, StopCause,
+    Time, WorldState,
 };
 
 pub use controllers::{ActiveCommand, ControllerView, Controllers, LastError, Presence};
@@ -59,6 +59,18 @@ struct Past {
     steps: Vec<Step>,
     rounds: Vec<Time>,
     lanes: Vec<Lane>,
+    interruptions: Vec<Interruption>,
+}
+
+/// A behavior was interrupted, and was to run again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Interruption {
+    /// When it had ended.
+    pub at: Time,
+    /// The behavior.
+    pub leaf: NodeId,
+    /// Why.
+    pub cause: StopCause,
 }
 
 /// What was granted between two releases.
@@ -292,6 +304,11 @@ impl History {
     /// When rounds were decided, several at one moment once; empty where the past is not kept.
     pub fn round_times(&self) -> &[Time] {
         self.past.as_ref().map_or(&[], |past| &past.rounds)
+    }
+
+    /// Who was interrupted when, in order; empty where the past is not kept.
+    pub fn interruptions(&self) -> &[Interruption] {
+        self.past.as_ref().map_or(&[], |past| &past.interruptions)
     }
 
     /// Who held each resource when, in resource order; empty where the past is not kept.

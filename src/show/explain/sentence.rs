@@ -1,7 +1,7 @@
 //! Sentences that both the story and an account tell.
 
 use ambidex_model::{
-    Blocked, Cause, Change, Consequences, End, Grant, Loss, Names, NodeId, Reason, Record, Reopened, Time,
+    Blocked, Cause, Change, Consequences, End, Grant, Loss, Names, NodeId, Reason, Record, Reopened, StopCause, Time,
 };
 use ambidex_record::{History, LeafState};
 
@@ -66,6 +66,11 @@ pub(super) fn ended(history: &History, at: Time, leaf: NodeId, end: End, consequ
 /// What kept a behavior from going on that had not failed.
 fn interruption(history: &History, leaf: NodeId) -> String {
     let state = history.state_of_run();
+    match state.interrupted(leaf) {
+        Some(StopCause::Preempted { by }) => return format!("{} is more urgent", history.names().node(*by)),
+        Some(StopCause::Broken(reason)) => return reason.sentence(history.names()),
+        Some(StopCause::Ends) | None => {}
+    }
     let bindings = state.running().get(&leaf).into_iter().flat_map(|grant| &grant.bindings);
     let inhibited = bindings.into_iter().find_map(|binding| {
         let why = state.table().resource(binding.resource).service().outage()?;

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use ambidex_model::{NodeId, Time};
-use ambidex_record::{History, LeafState, Phase};
+use ambidex_model::{NodeId, StopCause, Time};
+use ambidex_record::{History, Interruption, LeafState, Phase};
 use strum::VariantArray;
 
 use super::axis::Axis;
@@ -13,6 +13,8 @@ use crate::text::{MIN_WIDTH, clip, columns, count, fit, flow, glyph, phrase};
 
 /// Most leaves that are all drawn; of more, those that ran.
 const MAX_ROWS: usize = 60;
+/// Most interruptions that are told.
+const MAX_NOTES: usize = 8;
 
 /// What stands in one cell; none where there is nothing more to say.
 type Cell = (char, Option<LeafState>);
@@ -44,11 +46,35 @@ pub fn text(history: &History, width: usize, palette: &Palette) -> String {
     let unit = format!(" {unit:>label_width$} ");
     let _ = writeln!(text, "{}", faint(&(unit + &seconds)));
     text.push_str(&legend(&shown, width, palette));
+    interruptions(history, width, palette, &mut text);
     if left_out > 0 {
         let note = format!(" {} that did not run left out", count(left_out, "behavior"));
         let _ = writeln!(text, "{}", faint(&clip(&note, width)));
     }
     text
+}
+
+/// Who was interrupted, why and for how long, below the bars: the first of it.
+fn interruptions(history: &History, width: usize, palette: &Palette, text: &mut String) {
+    let names = history.names();
+    let mut note = |said: String| {
+        let _ = writeln!(text, "{}", Palette::paint(palette.faint, clip(&said, width)));
+    };
+    let interruptions = history.interruptions();
+    for Interruption { at, leaf, cause } in interruptions.iter().take(MAX_NOTES) {
+        let why = match cause {
+            StopCause::Preempted { by } => format!("preempted by {}", names.node(*by)),
+            StopCause::Broken(reason) => format!("interrupted, since {}", reason.sentence(names)),
+            StopCause::Ends => "interrupted".to_owned(),
+        };
+        let phases = history.leaf(*leaf).map_or(&[][..], |leaf| leaf.phases());
+        let again = phases.iter().find(|(when, phase)| when >= at && *phase == Phase::Active);
+        let how_long = again.map(|(when, _)| format!(", {:.1} s", (*when - *at).as_secs_f64())).unwrap_or_default();
+        note(format!(" {:>7.2} s  {} {why}{how_long}", at.seconds(), names.node(*leaf)));
+    }
+    if interruptions.len() > MAX_NOTES {
+        note(format!(" {}", count(interruptions.len() - MAX_NOTES, "further interruption")));
+    }
 }
 
 /// The leaves to draw and how many are left out.
