@@ -140,7 +140,7 @@ impl Serving<'_> {
     fn is_preempted(&self, lease: &Lease, patience: i32) -> bool {
         let tree = &self.view.mission.tree;
         let is_interruptible = tree.behavior(lease.holder).is_some_and(|spec| spec.is_interruptible);
-        is_interruptible && tree.priority(lease.holder) < patience
+        is_interruptible && self.view.priority(lease.holder) < patience
     }
 
     fn one(&self, id: ResourceId, access: Access) -> Result<Vec<Candidate>, Reason> {
@@ -179,7 +179,7 @@ impl Serving<'_> {
         let passes = |lease: &Lease| {
             let would_pass = match lease.kind {
                 LeaseKind::Running => true,
-                LeaseKind::Intention => view.mission.tree.priority(lease.holder) < patience,
+                LeaseKind::Intention => view.priority(lease.holder) < patience,
                 LeaseKind::Physical => false,
             };
             would_pass || line.contains(lease.holder)

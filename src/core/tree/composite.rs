@@ -123,7 +123,8 @@ impl Composite {
             skips: Arc::clone(&skips),
             scope,
             waiting: 0,
-            is_different: self.said.is_none(),
+            // Whether it is done once more is not its children's word.
+            is_different: self.said.is_none() || self.was_complete,
             news: self.news_of_silence(),
         });
         self.order.clear();

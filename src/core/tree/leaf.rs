@@ -73,7 +73,7 @@ impl Leaf {
 
     /// What it would ask for if nothing ran, and less urgent holders kept nothing for their intentions.
     fn wish(&mut self, view: &View, skips: &[NodeRange], reason: &Reason) -> Option<Arc<Request>> {
-        let (tree, priority) = (&self.mission.tree, self.priority(view));
+        let (tree, priority) = (&self.mission.tree, view.priority(self.id));
         if !reason.is_of_resources() || tree.least_priority() >= priority {
             return None;
         }
@@ -88,17 +88,7 @@ impl Leaf {
 
     /// With what it is ordered by beside its potential.
     fn ranked(&self, view: &View, request: Request) -> Request {
-        Request { priority: self.priority(view), iterations: view.state.iterations_above(self.id), ..request }
-    }
-
-    /// How urgent it is: as it is told, or as who waits for what it or one above it holds.
-    fn priority(&self, view: &View) -> i32 {
-        let (own, urged) = (self.mission.tree.priority(self.id), view.state.urged());
-        if urged.is_empty() {
-            return own;
-        }
-        let above = self.mission.tree.topology.path(self.id).filter_map(|node| urged.get(&node));
-        above.copied().fold(own, i32::max)
+        Request { priority: view.priority(self.id), iterations: view.state.iterations_above(self.id), ..request }
     }
 
     /// Why it is not its turn, though it could run: a task that came before has waited for longer.

@@ -72,23 +72,37 @@ impl<'a> Packing<'a> {
         Err(reason)
     }
 
-    /// Adds what is wished for, if it finds a place; else it takes nothing.
+    /// Adds what is wished for, if it finds a place; else it takes nothing. It keeps the cheapest that it finds then,
+    /// whatever comes behind it.
     pub(super) fn wish(&mut self, wish: Arc<Request>) {
         let leaf = wish.leaf;
-        if self.add(wish).is_ok() {
-            self.wishes.insert(leaf);
+        if self.add(wish).is_err() {
+            return;
         }
+        self.wishes.insert(leaf);
+        if let Some(best) = self.cheapest() {
+            self.chosen = best;
+            self.note_uses();
+        }
+        if let (Some(wish), Some(chosen)) = (self.accepted.last_mut(), self.chosen.last()) {
+            let claims = std::iter::zip(&wish.claims, chosen);
+            let claims = claims.map(|(claim, only)| ClaimOptions { candidates: vec![*only], ..claim.clone() });
+            *wish = Arc::new(Request { claims: claims.collect(), ..Request::clone(wish) });
+        }
+    }
+
+    /// The choice for all that costs least.
+    fn cheapest(&self) -> Option<Vec<Vec<Candidate>>> {
+        let (last, before) = self.accepted.split_last()?;
+        let mut search = Search::new(self.view, before, last);
+        search.cheapest();
+        search.best.map(|(_, chosen)| chosen)
     }
 
     /// Binds the whole set: least sum of reach distances, then the order of resources; what is granted, and what is only
     /// wished for.
     pub(super) fn bind(self) -> (Vec<Grant>, Vec<Grant>) {
-        let Some((last, before)) = self.accepted.split_last() else {
-            return (Vec::new(), Vec::new());
-        };
-        let mut search = Search::new(self.view, before, last);
-        search.cheapest();
-        let best = search.best.map_or(self.chosen, |(_, chosen)| chosen);
+        let best = self.cheapest().unwrap_or(self.chosen);
         let grant = |(request, chosen): (Arc<Request>, Vec<Candidate>)| Grant {
             bindings: std::iter::zip(&request.claims, chosen)
                 .map(|(claim, choice)| Binding { resource: choice.resource, access: claim.access, keep: claim.keep })

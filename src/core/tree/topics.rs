@@ -128,11 +128,8 @@ impl Touches {
             Record::Began { .. } => {}
             Record::World { change, .. } | Record::Observed { change, .. } => self.note_change(before, *change),
             Record::Decided { granted, reopened, urged, overdue, .. } => {
-                if urged.is_some() {
-                    let holders = before.urged().keys().chain(after.urged().keys()).copied();
-                    holders.for_each(|holder| self.touch(Topic::Intention(holder)));
-                }
-                if overdue.is_some() {
+                // Who is how urgent matters to all that wait.
+                if urged.is_some() || overdue.is_some() {
                     self.touch(Topic::Intention(NodeId(0)));
                 }
                 for leaf in granted.iter().map(|grant| grant.leaf()) {

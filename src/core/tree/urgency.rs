@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::offers::Rank;
 use super::{Outbox, Root, Verdict};
-use crate::world::View;
+use crate::world::{View, priority};
 use ambidex_model::{
     Cause, Grant, Kept, Lease, LeaseKind, Lineage, NodeId, Reason, Record, Reopened, Request, ResourceId, StopCause,
     Time, Urged,
@@ -63,7 +63,7 @@ impl Root {
                 holds && !line.contains(leaf) && resource.obstacle(&line, binding.access).is_some()
             });
             let is_meant = is_in_the_way || wish.request.changes.iter().any(changes);
-            let is_less_urgent = tree.priority(leaf) < wish.request.priority;
+            let is_less_urgent = self.priority(leaf) < wish.request.priority;
             let may_be = tree.behavior(leaf).is_some_and(|spec| spec.is_interruptible);
             (is_meant && is_less_urgent && may_be).then_some(leaf)
         })
@@ -94,7 +94,7 @@ impl Root {
             resource.obstacle(&line, binding.access).map(|_| (binding.resource, resource))
         });
         let yields = |lease: &&Lease| {
-            let is_less_urgent = self.mission.tree.priority(lease.holder) < wish.request.priority;
+            let is_less_urgent = self.priority(lease.holder) < wish.request.priority;
             lease.kind == LeaseKind::Intention && is_less_urgent && !line.contains(lease.holder)
         };
         let kept = in_the_way.flat_map(|(id, resource)| {
@@ -123,12 +123,11 @@ impl Root {
         loop {
             let before = urged.clone();
             for (&leaf, reason) in &self.reasons {
-                let priority = self.priority_among(leaf, &urged);
-                for holder in self.named(reason).into_iter().flat_map(|id| self.idle_holders(id, leaf)) {
-                    if priority > self.priority_among(holder, &urged) {
-                        urged.insert(holder, priority);
-                    }
-                }
+                let of = |node| priority(&self.mission.tree, &urged, node);
+                let lent = of(leaf);
+                let holders = self.named(reason).into_iter().flat_map(|id| self.idle_holders(id, leaf));
+                let less: Vec<NodeId> = holders.filter(|holder| lent > of(*holder)).collect();
+                urged.extend(less.into_iter().map(|holder| (holder, lent)));
             }
             if urged == before {
                 break;
@@ -138,9 +137,8 @@ impl Root {
         (urged != *self.state.urged()).then_some(told)
     }
 
-    fn priority_among(&self, node: NodeId, urged: &BTreeMap<NodeId, i32>) -> i32 {
-        let above = self.state.topology().path(node).filter_map(|above| urged.get(&above));
-        above.copied().fold(self.mission.tree.priority(node), i32::max)
+    fn priority(&self, node: NodeId) -> i32 {
+        priority(&self.mission.tree, self.state.urged(), node)
     }
 
     /// What a reason says is held by others.

@@ -11,6 +11,7 @@ pub use free_space::FreeSpace;
 pub use geometry::Geometry;
 pub use known_paths::KnownPaths;
 pub use paths::{Found, NoPath, find_path};
+pub(crate) use view::priority;
 pub use view::{Compatible, Unconstrained, Use, View};
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::{FreeSpace, Geometry};
 use ambidex_model::state::State;
 use ambidex_model::{
-    BehaviorSpec, LeaseKind, Lineage, MissionSpec, NodeId, Reason, ResourceId, Task, Time, WorldState,
+    BehaviorSpec, LeaseKind, Lineage, MissionSpec, NodeId, Reason, ResourceId, Task, Time, TreeSpec, WorldState,
 };
 
 /// The state of the run at the opening of a round.
@@ -43,6 +43,11 @@ impl View {
         Geometry { robot: &self.mission.robot, world: &self.mission.world }
     }
 
+    /// How urgent a node is: as it is told, or as who waits for what it or one above it holds.
+    pub fn priority(&self, node: NodeId) -> i32 {
+        priority(&self.mission.tree, self.state.urged(), node)
+    }
+
     /// The behavior of a leaf as the world is.
     pub fn behavior(&self, leaf: NodeId) -> Option<&BehaviorSpec> {
         self.mission.tree.behavior_in(leaf, self.state.world())
@@ -61,6 +66,16 @@ impl View {
         let mut leases = self.state.table().leases();
         leases.any(|(_, lease)| lease.kind == LeaseKind::Intention && line.contains(lease.holder))
     }
+}
+
+/// How urgent a node is where some are as urgent as others.
+pub(crate) fn priority(tree: &TreeSpec, urged: &BTreeMap<NodeId, i32>, node: NodeId) -> i32 {
+    let own = tree.priority(node);
+    if urged.is_empty() {
+        return own;
+    }
+    let above = tree.topology.path(node).filter_map(|above| urged.get(&above));
+    above.copied().fold(own, i32::max)
 }
 
 /// A behavior on a resource.

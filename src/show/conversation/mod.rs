@@ -109,7 +109,7 @@ impl Conversation {
                 line(root, nodes::released(*leaf, *end, *consequences, changes, names))
             }
             Record::World { change, .. } => line("world".into(), phrase::changed(change, names)),
-            Record::Woke { leaves, .. } => line(root, phrase::asking_again(leaves, names)),
+            Record::Woke { leaves, .. } => line(root, phrase::asking_again(leaves, &self.history)),
             Record::Served { controller, service, .. } => line(root, phrase::served(*controller, *service, names)),
             Record::Awaited { until, facts, .. } => line(root, phrase::awaited(*until, facts, names)),
             Record::Infeasible { .. }

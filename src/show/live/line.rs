@@ -30,7 +30,7 @@ pub fn line(history: &History, record: &Record) -> Option<String> {
         }
         Record::Stopped { .. } | Record::Ending { .. } | Record::Leaving { .. } => phrase::turned(record, history)?,
         Record::Cleaning { .. } | Record::Cleaned { .. } => phrase::turned(record, history)?,
-        Record::Woke { leaves, .. } => phrase::asking_again(leaves, names),
+        Record::Woke { leaves, .. } => phrase::asking_again(leaves, history),
         Record::Controller { controller, message, .. } => said(history, *controller, message)?,
         Record::Ended { end, .. } => ended(history, *end),
     };

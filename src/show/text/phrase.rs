@@ -224,10 +224,17 @@ pub(crate) fn failing(consequences: Consequences, names: &Names) -> Option<Strin
     })
 }
 
-/// Who asks again after having waited.
-pub(crate) fn asking_again(leaves: &[NodeId], names: &Names) -> String {
-    let verb = if leaves.len() == 1 { "asks" } else { "ask" };
-    format!("{} {verb} again", nodes(leaves.iter().copied(), names))
+/// Who asks again after having waited, or begins its next time.
+pub(crate) fn asking_again(woken: &[NodeId], history: &History) -> String {
+    let (names, state) = (history.names(), history.state_of_run());
+    let is_next = |node: &&NodeId| state.iterations(**node) > 0 && state.status(**node).failures == 0;
+    let (next, waiting): (Vec<&NodeId>, Vec<&NodeId>) = woken.iter().partition(is_next);
+    let said = |woken: Vec<&NodeId>, one: &str, several: &str| {
+        let verb = if woken.len() == 1 { one } else { several };
+        (!woken.is_empty()).then(|| format!("{} {verb} again", nodes(woken.into_iter().copied(), names)))
+    };
+    let said = [said(next, "begins", "begin"), said(waiting, "asks", "ask")];
+    said.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
 /// How a behavior ended.
