@@ -86,9 +86,7 @@ impl Root {
     fn broken(&self, leaf: NodeId) -> Option<Reason> {
         let grant = self.state.running().get(&leaf)?;
         let lasting = &self.mission.tree.behavior(leaf)?.at(grant.request.place).lasting;
-        if behavior::singles(lasting).next().is_none() {
-            return None;
-        }
+        behavior::singles(lasting).next()?;
         let line = Lineage { topology: &self.mission.tree.topology, node: leaf, skips: &[] };
         behavior::check(lasting, &self.view(self.turned), &line, &mut KnownPaths::default()).err()
     }

@@ -107,7 +107,7 @@ impl LeafStates {
         let mut leaves = vec![LeafHistory::default(); nodes.len()];
         for cleanup in topology.cleanups() {
             for node in (cleanup.0..topology.end(*cleanup).0).map(NodeId) {
-                leaves[node.index()].phase = Phase::NotNeeded;
+                leaves[node.index()].enter(Time::ZERO, Phase::NotNeeded, 0, keeps_past);
             }
         }
         Self { topology, nodes, leaves, entered: 0, keeps_past, is_over: false }

@@ -54,6 +54,8 @@ fn behavior(tree: &Tree) -> Option<BehaviorSpec> {
         potential: Potential::Constant(1.0),
         satisfied: Condition::Never,
         precondition: Condition::All(Vec::new()),
+        lasting: Condition::All(Vec::new()),
+        is_interruptible: true,
         effects,
         commands: Vec::new(),
         changes: Vec::new(),
