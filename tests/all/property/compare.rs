@@ -25,6 +25,7 @@ pub fn against_reference(case: &Case) -> Counts {
                 model.ended(*leaf, outcome);
                 true
             }
+            Some(Event::Cancel) => todo!("the model knows of no cancel"),
             Some(Event::Nothing) => {
                 model.end_stalled();
                 false
