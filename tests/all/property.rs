@@ -5,6 +5,7 @@
 
 mod compare;
 mod counts;
+mod extras;
 mod generator;
 mod plan;
 mod reference;

@@ -27,6 +27,8 @@ pub enum Tree {
     And(Vec<Tree>),
     Or(Vec<Tree>),
     Then(Vec<Tree>),
+    /// A body, and what cleans up behind it.
+    Cleanup(Box<[Tree; 2]>),
     Leaf(String, Box<BehaviorSpec>),
 }
 
@@ -138,6 +140,7 @@ fn tree_spec(tree: &Tree) -> (TreeSpec, Vec<String>) {
             Tree::And(children) => (NodeKind::And, format!("and{}", id.0), children),
             Tree::Or(children) => (NodeKind::Or, format!("or{}", id.0), children),
             Tree::Then(children) => (NodeKind::Then, format!("then{}", id.0), children),
+            Tree::Cleanup(children) => (NodeKind::Cleanup, format!("cleanup{}", id.0), children.as_slice()),
             Tree::Leaf(name, behavior) => (NodeKind::Behavior(behavior.clone()), name.clone(), &[]),
         };
         spec.0.push(kind);
@@ -164,6 +167,9 @@ pub fn draw(mission: &MissionSpec) -> String {
         }
         drawing += &"  ".repeat(depth);
         drawing += &format!("{index} {}", mission.names.nodes[index]);
+        if tree.has_priorities() {
+            drawing += &format!(" !{}", tree.priority(NodeId::from(index)));
+        }
         if let Some(spec) = tree.behavior(NodeId::from(index)) {
             drawing += &format!(
                 ": claims {:?}, potential {:?}, satisfied {:?}, precondition {:?}, effects {:?}, changes {:?}, retries {}",
@@ -175,6 +181,10 @@ pub fn draw(mission: &MissionSpec) -> String {
                 spec.changes,
                 spec.retries
             );
+            if spec.lasting != Condition::All(Vec::new()) {
+                drawing += &format!(", lasting {:?}", spec.lasting);
+            }
+            drawing += if spec.is_interruptible { "" } else { ", not to be interrupted" };
         }
         drawing += "\n";
     }

@@ -74,7 +74,7 @@ impl Root {
     pub(super) fn conclude(&mut self, now: Time, settled: Settled, out: &mut Outbox) {
         let Settled { consequences, cause, retried, repeated } = settled;
         if let Some(node) = repeated {
-            return self.repeat(now, node, out);
+            return self.repeat(node, out);
         }
         if let Some((node, fault)) = retried {
             let reopened = self.attempt(node, fault);

@@ -261,8 +261,12 @@ impl Settling<'_> {
             let cause = before.map_or(node, |ends| ends.cause);
             self.failing = Some(Failing { node, child: node, cause, fault: Some(Fault::TimedOut), finishes: false });
             self.failing
-        } else if self.failed == Some(child) && before.is_none() && ordering.fails(state, node, child) {
-            let (cause, fault) = (self.cause, self.fault);
+        } else if self.failed == Some(child)
+            && before.is_none_or(|before| before.finishes && ordering == Ordering::Cleanup)
+            && ordering.fails(state, node, child)
+        {
+            // A body that did what it could has failed for good now.
+            let (cause, fault) = before.map_or((self.cause, self.fault), |before| (before.cause, before.fault));
             let finishes = ordering == Ordering::And && !can_recover(tree, state, node, fault);
             self.failing = Some(Failing { node, child, cause, fault, finishes });
             self.failing

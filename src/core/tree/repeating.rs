@@ -6,7 +6,7 @@ use ambidex_model::{Cause, NodeId, Reason, Record, Reopened, Time};
 
 impl Root {
     /// A node that is complete is done once more, when its time comes.
-    pub(super) fn repeat(&mut self, now: Time, node: NodeId, out: &mut Outbox) {
+    pub(super) fn repeat(&mut self, node: NodeId, out: &mut Outbox) {
         let tree = &self.mission.tree;
         let began = self.began.remove(&node).unwrap_or(self.turned);
         let every = tree.repeats.get(&node).and_then(|repeat| repeat.every);
@@ -18,7 +18,8 @@ impl Root {
         let (undecided, ended, reset) = (Vec::new(), Vec::new(), below.map(NodeId).collect());
         let reopened = Reopened { node, up_to: node, cause: Cause::Repeat { until }, undecided, ended, reset };
         self.is_wanted = true;
-        self.edit(Record::Reopened { at: now, reopened }, out);
+        // Waiting is counted from the turn: when answers have come is not told again.
+        self.edit(Record::Reopened { at: self.turned, reopened }, out);
     }
 
     /// The first time of a node begins with the first grant below it.
@@ -49,7 +50,7 @@ impl Root {
         };
         let repeated = tree.repeats.keys().copied().find(is_satisfied);
         match (repeated, self.satisfied_cleanup()) {
-            (Some(node), _) => self.repeat(now, node, out),
+            (Some(node), _) => self.repeat(node, out),
             (None, Some(node)) => self.end_cleanup(now, node, true, out),
             (None, None) => {}
         }

@@ -1,7 +1,7 @@
 //! The core beside the reference model, event by event.
 
 use ambidex::model::{
-    Blocked, Consequences, Deadline, End, Grant, NodeId, NodeRange, Reason, Record, Reopened, ResourceId,
+    Blocked, Consequences, Deadline, End, Grant, NodeId, NodeRange, Reason, Record, Reopened, ResourceId, Urged,
 };
 
 use super::counts::{Counts, variant};
@@ -25,6 +25,7 @@ pub fn against_reference(case: &Case) -> Counts {
                 model.ended(*leaf, outcome);
                 true
             }
+            Some(Event::Cancel) => todo!("the model knows of no cancel"),
             Some(Event::Nothing) => {
                 model.end_stalled();
                 false
@@ -56,11 +57,11 @@ fn compare(case: &Case, driver: &Driver, event: Option<&Event>, records: &[Recor
     );
     compare_state(driver, model, &show());
     let stopped = records.iter().flat_map(|record| match record {
-        Record::Stopped { leaves, .. } => leaves.clone(),
+        Record::Stopped { leaves, cause, .. } => leaves.iter().map(|leaf| (*leaf, cause.clone())).collect(),
         _ => Vec::new(),
     });
-    let (mut stopped, stops): (Vec<NodeId>, _) = (stopped.collect(), model.stops());
-    stopped.sort();
+    let (mut stopped, stops): (Vec<_>, _) = (stopped.collect(), model.stops());
+    stopped.sort_by_key(|(leaf, _)| *leaf);
     assert!(stopped == stops, "{}\ncore stops {stopped:?}, reference {stops:?}", show());
 }
 
@@ -68,9 +69,9 @@ fn compare(case: &Case, driver: &Driver, event: Option<&Event>, records: &[Recor
 fn recorded(case: &Case, record: &Record) -> Option<String> {
     Some(match record {
         Record::Released { leaf, end, consequences, unfit, .. } => released(*leaf, *end, consequences, unfit),
-        Record::Decided { granted, refused, reopened, deadlines, .. } => {
+        Record::Decided { granted, refused, reopened, deadlines, urged, .. } => {
             let refused = refused.iter().map(|Blocked { leaf, reason }| (*leaf, reason));
-            decided(case, granted.iter(), refused, reopened.as_ref(), deadlines)
+            decided(case, granted.iter(), refused, reopened.as_ref(), deadlines) + &changed(urged.as_ref())
         }
         Record::Infeasible { leaf, reason, consequences, .. } => infeasible(*leaf, reason, consequences),
         Record::TimedOut { node, consequences, .. } => timed_out(*node, consequences),
@@ -92,13 +93,17 @@ fn stepped(case: &Case, step: &Step) -> String {
         Step::Decided(decision) => {
             let refused = decision.refused.iter().map(|(&leaf, refusal)| (leaf, &refusal.reason));
             let reopened = decision.reopened.as_ref();
-            decided(case, decision.granted.values(), refused, reopened, &decision.deadlines)
+            decided(case, decision.granted.values(), refused, reopened, &decision.deadlines) + &changed(decision.urged.as_ref())
         }
         Step::Infeasible { leaf, reason, consequences } => infeasible(*leaf, reason, consequences),
         Step::TimedOut { node, consequences } => timed_out(*node, consequences),
         Step::Reopened(reopened) => tried_again(reopened),
         Step::Overtaken { leaf, skip, goal, consequences } => overtaken(*leaf, *skip, *goal, consequences),
     }
+}
+
+fn changed(urged: Option<&Vec<Urged>>) -> String {
+    urged.map_or_else(String::new, |urged| format!(" urged {urged:?}"))
 }
 
 fn released(leaf: NodeId, end: End, consequences: &Consequences, unfit: &[ResourceId]) -> String {
@@ -113,8 +118,8 @@ fn timed_out(node: NodeId, consequences: &Consequences) -> String {
     format!("{node:?} timed out {consequences:?}")
 }
 
-fn tried_again(Reopened { node, up_to, cause, reset, .. }: &Reopened) -> String {
-    format!("{node:?} reopened up to {up_to:?} {cause:?} reset {reset:?}")
+fn tried_again(Reopened { node, up_to, cause, reset, ended, .. }: &Reopened) -> String {
+    format!("{node:?} reopened up to {up_to:?} {cause:?} reset {reset:?} ended {ended:?}")
 }
 
 fn overtaken(leaf: NodeId, skip: NodeRange, goal: NodeId, consequences: &Consequences) -> String {
@@ -144,7 +149,14 @@ fn kind(reason: &Reason) -> String {
 
 /// The model names whoever was preferred below root; whether that one won in the end, the driver's watch asks.
 fn lost(reason: &Reason) -> Option<String> {
-    let is_lost = matches!(reason, Reason::Outbid { .. } | Reason::WholeRobot { .. } | Reason::Outdone { .. });
+    let is_lost = matches!(
+        reason,
+        Reason::Outbid { .. }
+            | Reason::LessUrgent { .. }
+            | Reason::DoneOftener { .. }
+            | Reason::WholeRobot { .. }
+            | Reason::Outdone { .. }
+    );
     is_lost.then(|| "lost to another".to_owned())
 }
 
@@ -160,11 +172,12 @@ fn decided<'a>(
     let granted: Vec<_> = granted
         .map(|Grant { request, bindings, .. }| {
             let (changes, skips) = (&request.changes, &request.skips);
-            format!("{} {} {bindings:?} {changes:?} {skips:?}", name(request.leaf), request.potential)
+            let order = (request.priority, request.iterations, request.potential);
+            format!("{} {order:?} {bindings:?} {changes:?} {skips:?}", name(request.leaf))
         })
         .collect();
     let refused = refused.map(|(leaf, reason)| {
-        let is_one_of_several = matches!(reason, Reason::Clash { .. } | Reason::AlreadyDone { .. });
+        let is_one_of_several = matches!(reason, Reason::Clash { .. } | Reason::AlreadyDone { .. } | Reason::Reserved { .. });
         let told = if is_one_of_several { kind(reason) } else { lost(reason).unwrap_or_else(|| format!("{reason:?}")) };
         format!("{} {told}", name(leaf))
     });

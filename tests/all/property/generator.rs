@@ -10,6 +10,7 @@ use ambidex::model::{
 use ambidex::tree::{Allocator, Greedy, Serial};
 use nalgebra::Point3;
 
+use super::extras::{self, Extras};
 use super::plan::Plan;
 use crate::driver::Rng;
 use crate::support::{self, BASE, Body, GRIPPER, HEAD, TOOL, Tree, WING};
@@ -37,9 +38,13 @@ impl Case {
 
     /// The same from a tree of less depth.
     pub fn of(seed: u64, depth: usize) -> Self {
-        let mut rng = Rng::of(&[seed, 1]);
+        let (mut rng, mut others) = (Rng::of(&[seed, 1]), Rng::of(&[seed, 15]));
+        let extras = Extras::of(seed);
         let mut maker = Maker::new(&mut rng);
-        let tree = maker.tree(depth);
+        let mut tree = maker.tree(depth);
+        if extras.cleanups {
+            tree = Maker { rng: &mut others, objects: maker.objects.clone(), idle: Vec::new(), ..maker }.clean(tree);
+        }
         let Maker { is_wild, body, places, objects, blocked, .. } = maker;
         let facts = (0..FACTS).map(|_| rng.is(40)).collect();
         let mut mission = support::mission(body, places, objects, facts, &tree);
@@ -50,6 +55,7 @@ impl Case {
         }));
         add_limits(seed, &mut mission);
         add_shortcuts(seed, &mut mission);
+        extras::add(seed, extras, &mut mission);
         // Rules speak of behaviors on resources: what claims none is in nobody's way.
         let claims = |leaf: &NodeId| !mission.tree.behavior(*leaf).expect("a leaf").claims.is_empty();
         let leaves: Vec<_> = mission.tree.leaves().filter(claims).collect();
@@ -79,12 +85,16 @@ impl Case {
         let start = &self.mission.start;
         let types: Vec<_> = self.mission.robot.resources.iter().map(|spec| spec.ty.0).collect();
         format!(
-            "serial {}, types {types:?}, start {start:?}, clashing {:?}, plan {:?}, outside {:?}, limits {:?}\n{}",
+            "serial {}, types {types:?}, start {start:?}, clashing {:?}, plan {:?}, outside {:?}, limits {:?}, repeats {:?}, \
+             tasks {:?}, bypass {}\n{}",
             self.is_serial,
             self.clashing,
             self.plan,
             self.mission.world.outside,
             self.mission.tree.limits,
+            self.mission.tree.repeats,
+            self.mission.tree.tasks,
+            self.mission.tree.bypass,
             support::draw(&self.mission)
         )
     }
@@ -95,7 +105,7 @@ fn add_limits(seed: u64, mission: &mut MissionSpec) {
     let mut rng = Rng::of(&[seed, 11]);
     let has_limits = rng.is(50);
     for index in 1..mission.tree.nodes.len() {
-        if matches!(mission.tree.nodes[index], NodeKind::Behavior(_)) || !has_limits || !rng.is(30) {
+        if matches!(mission.tree.nodes[index], NodeKind::Behavior(_) | NodeKind::Cleanup) || !has_limits || !rng.is(30) {
             continue;
         }
         let timeout = rng.is(50).then(|| Duration::from_millis(2000 + rng.below(18_000) as u64));
@@ -183,6 +193,41 @@ impl<'a> Maker<'a> {
             5..7 => Tree::Or(children(self)),
             _ => Tree::Then(children(self)),
         }
+    }
+
+    /// Here and there a cleanup behind a node: mostly one that puts down what the node took.
+    fn clean(&mut self, tree: Tree) -> Tree {
+        let taken = taken(&tree);
+        let tree = match tree {
+            Tree::And(children) => Tree::And(self.clean_all(children)),
+            Tree::Or(children) => Tree::Or(self.clean_all(children)),
+            Tree::Then(children) => Tree::Then(self.clean_all(children)),
+            Tree::Cleanup(children) => Tree::Cleanup(children),
+            leaf @ Tree::Leaf(..) => leaf,
+        };
+        if !self.rng.is(12) {
+            return tree;
+        }
+        let place = self.place();
+        let mut steps = vec![self.gadget(None)];
+        if let Some(object) = taken.filter(|_| self.rng.is(70)) {
+            steps = vec![self.go(place)];
+            steps.push(self.leaf("place", support::put(self.body, object, place, self.places)));
+        }
+        if self.rng.is(30) {
+            let more = self.gadget(None);
+            steps.push(more);
+        }
+        let cleanup = match steps.len() {
+            1 => steps.remove(0),
+            _ if self.rng.is(20) => Tree::And(steps),
+            _ => Tree::Then(steps),
+        };
+        Tree::Cleanup(Box::new([tree, cleanup]))
+    }
+
+    fn clean_all(&mut self, trees: Vec<Tree>) -> Vec<Tree> {
+        trees.into_iter().map(|tree| self.clean(tree)).collect()
     }
 
     /// Something that makes sense: fetching, going somewhere to do something, or a lonely behavior.
@@ -401,5 +446,17 @@ impl<'a> Maker<'a> {
         spec.backoff = Duration::from_millis([0, 200, 500][self.leaves % 3]);
         self.leaves += 1;
         Tree::Leaf(format!("{word}{}", self.leaves), Box::new(spec))
+    }
+}
+
+/// An object that something in a tree takes.
+fn taken(tree: &Tree) -> Option<ObjectId> {
+    match tree {
+        Tree::And(children) | Tree::Or(children) | Tree::Then(children) => children.iter().find_map(taken),
+        Tree::Cleanup(children) => taken(&children[0]),
+        Tree::Leaf(_, spec) => spec.effects.iter().find_map(|effect| match *effect {
+            EffectTerm::Taken(object, _) => Some(object),
+            EffectTerm::Lies(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
+        }),
     }
 }

@@ -24,6 +24,8 @@ pub struct Plan {
     pub changes: Vec<(Time, Change)>,
     /// Controllers that go, and come back.
     pub services: Vec<(Time, ControllerId, Option<Loss>)>,
+    /// When the mission is canceled, of those that clean up.
+    pub cancel: Option<Time>,
 }
 
 impl Plan {
@@ -67,7 +69,11 @@ impl Plan {
             [Some(loss), back.map(|back| (back, id, None))].into_iter().flatten()
         });
         let services = services.collect();
+        let mut cancels = Rng::of(&[seed, 18]);
+        let cancel = (!mission.tree.topology.cleanups().is_empty() && cancels.is(30))
+            .then(|| Time(cancels.below(25_000_000) as u64));
         Self {
+            cancel,
             services,
             seed,
             failing: rng.one(&[0, 0, 0, 0, 5, 5, 10, 20]),

@@ -7,17 +7,19 @@ mod feasible;
 mod lapse;
 mod leases;
 mod others;
+mod repeat;
 mod retry;
 mod round;
 mod settle;
 mod stall;
+mod urgent;
 mod world;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use ambidex::model::{
     Consequences, ControllerId, Deadline, End, Failing, Fault, Grant, Loss, MissionEnd, MissionSpec, NodeId, NodeKind,
-    NodeRange, Reason, Reopened, ResourceId, Time, WorldState,
+    NodeRange, Reason, Reopened, ResourceId, StopCause, Time, Urged, WorldState,
 };
 
 pub use leases::{Held, Row};
@@ -61,11 +63,21 @@ pub struct Model<'a> {
     deadlines: BTreeMap<NodeId, Time>,
     /// Ways that their ORs left, with the progress at which they did.
     left: BTreeMap<NodeId, u64>,
-    /// Behaviors that were told to end.
-    stopping: BTreeSet<NodeId>,
+    /// Behaviors that were told to end, and why.
+    stopping: BTreeMap<NodeId, StopCause>,
+    /// Who was told to end, and why, until somebody takes it.
+    told: Vec<(NodeId, StopCause)>,
+    /// Nodes that are as urgent as who waits for what they hold.
+    urged: BTreeMap<NodeId, i32>,
+    /// Who was preempted for which wish, with the progress at which that was.
+    preempted: BTreeSet<(NodeId, NodeId, u64)>,
     committed: BTreeMap<NodeId, NodeId>,
     /// What lapsed does not ask before the count of progress grows.
     silent: BTreeMap<NodeId, (u64, NodeId, Reason)>,
+    /// How many iterations of each node have ended, when the one now began, and when the next one begins.
+    iterated: BTreeMap<NodeId, u32>,
+    began: BTreeMap<NodeId, Time>,
+    resting: BTreeMap<NodeId, (Time, u64)>,
     progress: u64,
     ever_completed: BTreeSet<NodeId>,
     /// Behaviors that were sent back: in which progress, and for whom while that one needs it.
@@ -81,6 +93,8 @@ pub struct Ask {
     pub is_heir: bool,
     /// Per claim the resources that fit, with the distance to reach out.
     pub serving: Vec<Vec<(ResourceId, f64)>>,
+    /// With a wish, how much rather another resource than this one.
+    pub wish: Option<BTreeMap<ResourceId, u32>>,
 }
 
 /// Why a leaf does not run, and what would have to end for that to change.
@@ -100,6 +114,7 @@ pub struct Decision {
     pub refused: BTreeMap<NodeId, Refusal>,
     pub reopened: Option<Reopened>,
     pub deadlines: Vec<Deadline>,
+    pub urged: Option<Vec<Urged>>,
 }
 
 /// Something that came to pass.
@@ -144,9 +159,15 @@ impl<'a> Model<'a> {
             failures: BTreeMap::new(),
             deadlines: BTreeMap::new(),
             left: BTreeMap::new(),
-            stopping: BTreeSet::new(),
+            stopping: BTreeMap::new(),
+            told: Vec::new(),
+            urged: BTreeMap::new(),
+            preempted: BTreeSet::new(),
             committed: BTreeMap::new(),
             silent: BTreeMap::new(),
+            iterated: BTreeMap::new(),
+            began: BTreeMap::new(),
+            resting: BTreeMap::new(),
             progress: 0,
             ever_completed: BTreeSet::new(),
             redone: BTreeMap::new(),
@@ -201,12 +222,19 @@ impl<'a> Model<'a> {
         self.waits.keys().any(|node| below.contains(*node))
     }
 
-    /// What runs below a node that fails and was not told to end before.
-    pub fn stops(&mut self) -> Vec<NodeId> {
+    /// Who was told to end since the last time, what runs below a node that fails included.
+    pub fn stops(&mut self) -> Vec<(NodeId, StopCause)> {
         let is_ending = |leaf: &NodeId| self.upward(*leaf).into_iter().any(|node| self.is_canceling(node));
-        let told = |leaf: &NodeId| !self.stopping.contains(leaf) && is_ending(leaf);
+        let told = |leaf: &NodeId| self.stopping.get(leaf) != Some(&StopCause::Ends) && is_ending(leaf);
         let now: Vec<NodeId> = self.running.keys().copied().filter(told).collect();
-        self.stopping.extend(&now);
-        now
+        now.into_iter().for_each(|leaf| self.tell_to_end(leaf, StopCause::Ends));
+        let mut told = std::mem::take(&mut self.told);
+        told.sort_by_key(|(leaf, _)| *leaf);
+        told
+    }
+
+    fn tell_to_end(&mut self, leaf: NodeId, cause: StopCause) {
+        self.stopping.insert(leaf, cause.clone());
+        self.told.push((leaf, cause));
     }
 }

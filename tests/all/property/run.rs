@@ -66,6 +66,8 @@ pub enum Event {
     World(Change),
     /// A controller goes, or comes back.
     Service(ControllerId, Option<Loss>),
+    /// The mission is to end.
+    Cancel,
     /// Root has waited for this moment.
     Woke,
     /// Nothing else can come any more, and the mission waits for the world.
@@ -88,7 +90,8 @@ impl Agenda {
         let events = changes.map(|(index, &(at, change))| ((at, 10_000 + index as u32), Event::World(change)));
         let services = case.plan.services.iter().enumerate();
         let services = services.map(|(index, &(at, id, loss))| ((at, 20_000 + index as u32), Event::Service(id, loss)));
-        Self { events: events.chain(services).collect(), ..Self::default() }
+        let cancel = case.plan.cancel.map(|at| ((at, 30_000), Event::Cancel));
+        Self { events: events.chain(services).chain(cancel).collect(), ..Self::default() }
     }
 
     /// What ran with a controller that is gone ends at once.
@@ -162,6 +165,7 @@ fn give(driver: &mut Driver, event: &Event) {
             let told = Told::Service { controller: *controller, outage: *outage, changes: Vec::new() };
             driver.give(ROOT, told.into());
         }
+        Event::Cancel => driver.give(ROOT, Told::End { end: MissionEnd::Canceled }.into()),
         Event::Woke => driver.give(ROOT, Told::Woke.into()),
         Event::Nothing => driver.give(ROOT, Told::End { end: MissionEnd::Stalled }.into()),
     }

@@ -148,6 +148,7 @@ impl Model<'_> {
         if let Some(failed) = fall.failed {
             let below = self.below(failed);
             self.waits.retain(|node, _| !below.contains(*node));
+            self.resting.retain(|node, _| !below.contains(*node));
             self.deadlines.retain(|node, _| !below.contains(*node));
         }
     }

@@ -164,8 +164,9 @@ impl Model<'_> {
         let completed = Some(Completion { node, heir });
         let consequences = Consequences { completed, failed: fall.failed, failing: fall.failing, cleaned: None };
         self.log.push(Step::Overtaken { leaf, skip, goal, consequences });
+        self.end_iteration_of_complete(node);
         self.try_again(&fall);
-        if node == TOP {
+        if node == TOP && self.done.contains(&TOP) {
             self.finish(MissionEnd::Done);
         }
     }

@@ -61,7 +61,7 @@ impl Model<'_> {
         }
     }
 
-    fn forget(&mut self, node: NodeId) {
+    pub(super) fn forget(&mut self, node: NodeId) {
         self.done.remove(&node);
         self.failed.remove(&node);
         self.faults.remove(&node);

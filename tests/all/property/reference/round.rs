@@ -1,5 +1,7 @@
 //! One round: a recursive walk down, Algorithm 1 on the way up (`semantics` 4 and 5).
 
+use std::cmp::Ordering;
+
 use ambidex::model::{Access, Binding, Deadline, Grant, NodeId, NodeKind, NodeRange, Reason, ResourceId, Retention};
 
 use super::{Ask, Decision, Model, Refusal, Step};
@@ -8,6 +10,9 @@ use super::{Ask, Decision, Model, Refusal, Step};
 struct Answer {
     is_satisfied: bool,
     asks: Vec<Ask>,
+    wishes: Vec<Ask>,
+    /// Repeating nodes of which all is satisfied.
+    over: Vec<NodeId>,
     refused: Vec<(NodeId, Refusal)>,
 }
 
@@ -20,28 +25,43 @@ impl Model<'_> {
         }
         let answer = self.ask(NodeId(1), &[]);
         let mut decision = Decision { refused: answer.refused.into_iter().collect(), ..Decision::default() };
-        let (accepted, refused) = self.merge(answer.asks);
+        let wishes = self.counting(answer.wishes, &answer.asks);
+        let (accepted, refused) = self.merge([answer.asks, wishes].concat());
         decision.refused.extend(refused);
-        for grant in self.bind(&accepted) {
+        let (grants, taken) = self.bind(&accepted);
+        for grant in grants {
             decision.granted.insert(grant.leaf(), grant);
         }
         for grant in decision.granted.values().cloned().collect::<Vec<_>>() {
             self.take(&grant);
             self.settle_grant(&grant);
             decision.deadlines.extend(self.begin_times(grant.leaf()));
+            self.begin_first_time(grant.leaf());
             self.running.insert(grant.leaf(), grant);
         }
         decision.deadlines.sort_by_key(|deadline| deadline.node);
         let place = self.log.len();
         let mut is_overtaken = false;
-        if !answer.is_satisfied {
+        let yields = self.give_way(&taken);
+        if !answer.is_satisfied && yields.is_none() {
             (is_overtaken, decision.reopened) = self.help_blocked(&decision);
             if !is_overtaken && decision.reopened.is_none() {
                 decision.reopened = self.lapse(&decision);
             }
         }
+        if self.end.is_none() && !answer.is_satisfied {
+            self.tell_what_is_broken();
+            self.preempt(&taken);
+            decision.urged = self.urge(&decision);
+        }
         self.log.insert(place, Step::Decided(decision.clone()));
-        let goes_on = !decision.granted.is_empty() || decision.reopened.is_some() || is_overtaken;
+        let has_yielded = yields.is_some();
+        self.log.extend(yields.map(Step::Reopened));
+        let over = answer.over.iter().min().copied().filter(|node| !self.runs_below(*node) && self.end.is_none());
+        if let Some(node) = over {
+            self.end_iteration(node);
+        }
+        let goes_on = !decision.granted.is_empty() || decision.reopened.is_some() || is_overtaken || decision.urged.is_some() || over.is_some() || has_yielded;
         self.awaited = self.awaited.filter(|_| decision.granted.is_empty());
         self.end.is_none() && self.end_of_round(answer.is_satisfied, goes_on, &decision)
     }
@@ -72,15 +92,22 @@ impl Model<'_> {
             let refusal = Refusal { waits: true, ..Reason::BackingOff { wait_ms, fault }.into() };
             return self.same_answer(node, &refusal);
         }
+        if let Some(refusal) = self.not_yet(node) {
+            return self.same_answer(node, &refusal);
+        }
         let mut answer = match self.kind(node) {
             NodeKind::Cleanup => unreachable!("no tree of the model has a cleanup"),
             NodeKind::Root => unreachable!("root is asked by nobody"),
-            NodeKind::Behavior(_) => return self.ask_leaf(node, skips),
+            NodeKind::Behavior(_) => self.ask_leaf(node, skips),
             NodeKind::And => self.ask_and(node, skips),
             NodeKind::Or => self.ask_or(node, skips),
             NodeKind::Then => self.ask_then(node, skips),
         };
         answer.is_satisfied &= !self.runs_below(node);
+        if answer.is_satisfied && self.is_not_the_last(node) {
+            answer.over.push(node);
+            answer.is_satisfied = false;
+        }
         answer
     }
 
@@ -106,9 +133,9 @@ impl Model<'_> {
             let (heir, lacks) = (*heir, Box::new(lacks.clone()));
             return refused(Reason::AlreadyDone { heir, lacks }.into());
         }
-        match self.request(leaf, skips) {
+        match self.request(leaf, skips, false) {
             Ok(ask) => Answer { asks: vec![ask], ..Answer::default() },
-            Err(refusal) => refused(refusal),
+            Err(refusal) => Answer { wishes: self.wish(leaf, skips).into_iter().collect(), ..refused(refusal) },
         }
     }
 
@@ -118,6 +145,8 @@ impl Model<'_> {
             let answer = self.ask(child, skips);
             whole.is_satisfied &= answer.is_satisfied;
             whole.asks.extend(answer.asks);
+            whole.wishes.extend(answer.wishes);
+            whole.over.extend(answer.over);
             whole.refused.extend(answer.refused);
         }
         let (accepted, refused) = self.merge(std::mem::take(&mut whole.asks));
@@ -145,6 +174,8 @@ impl Model<'_> {
         let winner = chosen.map(|index| answers[index].0);
         for (child, answer) in &mut answers {
             whole.refused.append(&mut answer.refused);
+            whole.wishes.append(&mut answer.wishes);
+            whole.over.append(&mut answer.over);
             for ask in answer.asks.drain(..) {
                 match winner {
                     Some(chosen) if chosen != *child => {
@@ -174,6 +205,8 @@ impl Model<'_> {
             let answer = self.ask(child, &skips);
             whole.refused.extend(answer.refused);
             whole.asks = answer.asks;
+            whole.wishes = answer.wishes;
+            whole.over.extend(answer.over);
             whole.is_satisfied = answer.is_satisfied;
             if !answer.is_satisfied {
                 break;
@@ -196,24 +229,26 @@ impl Model<'_> {
         children
     }
 
-    /// Algorithm 1; serially, the best that is possible while nothing runs.
-    fn merge(&self, mut asks: Vec<Ask>) -> (Vec<Ask>, Vec<(NodeId, Refusal)>) {
-        asks.sort_by(|a, b| {
-            let by_potential = b.grant.request.potential.total_cmp(&a.grant.request.potential);
-            by_potential.then(b.is_heir.cmp(&a.is_heir)).then(a.grant.leaf().cmp(&b.grant.leaf()))
-        });
+    /// Algorithm 1; serially, the best that is possible while nothing runs. Wishes take part behind the requests that
+    /// are as urgent, and one that does not fit takes nothing.
+    pub(super) fn merge(&self, mut asks: Vec<Ask>) -> (Vec<Ask>, Vec<(NodeId, Refusal)>) {
+        asks.sort_by(order);
         let (mut accepted, mut refused): (Vec<Ask>, _) = (Vec::new(), Vec::new());
         for ask in asks {
-            let first = accepted.first().map(|other| other.grant.leaf());
-            let owner = first.or(self.running.keys().next().copied()).filter(|_| self.is_serial);
+            let first = accepted.first();
+            let by_wish = first.filter(|first| first.wish.is_some() && self.is_serial).map(|first| first.grant.leaf());
+            let running = self.running.keys().next().copied().filter(|_| ask.wish.is_none());
+            let owner = first.map(|other| other.grant.leaf()).or(running).filter(|_| self.is_serial);
             let leaf = ask.grant.leaf();
-            let refusal = match owner {
-                Some(by) => Some(on(Reason::WholeRobot { by }, by)),
-                None => self.incompatible(&accepted, &ask),
+            let refusal = match (by_wish, owner) {
+                (Some(by), _) => Some(Reason::Reserved { resource: None, by }.into()),
+                (None, Some(by)) => Some(on(Reason::WholeRobot { by }, by)),
+                (None, None) => self.incompatible(&accepted, &ask),
             };
             match refusal {
-                Some(refusal) => refused.push((leaf, refusal)),
                 None => accepted.push(ask),
+                Some(refusal) if ask.wish.is_none() => refused.push((leaf, refusal)),
+                Some(_) => {}
             }
         }
         (accepted, refused)
@@ -221,9 +256,12 @@ impl Model<'_> {
 
     fn incompatible(&self, accepted: &[Ask], ask: &Ask) -> Option<Refusal> {
         for &object in &ask.grant.request.changes {
-            let mut others = accepted.iter().map(|other| &other.grant);
-            if let Some(other) = others.find(|other| other.request.changes.contains(&object)) {
-                let with = other.leaf();
+            let mut others = accepted.iter();
+            if let Some(other) = others.find(|other| other.grant.request.changes.contains(&object)) {
+                let with = other.grant.leaf();
+                if other.wish.is_some() {
+                    return Some(Reason::Reserved { resource: None, by: with }.into());
+                }
                 return Some(on(Reason::SameObject { object, with }, with));
             }
         }
@@ -231,13 +269,17 @@ impl Model<'_> {
         let mut fits = false;
         self.for_each_choice(&all, &mut |_| fits = true);
         if !fits {
+            let requests: Vec<Ask> = all.iter().filter(|other| other.wish.is_none()).cloned().collect();
             let (by, resource) = (NodeId(0), ResourceId(0));
+            let mut fits_beside_requests = false;
+            self.for_each_choice(&requests, &mut |_| fits_beside_requests = true);
             let (own, theirs) = (ask.grant.request.potential, 0.0);
             let wanted = ask.serving.iter().flatten().map(|(id, _)| *id);
-            return Some(Refusal {
-                resources: wanted.collect(),
-                ..Reason::Outbid { by, resource, own, theirs }.into()
-            });
+            let reason = match fits_beside_requests {
+                true => Reason::Reserved { resource: Some(resource), by },
+                false => Reason::Outbid { by, resource, own, theirs },
+            };
+            return Some(Refusal { resources: wanted.collect(), ..reason.into() });
         }
         let others = self.running.keys().copied().chain(accepted.iter().map(|other| other.grant.leaf()));
         let clash = others.into_iter().find(|&other| self.clashes(other, ask.grant.leaf()))?;
@@ -261,30 +303,38 @@ impl Model<'_> {
         choose(&claims, &mut Vec::new(), found);
     }
 
-    /// The cheapest way for the whole set, the first in resource order among equals.
-    fn bind(&self, accepted: &[Ask]) -> Vec<Grant> {
-        let mut best: Option<(f64, Vec<ResourceId>)> = None;
+    /// The cheapest way for the whole set, the first in resource order among equals; also what wishes take.
+    fn bind(&self, accepted: &[Ask]) -> (Vec<Grant>, Vec<(NodeId, Vec<ResourceId>)>) {
+        let per_claim = accepted.iter().flat_map(|ask| ask.serving.iter().map(|_| ask.wish.as_ref()));
+        let per_claim: Vec<_> = per_claim.collect();
+        let mut best: Option<(u32, f64, Vec<ResourceId>)> = None;
         self.for_each_choice(accepted, &mut |choice| {
             let cost: f64 = choice.iter().map(|(_, cost)| cost).sum();
-            if best.as_ref().is_none_or(|(least, _)| cost < least - 1e-9) {
-                best = Some((cost, choice.iter().map(|(id, _)| *id).collect()));
+            let ranks = std::iter::zip(choice, &per_claim).filter_map(|((id, _), wish)| wish.map(|wish| wish[id]));
+            let rank: u32 = ranks.sum();
+            let is_better = |(other, least, _): &(u32, f64, _)| rank < *other || (rank == *other && cost < least - 1e-9);
+            if best.as_ref().is_none_or(is_better) {
+                best = Some((rank, cost, choice.iter().map(|(id, _)| *id).collect()));
             }
         });
-        let mut chosen = best.map(|(_, chosen)| chosen).unwrap_or_default().into_iter();
-        let mut grants: Vec<Grant> = accepted.iter().map(|ask| ask.grant.clone()).collect();
-        for grant in &mut grants {
+        let mut chosen = best.map(|(.., chosen)| chosen).unwrap_or_default().into_iter();
+        let (mut grants, mut taken) = (Vec::new(), Vec::new());
+        for ask in accepted {
+            let mut grant = ask.grant.clone();
             for claim in &self.behavior(grant.leaf()).claims {
-                grant.bindings.push(Binding {
-                    resource: chosen.next().expect("a resource for every claim"),
-                    access: claim.access,
-                    keep: claim.keep,
-                });
+                let resource = chosen.next().expect("a resource for every claim");
+                grant.bindings.push(Binding { resource, access: claim.access, keep: claim.keep });
+            }
+            if ask.wish.is_some() {
+                taken.push((grant.leaf(), grant.bindings.iter().map(|binding| binding.resource).collect()));
+                continue;
             }
             if self.is_serial {
-                self.add_the_rest(grant);
+                self.add_the_rest(&mut grant);
             }
+            grants.push(grant);
         }
-        grants
+        (grants, taken)
     }
 
     fn add_the_rest(&self, grant: &mut Grant) {
@@ -319,4 +369,12 @@ fn choose(claims: &[Claimed<'_>], chosen: &mut Vec<(ResourceId, f64)>, found: &m
 
 fn on(reason: Reason, behavior: NodeId) -> Refusal {
     Refusal { behaviors: vec![behavior], ..reason.into() }
+}
+
+/// The order of requests, and of wishes behind the requests that are as urgent.
+pub(super) fn order(a: &Ask, b: &Ask) -> Ordering {
+    let (one, other) = (&a.grant.request, &b.grant.request);
+    let by_urgency = other.priority.cmp(&one.priority).then(a.wish.is_some().cmp(&b.wish.is_some()));
+    let by_potential = one.iterations.cmp(&other.iterations).then(other.potential.total_cmp(&one.potential));
+    by_urgency.then(by_potential).then(b.is_heir.cmp(&a.is_heir)).then(one.leaf.cmp(&other.leaf))
 }

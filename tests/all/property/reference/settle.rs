@@ -25,6 +25,7 @@ impl Model<'_> {
             }
         }
         self.silent.remove(&grant.leaf());
+        self.preempted.retain(|(_, wish, _)| *wish != grant.leaf());
     }
 
     /// True if another round follows at once.
@@ -56,8 +57,11 @@ impl Model<'_> {
     /// A behavior ended: what that completes and what fails with it.
     pub fn ended(&mut self, leaf: NodeId, outcome: &Outcome) {
         let grant = self.running.remove(&leaf).expect("only what runs ends");
-        self.stopping.remove(&leaf);
-        let end = self.believed(leaf, &grant, outcome);
+        let told = self.stopping.remove(&leaf);
+        let end = match self.believed(leaf, &grant, outcome) {
+            End::Canceled if told.is_some_and(|cause| cause.interrupts()) => End::Interrupted,
+            end => end,
+        };
         let changes = self.changes(leaf, end, &grant, outcome);
         let unfit = self.rejected(&grant, end);
         self.unfit.extend(unfit.iter().map(|id| (leaf, *id, self.progress)));
@@ -82,6 +86,9 @@ impl Model<'_> {
         }
         let consequences = Consequences { completed, failed: fall.failed, failing: fall.failing, cleaned: None };
         self.log.push(Step::Released { leaf, end, consequences, unfit });
+        if let Some(completed) = completed {
+            self.end_iteration_of_complete(completed.node);
+        }
         self.try_again(&fall);
     }
 
@@ -157,7 +164,7 @@ impl Model<'_> {
             End::Canceled | End::Interrupted => {}
         }
         self.end_failing_above(leaf, fall);
-        if completed.is_some_and(|completed| completed.node == TOP) {
+        if completed.is_some_and(|completed| completed.node == TOP && !self.is_not_the_last(TOP)) {
             self.finish(MissionEnd::Done);
         }
         completed
@@ -166,7 +173,7 @@ impl Model<'_> {
     /// The topmost node that is complete with one that is.
     pub(super) fn complete_above(&mut self, node: NodeId) -> Completion {
         let mut completed = Completion { node, heir: None };
-        while completed.node != TOP && completed.heir.is_none() {
+        while completed.node != TOP && completed.heir.is_none() && !self.is_not_the_last(completed.node) {
             let parent = self.parent(completed.node);
             if self.is_canceling(parent) {
                 break;
@@ -201,6 +208,7 @@ impl Model<'_> {
     /// What was sent back there is done again, and nothing waits there any more, nor does any time run.
     pub(super) fn settle_done(&mut self, nodes: NodeRange) {
         self.waits.retain(|node, _| !nodes.contains(*node));
+        self.resting.retain(|node, _| !nodes.contains(*node));
         self.deadlines.retain(|node, _| !nodes.contains(*node));
         let there = self.redone.iter_mut().filter(|(leaf, _)| nodes.contains(**leaf));
         there.for_each(|(_, (_, by))| *by = None);

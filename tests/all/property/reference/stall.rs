@@ -18,6 +18,9 @@ impl Model<'_> {
             self.log.push(Step::Reopened(reopened));
             return true;
         }
+        if !self.resting.is_empty() {
+            return false;
+        }
         let world = &self.mission.world;
         let is_outside = |reason: &Reason| matches!(reason, Reason::Fact { fact, .. } if world.is_outside(*fact));
         if !decision.refused.values().any(|refusal| is_outside(refusal.reason.root_cause())) {
@@ -84,7 +87,9 @@ impl Model<'_> {
             self.awaited = None;
             self.away.values_mut().for_each(|(_, is_awaited)| *is_awaited = false);
         }
-        let mut goes_on = self.waits.len() < before || is_over;
+        let resting = self.resting.len();
+        self.resting.retain(|_, (until, _)| *until > self.now);
+        let mut goes_on = self.waits.len() < before || self.resting.len() < resting || is_over;
         while let Some(node) = self.first_out_of_time() {
             self.time_out(node);
             goes_on = true;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use ambidex::model::{
-    BehaviorSpec, Claim, Condition, ControllerKind, Grant, LeaseKind, Location, Loss, NodeId, NodeRange, ObjectId,
+    Access, BehaviorSpec, Claim, Condition, ControllerKind, Grant, LeaseKind, Location, Loss, NodeId, NodeRange, ObjectId,
     PlaceId, Pose, Potential, Reason, Request, ResourceId, Selector, Task, TypeId,
 };
 
@@ -27,14 +27,15 @@ impl Model<'_> {
     }
 
     /// The request of a leaf whose goal is not met, or the first thing that is wrong.
-    pub(super) fn request(&self, leaf: NodeId, skips: &[NodeRange]) -> Result<Ask, Refusal> {
+    /// A wish is what it would ask for without what runs and without idle leases for intentions of who is less urgent.
+    pub(super) fn request(&self, leaf: NodeId, skips: &[NodeRange], is_wish: bool) -> Result<Ask, Refusal> {
         let spec = self.behavior(leaf);
         if let Some(refusal) = self.unmet(&spec.precondition, leaf, skips) {
             return Err(refusal);
         }
-        let potential = self.potential(&spec.potential, leaf, skips)?;
+        let potential = self.potential(&spec.potential, leaf, skips, is_wish)?;
         for &object in &spec.changes {
-            let mut others = self.running.values();
+            let mut others = self.running.values().filter(|_| !is_wish);
             if let Some(other) = others.find(|other| other.request.changes.contains(&object)) {
                 let with = other.leaf();
                 return Err(on(Reason::SameObject { object, with }, with));
@@ -49,7 +50,7 @@ impl Model<'_> {
         }
         let mut serving: Vec<Serving> = Vec::new();
         for claim in &spec.claims {
-            let mut found = self.serving(claim, leaf, skips)?;
+            let mut found = self.serving(claim, leaf, skips, is_wish)?;
             // Worse than anything that is only far away.
             found.iter_mut().filter(|(id, _)| self.bad.contains(&(leaf, *id))).for_each(|(_, cost)| *cost += 1e6);
             serving.push(found);
@@ -64,8 +65,8 @@ impl Model<'_> {
             grant: Grant {
                 request: Arc::new(Request {
                     leaf,
-                    priority: 0,
-                    iterations: 0,
+                    priority: self.priority(leaf),
+                    iterations: self.iterations(leaf),
                     potential,
                     heir: is_heir,
                     claims: Vec::new(),
@@ -77,6 +78,7 @@ impl Model<'_> {
                 met: Vec::new(),
             },
             is_heir,
+            wish: is_wish.then(|| self.preferences(leaf, skips, &serving)),
             serving,
         })
     }
@@ -157,7 +159,13 @@ impl Model<'_> {
         })
     }
 
-    fn potential(&self, potential: &Potential, leaf: NodeId, skips: &[NodeRange]) -> Result<f64, Refusal> {
+    fn potential(
+        &self,
+        potential: &Potential,
+        leaf: NodeId,
+        skips: &[NodeRange],
+        is_wish: bool,
+    ) -> Result<f64, Refusal> {
         let (each, over, scale_by) = match *potential {
             Potential::Constant(0.0) => return Err(Reason::Unwanted.into()),
             Potential::Constant(value) => (value, 1.0, None),
@@ -172,8 +180,11 @@ impl Model<'_> {
         {
             let usable = self.of_type(of).into_iter().filter(|id| {
                 let leases = &self.rows[id.index()].leases;
+                let is_wished = || is_wish && self.hinders(leaf, skips, *id, Access::Exclusive, true).is_none();
                 self.outage(*id).is_none()
-                    && (leases.is_empty() || leases.iter().any(|held| self.is_own(leaf, skips, held.holder)))
+                    && (leases.is_empty()
+                        || leases.iter().any(|held| self.is_own(leaf, skips, held.holder))
+                        || is_wished())
             });
             count = usable.count();
             if count == 0 {
@@ -209,9 +220,9 @@ impl Model<'_> {
     }
 
     /// The resources that would serve a claim now.
-    fn serving(&self, claim: &Claim, leaf: NodeId, skips: &[NodeRange]) -> Result<Serving, Refusal> {
+    fn serving(&self, claim: &Claim, leaf: NodeId, skips: &[NodeRange], is_wish: bool) -> Result<Serving, Refusal> {
         let fits = |id: &ResourceId| {
-            let is_held = self.in_the_way(leaf, skips, *id, claim.access).is_some();
+            let is_held = self.hinders(leaf, skips, *id, claim.access, is_wish).is_some();
             self.outage(*id).is_none() && !self.is_unfit(leaf, *id) && !is_held
         };
         let held = |resource: ResourceId| {
@@ -221,7 +232,7 @@ impl Model<'_> {
             if self.is_unfit(leaf, resource) {
                 return Some(Refusal::from(Reason::Unfit { resource }));
             }
-            let by = self.in_the_way(leaf, skips, resource, claim.access)?;
+            let by = self.hinders(leaf, skips, resource, claim.access, is_wish)?;
             let channel = self.rows[resource.index()].access.and_then(|access| access.channel());
             Some(Refusal { resources: vec![resource], ..Reason::Held { resource, by, channel }.into() })
         };

@@ -1,0 +1,122 @@
+//! What a part of the random trees has beside: urgent work, what must last, repetitions, cleanups, fairness.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use ambidex::model::{BehaviorSpec, Condition, FactId, MissionSpec, NodeId, NodeKind, Repeat, Selector};
+
+use crate::driver::Rng;
+use crate::support::GRIPPER;
+
+/// Most nodes of one tree that repeat.
+const MOST_REPEATING: usize = 3;
+
+/// Which of these a tree has.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Extras {
+    pub priorities: bool,
+    pub lasting: bool,
+    pub repeats: bool,
+    pub cleanups: bool,
+    pub fairness: bool,
+}
+
+impl Extras {
+    /// `AMBIDEX_EXTRAS=priorities,lasting` leaves out all others.
+    pub fn of(seed: u64) -> Self {
+        let mut rng = Rng::of(&[seed, 16]);
+        let only = std::env::var("AMBIDEX_EXTRAS").ok();
+        let mut has = |name: &str, percent: usize| {
+            let is_it = rng.is(percent);
+            is_it && only.as_ref().is_none_or(|only| only.split(',').any(|other| other == name))
+        };
+        Self {
+            priorities: has("priorities", 40),
+            lasting: has("lasting", 25),
+            repeats: has("repeats", 25),
+            cleanups: has("cleanups", 30),
+            fairness: has("fairness", 25),
+        }
+    }
+}
+
+/// Adds what is no part of the shape of a tree.
+pub fn add(seed: u64, extras: Extras, mission: &mut MissionSpec) {
+    let mut rng = Rng::of(&[seed, 17]);
+    if extras.priorities {
+        add_priorities(&mut rng, mission);
+    }
+    if extras.lasting {
+        add_lasting(&mut rng, mission);
+    }
+    if extras.repeats {
+        add_repeats(&mut rng, mission);
+    }
+    if extras.fairness && mission.tree.nodes[1] == NodeKind::And {
+        mission.tree.tasks = mission.tree.topology.children(NodeId(1)).collect();
+        mission.tree.bypass = 1 + rng.below(3) as u32;
+    }
+}
+
+/// Few nodes say how urgent they are; what holds an arm or changes an object is mostly left alone.
+fn add_priorities(rng: &mut Rng, mission: &mut MissionSpec) {
+    let nodes = (1..mission.tree.nodes.len()).map(NodeId::from);
+    let told: BTreeMap<_, _> =
+        nodes.filter_map(|node| rng.is(25).then(|| (node, rng.one(&[-1, 0, 1, 1, 2, 5])))).collect();
+    mission.tree = mission.tree.clone().with_priorities(&told);
+    for_each_behavior(mission, |spec, gripper| {
+        let is_held = gripper || !spec.changes.is_empty();
+        spec.is_interruptible = is_held == rng.is(12);
+    });
+}
+
+/// Facts that must be so, and objects that must be where they are, as long as something runs.
+fn add_lasting(rng: &mut Rng, mission: &mut MissionSpec) {
+    let facts = mission.start.facts.len();
+    for_each_behavior(mission, |spec, _| {
+        let mut parts = Vec::new();
+        if rng.is(if spec.kind == "gadget" { 35 } else { 10 }) {
+            parts.push(Condition::Fact(FactId::from(rng.below(facts)), rng.is(50)));
+        }
+        let needs = match std::mem::replace(&mut spec.precondition, Condition::Never) {
+            Condition::All(needs) => needs,
+            need => vec![need],
+        };
+        let of_objects = needs.iter().filter(|part| {
+            matches!(part, Condition::Lies(..) | Condition::Held(_) | Condition::Free(_) | Condition::Somewhere(_))
+        });
+        parts.extend(of_objects.filter(|_| rng.is(50)).cloned().collect::<Vec<_>>());
+        spec.precondition = Condition::All([needs, parts.clone()].concat());
+        spec.lasting = Condition::All(parts);
+    });
+}
+
+fn for_each_behavior(mission: &mut MissionSpec, mut change: impl FnMut(&mut BehaviorSpec, bool)) {
+    let grippers: Vec<_> = mission.robot.of_type(GRIPPER).collect();
+    let is_gripper = |selector: Selector| match selector {
+        Selector::Named(resource) | Selector::Empty { resource, .. } => grippers.contains(&resource),
+        Selector::AnyEmpty { of, .. } | Selector::Any(of) => of == GRIPPER,
+        Selector::Holding(_) => true,
+    };
+    for node in &mut mission.tree.nodes {
+        if let NodeKind::Behavior(spec) = node {
+            let has_gripper = spec.claims.iter().any(|claim| is_gripper(claim.selector));
+            change(spec, has_gripper);
+        }
+    }
+}
+
+/// Some are done twice or three times, some of them at their time.
+fn add_repeats(rng: &mut Rng, mission: &mut MissionSpec) {
+    let nodes: Vec<_> = (1..mission.tree.nodes.len()).map(NodeId::from).collect();
+    let can = |node: &&NodeId| {
+        let topology = &mission.tree.topology;
+        mission.tree.nodes[node.index()] != NodeKind::Cleanup && !topology.is_in_cleanup(**node)
+    };
+    let can: Vec<_> = nodes.iter().filter(can).copied().collect();
+    for _ in 0..1 + rng.below(MOST_REPEATING) {
+        let every = rng.is(40).then(|| Duration::from_millis(100 + rng.below(12_000) as u64));
+        let times = Some(2 + rng.below(2) as u32);
+        mission.tree.repeats.insert(rng.one(&can), Repeat { times, every });
+    }
+}
