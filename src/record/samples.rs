@@ -43,7 +43,7 @@ pub fn records() -> Vec<Record> {
         Change::Fact(FactId(0), true),
     ];
     let at = Time(2_000_000);
-    records.extend(changes.map(|change| Record::World { at, change }));
+    records.extend(changes.map(|change| Record::World { at, change, origin: Origin::Script }));
     records.extend(resources());
     records.extend(controller_messages().into_iter().map(told));
     let ends = [
@@ -199,7 +199,7 @@ fn turns() -> Vec<Record> {
     vec![
         told(Told::Begin { changes: vec![Change::Base(Pose::new(1.0, 0.0, 0.0))] }),
         told(Told::Resumed),
-        told(Told::World { change: Change::Fact(FactId(0), true) }),
+        told(Told::World { change: Change::Fact(FactId(0), true), origin: Origin::Operator }),
         told(Told::Ended { leaf: NodeId(2), outcome }),
         told(Told::End { end: MissionEnd::Canceled }),
         Record::Observed { at, change: Change::Base(Pose::new(1.0, 2.0, 0.5)) },

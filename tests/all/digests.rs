@@ -100,7 +100,8 @@ pub fn decisions(names: &Names, records: &[Record]) -> String {
             }
             Record::Overtaken { skip, .. } => write!(text, "{skip:?} by others").expect("a string takes all"),
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => continue,
-            Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::World { .. } => continue,
+            Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } => continue,
+            Record::World { .. } | Record::Denied { .. } => continue,
             Record::Resource { .. }
             | Record::Woke { .. }
             | Record::Served { .. }

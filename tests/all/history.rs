@@ -86,7 +86,7 @@ fn driven(mission: &Arc<MissionSpec>, simulated: &[Record]) -> Heard {
         Record::Released { leaf, end, changes, .. } => Some((*leaf, Outcome { end: *end, changes: changes.clone() })),
         Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => None,
         Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } => None,
-        Record::Decided { .. } | Record::World { .. } => None,
+        Record::Decided { .. } | Record::World { .. } | Record::Denied { .. } => None,
         Record::Infeasible { .. } | Record::TimedOut { .. } => None,
         Record::Reopened { .. } | Record::Overtaken { .. } => None,
         Record::Resource { .. }

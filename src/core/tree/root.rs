@@ -7,6 +7,7 @@ use std::time::Duration;
 use super::certificate::{Certificate, Safe};
 use super::feasibility::Feasibility;
 use super::ordering::{Ended, settle};
+use super::outside::Denied;
 use super::reopening::{Found, RoundEnd};
 use super::topics::{Topic, Touches};
 use super::winners::{winner, with_winner};
@@ -15,8 +16,8 @@ use crate::behavior;
 use crate::world::{Compatible, FreeSpace, Unconstrained, View};
 use ambidex_model::state::{Phase, Stage, State};
 use ambidex_model::{
-    Blocked, Change, EffectTerm, End, Grant, Header, Location, MissionEnd, MissionSpec, NodeId, Outcome, Reason,
-    Record, ResourceTable, Time, Told,
+    Blocked, Change, EffectTerm, End, Grant, Header, Location, MissionEnd, MissionSpec, NodeId, Origin, Outcome,
+    Reason, Record, ResourceTable, Time, Told,
 };
 
 /// How long a controller is awaited by default, robot time.
@@ -93,6 +94,8 @@ pub struct Root {
     pub(super) told: Vec<Told>,
     /// Where the base was seen last since then.
     observed: Option<Change>,
+    /// What others said and was refused since the world is as it is.
+    pub(super) denied: Vec<Denied>,
     open: Option<Arc<View>>,
     /// When the last turn was. When an answer comes up is no part of what follows from the records, so that all moments
     /// are counted from there.
@@ -125,6 +128,7 @@ impl Root {
             last_recorded: Arc::new(ResourceTable::new(resources)),
             told: Vec::new(),
             observed: None,
+            denied: Vec::new(),
             open: None,
             turned: Time::ZERO,
             is_wanted: false,
@@ -156,6 +160,10 @@ impl Root {
     /// Takes note; what comes of it is decided in the next turn.
     pub(super) fn on_told(&mut self, now: Time, told: Told, out: &mut Outbox) {
         if self.is_over() {
+            self.turn_away(&told, out);
+            return;
+        }
+        if self.is_no_news(&told) {
             return;
         }
         out.push(Effect::Record(Box::new(Record::Told { at: now, input: told.clone() })));
@@ -176,7 +184,9 @@ impl Root {
         }
         out.push(Effect::Record(Box::new(Record::Turn { at: now })));
         for told in std::mem::take(&mut self.told) {
-            if !self.is_over() {
+            if self.is_over() {
+                self.turn_away(&told, out);
+            } else {
                 self.take_up(now, told, out);
             }
         }
@@ -269,12 +279,12 @@ impl Root {
         match told {
             Told::Begin { changes } => self.begin(now, changes, out),
             Told::Resumed => self.is_suspended = true,
-            Told::World { change } => self.change_world(now, change, out),
+            Told::World { change, origin } => self.hear(now, change, origin, out),
             Told::Ended { leaf, outcome } => self.release(now, leaf, outcome, out),
             Told::Service { controller, outage, changes } => {
                 self.serve(now, controller, outage, out);
                 for change in changes {
-                    self.change_world(now, change, out);
+                    self.change_world(now, change, Origin::Controller(controller), out);
                 }
             }
             Told::Woke => self.wake(now, out),
@@ -298,7 +308,7 @@ impl Root {
             return;
         }
         for change in changes {
-            self.change_world(now, self.understood(change), out);
+            self.change_world(now, self.understood(change), Origin::Resumed, out);
         }
         self.serve_all(now, out);
         self.interrupt(now, out);
@@ -410,6 +420,7 @@ impl Root {
         let mission = Arc::clone(&self.mission);
         // What ended when its runtime was gone may be told once more by a controller that lived on.
         let Some(grant) = self.state.running().get(&leaf) else { return };
+        self.denied.clear();
         let spec = mission.tree.behavior(leaf).expect("only leaves run").at(grant.request.place);
         let end = behavior::believed(spec, grant, &outcome);
         let changes = behavior::changes(spec, grant, &Outcome { end, ..outcome });
@@ -432,17 +443,6 @@ impl Root {
         let waits_until = waits_until.filter(|_| consequences.failed.is_none() && settled.retried.is_none());
         self.edit(Record::Released { at: now, leaf, end, consequences, changes, waits_until, unfit }, out);
         self.conclude(now, settled, out);
-    }
-
-    fn change_world(&mut self, now: Time, change: Change, out: &mut Outbox) {
-        let mut after = self.state.clone();
-        let record = Record::World { at: now, change };
-        after.apply(&record);
-        // A lease may say of a gripper that it is full when nobody knows with what.
-        if after.world() != self.state.world() || after.table() != self.state.table() {
-            self.is_wanted = true;
-            self.edit(record, out);
-        }
     }
 
     fn stop_all(&mut self, now: Time, out: &mut Outbox) {

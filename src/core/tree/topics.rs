@@ -151,7 +151,7 @@ impl Touches {
             }
             Record::Overtaken { goal, .. } => self.touch(Topic::Own(*goal)),
             // Of what is different in the table.
-            Record::Served { .. } | Record::Awaited { .. } => {}
+            Record::Served { .. } | Record::Awaited { .. } | Record::Denied { .. } => {}
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Stopped { .. } => {}
             Record::Sent { .. } | Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => {}
         }

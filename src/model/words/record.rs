@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Blocked, Change, CommandId, Consequences, ControllerId, Deadline, End, FactId, FromController, Grant, Header, Loss,
-    NodeId, NodeRange, Outcome, Reason, Rejection, Reopened, Request, Resource, ResourceId, Service, Time,
-    ToController, WorldState,
+    NodeId, NodeRange, Objection, Origin, Outcome, Reason, Rejection, Reopened, Request, Resource, ResourceId, Service,
+    Time, ToController, WorldState,
 };
 
 /// One line of the journal.
@@ -172,6 +172,19 @@ pub enum Record {
         at: Time,
         /// What is different, and was not before.
         change: Change,
+        /// Who says so.
+        origin: Origin,
+    },
+    /// What somebody outside said of the world is not taken.
+    Denied {
+        /// Robot time at which root decided it.
+        at: Time,
+        /// What would be different.
+        change: Change,
+        /// Who said so.
+        origin: Origin,
+        /// Why not.
+        why: Objection,
     },
     /// What a resource is like now that root moved, made or ended leases of it; nobody holds one that was never told of.
     Resource {
@@ -214,6 +227,7 @@ macro_rules! moment {
             | Record::Decided { at, .. }
             | Record::Released { at, .. }
             | Record::World { at, .. }
+            | Record::Denied { at, .. }
             | Record::Woke { at, .. }
             | Record::Served { at, .. }
             | Record::Awaited { at, .. }
@@ -245,7 +259,7 @@ impl Record {
     pub fn follows(&self) -> bool {
         match self {
             Self::Began { .. } | Self::Decided { .. } | Self::Stopped { .. } | Self::Released { .. } => true,
-            Self::World { .. } | Self::Resource { .. } | Self::Ended { .. } => true,
+            Self::World { .. } | Self::Denied { .. } | Self::Resource { .. } | Self::Ended { .. } => true,
             Self::Woke { .. } | Self::Served { .. } | Self::Awaited { .. } => true,
             Self::Infeasible { .. } | Self::TimedOut { .. } | Self::Reopened { .. } | Self::Overtaken { .. } => true,
             Self::Header(_) | Self::Told { .. } | Self::Observed { .. } | Self::Turn { .. } => false,
@@ -281,6 +295,8 @@ pub enum Told {
     World {
         /// What is different.
         change: Change,
+        /// Who says so.
+        origin: Origin,
     },
     /// The goal of a behavior ended.
     Ended {

@@ -52,7 +52,8 @@ impl History {
             }
             Record::Ended { end, .. } => self.finish(at, *end),
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Began { .. } => {}
-            Record::Observed { .. } | Record::Stopped { .. } | Record::World { .. } => {}
+            Record::Observed { .. } | Record::Stopped { .. } => {}
+            Record::World { .. } | Record::Denied { .. } => {}
             Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } => {}
             Record::Infeasible { leaf, reason, consequences, .. } => {
                 if let Some(history) = self.states.leaf_mut(*leaf) {

@@ -107,7 +107,8 @@ impl Conversation {
             Record::Released { leaf, end, consequences, changes, .. } => {
                 line(root, nodes::released(*leaf, *end, *consequences, changes, names))
             }
-            Record::World { change, .. } => line("world".into(), phrase::changed(change, names)),
+            Record::World { change, origin, .. } => line("world".into(), phrase::changed_by(change, *origin, names)),
+            Record::Denied { change, origin, why, .. } => line(root, phrase::denied(change, *origin, *why, names)),
             Record::Woke { leaves, .. } => line(root, phrase::asking_again(leaves, names)),
             Record::Served { controller, service, .. } => line(root, phrase::served(*controller, *service, names)),
             Record::Awaited { until, facts, .. } => line(root, phrase::awaited(*until, facts, names)),
@@ -179,7 +180,7 @@ fn style(record: &Record, palette: &Palette) -> Style {
         },
         Record::Header(_) | Record::Ended { .. } => palette.strong,
         Record::Stopped { .. } => palette.canceled,
-        Record::Awaited { .. } | Record::Reopened { .. } => palette.waiting,
+        Record::Awaited { .. } | Record::Reopened { .. } | Record::Denied { .. } => palette.waiting,
         Record::Infeasible { .. } | Record::TimedOut { .. } => palette.failed,
         Record::Overtaken { .. } => palette.active,
         Record::Served { service, .. } if !service.is_available() => palette.failed,

@@ -103,7 +103,11 @@ fn records() -> Vec<Record> {
         ),
         sent("pick 1", "object 1", Message::Release { leaf: named("pick 1"), end: End::Succeeded }),
         released(9.0, "pick 2", End::Failed(Fault::Aborted(ControllerId(3)))),
-        Record::World { at: seconds(9.5), change: Change::Object(ObjectId(2), Location::At(PlaceId(1))) },
+        Record::World {
+            at: seconds(9.5),
+            change: Change::Object(ObjectId(2), Location::At(PlaceId(1))),
+            origin: Origin::Script,
+        },
         sent("object 1", "move 1-2", stop(&["move 1-2"])),
         sent("all objects", "object 1", stop(&["move 1-2"])),
         Record::Stopped { at: seconds(9.5), leaves: vec![named("move 1-2")] },

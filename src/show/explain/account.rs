@@ -94,6 +94,7 @@ impl Account {
             | Record::Sent { .. }
             | Record::Released { .. }
             | Record::World { .. }
+            | Record::Denied { .. }
             | Record::Resource { .. }
             | Record::Controller { .. } => {}
         }

@@ -78,7 +78,8 @@ fn recorded(case: &Case, record: &Record) -> Option<String> {
         Record::Overtaken { leaf, skip, goal, consequences, .. } => overtaken(*leaf, *skip, *goal, consequences),
         Record::Ended { end, .. } => format!("{end:?}"),
         Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => return None,
-        Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::World { .. } => return None,
+        Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } => return None,
+        Record::World { .. } | Record::Denied { .. } => return None,
         Record::Resource { .. } | Record::Woke { .. } | Record::Served { .. } => return None,
         Record::Awaited { .. } | Record::Controller { .. } => return None,
     })

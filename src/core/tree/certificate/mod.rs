@@ -88,7 +88,7 @@ impl Certificate {
             Record::World { .. } | Record::Began { .. } | Record::Served { .. } => (true, true),
             Record::Infeasible { .. } | Record::TimedOut { .. } | Record::Reopened { .. } => (true, true),
             Record::Overtaken { .. } => (true, true),
-            Record::Woke { .. } | Record::Awaited { .. } => (false, false),
+            Record::Woke { .. } | Record::Awaited { .. } | Record::Denied { .. } => (false, false),
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Observed { .. } => (false, false),
             Record::Sent { .. } | Record::Stopped { .. } | Record::Resource { .. } => (false, false),
             Record::Controller { .. } | Record::Ended { .. } => (false, false),

@@ -39,7 +39,8 @@ pub fn emit(record: &Record, names: &Names) {
         // What they say comes again in what root does of it.
         Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
         Record::Stopped { at, leaves } => mission::stopped(at.seconds(), leaves, names),
-        Record::World { at, change } => mission::changed(at.seconds(), change, names),
+        Record::World { at, change, origin } => mission::changed(at.seconds(), change, *origin, names),
+        Record::Denied { at, change, origin, why } => mission::denied(at.seconds(), change, *origin, *why, names),
         Record::Resource { at, resource, state } => mission::used(at.seconds(), *resource, state, names),
         Record::Woke { at, leaves } => mission::woke(at.seconds(), leaves, names),
         Record::Served { at, controller, service, .. } => mission::served(at.seconds(), *controller, *service, names),
