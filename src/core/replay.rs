@@ -215,7 +215,8 @@ impl Replay {
         let state = match message {
             ControllerMessage::Heard { message } => message.state(),
             ControllerMessage::Attached | ControllerMessage::Told { .. } | ControllerMessage::Joined { .. } => None,
-            ControllerMessage::Refused { .. } | ControllerMessage::Lost { .. } => None,
+            ControllerMessage::Refused { .. } | ControllerMessage::Misreported { .. } => None,
+            ControllerMessage::Lost { .. } => None,
         };
         if let (Some(known), Some(state)) = (self.states.get_mut(controller.index()), state) {
             *known = state.at_rest();

@@ -49,6 +49,9 @@ impl DispatchTask {
             Effect::Ended(leaf, outcome) => self.nodes[leaf.index()].ended(outcome),
             Effect::Observed(change) => self.nodes[NodeId(0).index()].observed(change),
             Effect::Dropped(change) => self.root.tell(Told::World { change, origin: Origin::Dropped }),
+            Effect::Reported(id, change) => {
+                self.root.tell(Told::World { change, origin: Origin::Controller(id) });
+            }
             Effect::Ready(said) => {
                 self.root.tell(Told::Begin { changes: said });
                 self.signal(Signal::Begun);

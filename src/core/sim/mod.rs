@@ -286,6 +286,9 @@ impl<'a> Simulation<'a> {
             dispatch::Effect::Dropped(change) => {
                 self.tell_root(Told::World { change, origin: Origin::Dropped });
             }
+            dispatch::Effect::Reported(id, change) => {
+                self.tell_root(Told::World { change, origin: Origin::Controller(id) });
+            }
             dispatch::Effect::Observed(change) => {
                 self.deliveries.push_back(Delivery::Node(NodeId(0), Input::Observed(change)));
             }
@@ -326,6 +329,9 @@ impl<'a> Simulation<'a> {
                 Ok(message) => dispatch::Input::Heard(id, message),
                 Err(refusal) => dispatch::Input::Refused(id, refusal),
             });
+        }
+        for report in exchanged.reports {
+            self.tell_dispatch(dispatch::Input::Reported(id, report));
         }
         match exchanged.attendance {
             Some(Attendance::Attached { .. }) => self.tell_dispatch(dispatch::Input::Attached(id)),

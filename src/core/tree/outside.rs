@@ -4,9 +4,6 @@ use super::{Effect, Outbox, Root};
 use ambidex_model::state::Stage;
 use ambidex_model::{Change, Location, Objection, Origin, Record, Time, Told, Uptake};
 
-/// Something that was refused, which is not told again before the world is different.
-pub(super) type Denied = (Change, Origin, Objection);
-
 impl Root {
     /// Whether it need not even be recorded: a controller reports once more what is known, or what was refused.
     pub(super) fn is_no_news(&self, told: &Told) -> bool {

@@ -7,7 +7,6 @@ use std::time::Duration;
 use super::certificate::{Certificate, Safe};
 use super::feasibility::Feasibility;
 use super::ordering::{Ended, settle};
-use super::outside::Denied;
 use super::reopening::{Found, RoundEnd};
 use super::topics::{Topic, Touches};
 use super::winners::{winner, with_winner};
@@ -16,8 +15,8 @@ use crate::behavior;
 use crate::world::{Compatible, FreeSpace, Unconstrained, View};
 use ambidex_model::state::{Phase, Stage, State};
 use ambidex_model::{
-    Blocked, Change, EffectTerm, End, Grant, Header, Location, MissionEnd, MissionSpec, NodeId, Origin, Outcome,
-    Reason, Record, ResourceTable, Time, Told,
+    Blocked, Change, EffectTerm, End, Grant, Header, Location, MissionEnd, MissionSpec, NodeId, Objection, Origin,
+    Outcome, Reason, Record, ResourceTable, Time, Told,
 };
 
 /// How long a controller is awaited by default, robot time.
@@ -95,7 +94,7 @@ pub struct Root {
     /// Where the base was seen last since then.
     observed: Option<Change>,
     /// What others said and was refused since the world is as it is.
-    pub(super) denied: Vec<Denied>,
+    pub(super) denied: Vec<(Change, Origin, Objection)>,
     open: Option<Arc<View>>,
     /// When the last turn was. When an answer comes up is no part of what follows from the records, so that all moments
     /// are counted from there.

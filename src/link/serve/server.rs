@@ -140,6 +140,7 @@ impl<C: Controller> Server<C> {
                 self.tell(ServeEvent::Attached);
             }
             self.was_attached = self.session.is_attached();
+            self.report();
             let has_turned = self.hear_inhibition();
             // A daemon that has just come rings, and is to see at once that somebody is there.
             let is_called = std::mem::take(&mut self.was_rung) && !self.session.is_attached();
@@ -212,6 +213,15 @@ impl<C: Controller> Server<C> {
         }
         self.port.flush();
         !replies.is_empty()
+    }
+
+    /// Tells what is seen of the world; what cannot be sent now is told by and by.
+    fn report(&mut self) {
+        for said in self.session.reports(monotonic_ns()) {
+            if !self.port.report(&said) {
+                self.session.untold(&said.report);
+            }
+        }
     }
 
     fn publish(&mut self, has_moved: bool, has_news: bool) {

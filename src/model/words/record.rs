@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Blocked, Change, CommandId, Consequences, ControllerId, Deadline, End, FactId, FromController, Grant, Header, Loss,
-    NodeId, NodeRange, Objection, Origin, Outcome, Reason, Rejection, Reopened, Request, Resource, ResourceId, Service,
-    Time, ToController, WorldState,
+    Misreport, NodeId, NodeRange, Objection, Origin, Outcome, Reason, Rejection, Reopened, Report, Request, Resource,
+    ResourceId, Service, Time, ToController, WorldState,
 };
 
 /// One line of the journal.
@@ -393,6 +393,13 @@ pub enum ControllerMessage {
         /// What was wrong with it.
         why: Rejection,
     },
+    /// What it says of the world was not heard.
+    Misreported {
+        /// What it said.
+        report: Report,
+        /// Why not.
+        why: Misreport,
+    },
     /// It is gone.
     Lost {
         /// How that was seen.
@@ -406,7 +413,8 @@ impl ControllerMessage {
         match self {
             Self::Told { leaf, .. } => *leaf,
             Self::Joined { leaf, .. } => Some(*leaf),
-            Self::Attached | Self::Heard { .. } | Self::Refused { .. } | Self::Lost { .. } => None,
+            Self::Attached | Self::Heard { .. } | Self::Refused { .. } => None,
+            Self::Misreported { .. } | Self::Lost { .. } => None,
         }
     }
 }

@@ -160,7 +160,8 @@ impl History {
             ControllerMessage::Attached
             | ControllerMessage::Told { .. }
             | ControllerMessage::Joined { .. }
-            | ControllerMessage::Refused { .. } => return,
+            | ControllerMessage::Refused { .. }
+            | ControllerMessage::Misreported { .. } => return,
         };
         let Some(state) = message.state() else { return };
         if let ControllerState::Base { pose, .. } = state {

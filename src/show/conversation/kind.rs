@@ -139,7 +139,7 @@ impl Kind {
                 FromController::Feedback { .. } => Self::Feedback,
                 FromController::Result { .. } => Self::Result,
             },
-            ControllerMessage::Refused { .. } => Self::Refused,
+            ControllerMessage::Refused { .. } | ControllerMessage::Misreported { .. } => Self::Refused,
             ControllerMessage::Lost { .. } => Self::Lost,
         }
     }

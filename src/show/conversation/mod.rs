@@ -167,6 +167,7 @@ fn style(record: &Record, palette: &Palette) -> Style {
         Record::Released { end, .. } => of_end(*end),
         Record::Controller { message, .. } => match message {
             ControllerMessage::Lost { .. } | ControllerMessage::Refused { .. } => palette.failed,
+            ControllerMessage::Misreported { .. } => palette.failed,
             ControllerMessage::Heard { message } => match message {
                 FromController::Rejected { .. } | FromController::Result { end: PartEnd::Aborted, .. } => {
                     palette.failed

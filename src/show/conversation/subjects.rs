@@ -114,7 +114,8 @@ pub(super) fn behaviors<'a>(of: ControllerId, message: &ControllerMessage, histo
 /// The command that a message is about.
 fn command(message: &ControllerMessage) -> Option<CommandId> {
     match message {
-        ControllerMessage::Attached | ControllerMessage::Refused { .. } | ControllerMessage::Lost { .. } => None,
+        ControllerMessage::Attached | ControllerMessage::Refused { .. } => None,
+        ControllerMessage::Misreported { .. } | ControllerMessage::Lost { .. } => None,
         ControllerMessage::Told { message, .. } => match message {
             ToController::Configure { .. } => None,
             ToController::Goal { id, .. } | ToController::Cancel { id } => Some(*id),

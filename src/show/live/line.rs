@@ -79,6 +79,9 @@ fn said(history: &History, controller: ControllerId, message: &ControllerMessage
         ControllerMessage::Lost { .. } if history.state_of_run().stage() == Stage::Running => None,
         ControllerMessage::Lost { why } => Some(format!("lost {name}: {why}")),
         ControllerMessage::Refused { why, .. } => Some(format!("refused a message of {name}: {why}")),
+        ControllerMessage::Misreported { report, why } => {
+            Some(format!("{name} reports that {report}, which is not heard: {why}"))
+        }
         ControllerMessage::Heard { message: FromController::Rejected { id, why } } => {
             let command = history.controllers().command(controller, *id);
             let goal = command.and_then(|command| command.leaves.first()).map_or("a goal", |leaf| names.node(*leaf));
