@@ -2,11 +2,11 @@
 
 use ambidex_model::state::Stage;
 use ambidex_model::{
-    Blocked, Cause, Consequences, ControllerId, ControllerMessage, ControllerState, End, FromController, Grant,
+    Blocked, Cause, Change, Consequences, ControllerId, ControllerMessage, ControllerState, End, FromController, Grant,
     Message, MissionEnd, NodeId, Record, Reopened, ResourceId, Time,
 };
 
-use super::{History, Phase, Step};
+use super::{History, OutsideChange, Phase, Step};
 
 impl History {
     /// Takes the next record.
@@ -18,6 +18,7 @@ impl History {
         self.now = at;
         self.controllers.forget_ended();
         self.apply_to_leaves(at, record);
+        self.makers.apply(at, record);
         let base = self.state.world().base;
         self.state.apply(record);
         if self.state.world().base != base {
@@ -53,7 +54,13 @@ impl History {
             Record::Ended { end, .. } => self.finish(at, *end),
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Began { .. } => {}
             Record::Observed { .. } | Record::Stopped { .. } => {}
-            Record::World { .. } | Record::Denied { .. } => {}
+            Record::World { change, origin, .. } => {
+                let is_base = matches!(change, Change::Base(_));
+                if let Some(past) = self.past.as_mut().filter(|_| !is_base) {
+                    past.outside.push(OutsideChange { at, change: *change, origin: *origin });
+                }
+            }
+            Record::Denied { .. } => {}
             Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } => {}
             Record::Infeasible { leaf, reason, consequences, .. } => {
                 if let Some(history) = self.states.leaf_mut(*leaf) {

@@ -14,6 +14,9 @@ use crate::text::{MIN_WIDTH, clip, columns, count, fit, flow, glyph, phrase};
 /// Most leaves that are all drawn; of more, those that ran.
 const MAX_ROWS: usize = 60;
 
+/// Most changes from outside that are told.
+const MAX_CHANGES: usize = 8;
+
 /// What stands in one cell; none where there is nothing more to say.
 type Cell = (char, Option<LeafState>);
 
@@ -44,11 +47,26 @@ pub fn text(history: &History, width: usize, palette: &Palette) -> String {
     let unit = format!(" {unit:>label_width$} ");
     let _ = writeln!(text, "{}", faint(&(unit + &seconds)));
     text.push_str(&legend(&shown, width, palette));
+    outside(history, width, palette, &mut text);
     if left_out > 0 {
         let note = format!(" {} that did not run left out", count(left_out, "behavior"));
         let _ = writeln!(text, "{}", faint(&clip(&note, width)));
     }
     text
+}
+
+/// What others changed, below the bars: the first of it.
+fn outside(history: &History, width: usize, palette: &Palette, text: &mut String) {
+    let (changes, names) = (history.outside_changes(), history.names());
+    for made in &changes[..changes.len().min(MAX_CHANGES)] {
+        let said = phrase::changed_by(&made.change, made.origin, names);
+        let note = format!(" {:>7.2} s  {said}", made.at.seconds());
+        let _ = writeln!(text, "{}", Palette::paint(palette.faint, clip(&note, width)));
+    }
+    if let Some(more) = changes.len().checked_sub(MAX_CHANGES).filter(|more| *more > 0) {
+        let note = format!(" {} more from outside", count(more, "change"));
+        let _ = writeln!(text, "{}", Palette::paint(palette.faint, clip(&note, width)));
+    }
 }
 
 /// The leaves to draw and how many are left out.
