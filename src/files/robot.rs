@@ -12,6 +12,7 @@ use crate::names::Register;
 use crate::parameter::{PARAMETERS, Parameter, refuse_open_defaults};
 use crate::quantity::{ACCELERATION, DURATION, EXTENT, GRACE, GRIP, LIFT, NEAR, SPEED, TURN_ACCELERATION, TURN_SPEED};
 use crate::reader::{Item, Name, Written};
+use crate::reports::Reported;
 use crate::shape::Form;
 use ambidex_model::{
     ArmSpec, BaseSpec, ControllerId, ControllerKind, ControllerSpec, HeadSpec, Names, Reportable, ResourceSpec,
@@ -240,15 +241,20 @@ impl Controller {
         Duration::from_secs_f64(grace_s.unwrap_or(CANCEL_GRACE_S))
     }
 
-    /// What it may report.
-    fn reportable(&self) -> Reportable {
-        let term = match self {
+    /// What it may report, as it is written.
+    fn reports(&self) -> Option<&ReportsTerm> {
+        let reports = match self {
             Self::Arm((.., reports)) => reports,
             Self::Base(base) => &base.reports,
             Self::Head(head) => &head.reports,
             Self::Device(device) => &device.reports,
         };
-        term.as_ref().map(ReportsTerm::reportable).unwrap_or_default()
+        reports.as_ref()
+    }
+
+    /// What it may report.
+    fn reportable(&self) -> Reportable {
+        self.reports().map(ReportsTerm::reportable).unwrap_or_default()
     }
 
     /// What it offers.
@@ -278,6 +284,8 @@ pub struct RobotFile {
     pub names: Names,
     /// What each controller offers beyond what its kind can do.
     pub(crate) offers: Vec<Vec<Offer>>,
+    /// What controllers may report, as it is written.
+    pub(crate) reported: Reported,
 }
 
 /// Reads and checks a robot file; `None` when it has faults.
@@ -304,9 +312,13 @@ fn build(raw: Robot, faults: &mut Faults) -> Option<RobotFile> {
     check_limits(&raw, &users, faults);
     check_mixed(&raw, faults);
 
-    let (mut specs, mut offers) = (Vec::new(), Vec::new());
+    let (mut specs, mut offers, mut reported) = (Vec::new(), Vec::new(), Reported::default());
     for (name, kind) in &raw.controllers {
         offers.extend(kind.as_ref().map(|kind| kind.offers(faults)));
+        if let Some(term) = kind.as_ref().and_then(Controller::reports) {
+            reported.facts.extend(term.facts.iter().cloned());
+            reported.objects.extend(term.objects.iter().cloned());
+        }
         specs.extend(kind.as_ref().map(|kind| ControllerSpec {
             name: name.value.clone(),
             kind: kind.kind(),
@@ -317,6 +329,7 @@ fn build(raw: Robot, faults: &mut Faults) -> Option<RobotFile> {
     let (name, radius_m) = (raw.robot?.value, raw.radius_m?);
     Some(RobotFile {
         offers,
+        reported,
         robot: RobotSpec { name, resources, controllers: specs, radius_m },
         names: Names {
             resources: raw.resources.into_iter().map(|(name, _)| name.value).collect(),

@@ -17,6 +17,7 @@ mod importing;
 mod journals;
 mod live;
 mod open_world;
+mod outside;
 mod pictures;
 mod processes;
 mod property;
