@@ -386,7 +386,7 @@ fn check_limits(raw: &Robot, users: &BTreeMap<ControllerId, String>, faults: &mu
             );
             faults.push((name.span, &name.value), message);
         }
-        let reports = kind.as_ref().is_some_and(|kind| !kind.reportable().is_empty());
+        let reports = kind.as_ref().is_some_and(|kind| kind.reports().is_some());
         if let Some(Controller::Device(device)) = kind
             && !reports
             && device.calls.is_empty()

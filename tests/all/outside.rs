@@ -1,4 +1,4 @@
-//! Facts and objects from outside (`semantics` 9): who may change what, when it counts, and that it is told.
+//! Facts and objects from outside (`semantics` 8): who may change what, when it counts, and that it is told.
 
 use std::sync::Arc;
 use std::time::Duration;

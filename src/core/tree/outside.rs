@@ -1,4 +1,4 @@
-//! What others say of the world: whether they may, and what comes of it (`semantics` 9).
+//! What others say of the world: whether they may, and what comes of it (`semantics` 8).
 
 use super::{Effect, Outbox, Root};
 use ambidex_model::state::Stage;

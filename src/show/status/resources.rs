@@ -52,7 +52,8 @@ pub(super) fn world(history: &History) -> WorldRow {
             Location::In(resource) => (None, Some(names.resource(resource).to_owned())),
             Location::Unknown => (None, None),
         };
-        let how = history.maker_of_object(index.into()).map(how);
+        // What is in a gripper only its controller can have said.
+        let how = history.maker_of_object(index.into()).filter(|_| held_by.is_none()).map(how);
         ObjectRow { name: name.clone(), at, held_by, how }
     };
     let fact = |(index, (name, holds)): (usize, (&String, &bool))| {
