@@ -140,11 +140,11 @@ impl<C: Controller> Server<C> {
                 self.tell(ServeEvent::Attached);
             }
             self.was_attached = self.session.is_attached();
-            self.report();
             let has_turned = self.hear_inhibition();
             // A daemon that has just come rings, and is to see at once that somebody is there.
             let is_called = std::mem::take(&mut self.was_rung) && !self.session.is_attached();
             self.publish(has_moved, has_replied || has_left || has_joined || is_called || has_turned);
+            self.report();
             if has_left && self.options.once {
                 return Ok(Exit::DaemonLeft);
             }

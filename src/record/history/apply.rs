@@ -18,7 +18,7 @@ impl History {
         self.now = at;
         self.controllers.forget_ended();
         self.apply_to_leaves(at, record);
-        self.makers.apply(at, record);
+        self.makers.apply(at, record, &self.header.names);
         let base = self.state.world().base;
         self.state.apply(record);
         if self.state.world().base != base {

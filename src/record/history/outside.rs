@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ambidex_model::{Change, FactId, ObjectId, Origin, Record, Time};
+use ambidex_model::{Change, FactId, Names, ObjectId, Origin, Record, Time};
 
 /// A change of the world that no behavior made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,15 +23,19 @@ pub(super) struct Makers {
 }
 
 impl Makers {
-    /// Takes the next record.
-    pub(super) fn apply(&mut self, at: Time, record: &Record) {
+    /// Takes the next record; ids that nothing is called by are passed over.
+    pub(super) fn apply(&mut self, at: Time, record: &Record, names: &Names) {
         match record {
             Record::World { change, origin, .. } => {
                 let made = OutsideChange { at, change: *change, origin: *origin };
                 match *change {
-                    Change::Fact(fact, _) => drop(self.facts.insert(fact, made)),
-                    Change::Object(object, _) => drop(self.objects.insert(object, made)),
-                    Change::Base(_) | Change::Emptied(_) => {}
+                    Change::Fact(fact, _) if fact.index() < names.facts.len() => {
+                        self.facts.insert(fact, made);
+                    }
+                    Change::Object(object, _) if object.index() < names.objects.len() => {
+                        self.objects.insert(object, made);
+                    }
+                    Change::Fact(..) | Change::Object(..) | Change::Base(_) | Change::Emptied(_) => {}
                 }
             }
             Record::Released { changes, .. } => changes.iter().for_each(|change| match change {

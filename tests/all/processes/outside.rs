@@ -79,6 +79,9 @@ fn an_operator_opens_the_door() {
         let said = crate::home::flat(&told(verb));
         assert!(said.contains(words), "{verb}: {said}");
     }
+    let story = home.start(["explain", home.instance(), "pass to office"]).ends(0).stdout;
+    let story = crate::home::flat(&story);
+    assert!(story.contains("From outside: \"door open\" holds now: set by an operator."), "{story}");
     refused(&world(&home, &["set", OPEN]).ends(4), &["no daemon of instance", "runs"]);
     home.is_empty();
 }
