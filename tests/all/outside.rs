@@ -64,8 +64,11 @@ fn bodies(mission: &MissionSpec) -> Vec<Body> {
     mission.robot.controllers.iter().map(|spec| motion::simulated(&spec.kind)).collect()
 }
 
+type Changed = Vec<(Change, Origin)>;
+type Refused = Vec<(Change, Objection)>;
+
 /// What was changed from outside, and what was refused.
-fn told(records: &[Record]) -> (Vec<(Change, Origin)>, Vec<(Change, Objection)>) {
+fn told(records: &[Record]) -> (Changed, Refused) {
     let (mut changed, mut denied) = (Vec::new(), Vec::new());
     for record in records {
         match record {

@@ -8,6 +8,7 @@ use ambidex_record::{History, LeafState, Phase};
 use strum::VariantArray;
 
 use super::axis::Axis;
+use super::outside;
 use crate::Palette;
 use crate::text::{MIN_WIDTH, clip, columns, count, fit, flow, glyph, phrase};
 
@@ -47,26 +48,14 @@ pub fn text(history: &History, width: usize, palette: &Palette) -> String {
     let unit = format!(" {unit:>label_width$} ");
     let _ = writeln!(text, "{}", faint(&(unit + &seconds)));
     text.push_str(&legend(&shown, width, palette));
-    outside(history, width, palette, &mut text);
+    for note in outside::notes(history, MAX_CHANGES) {
+        let _ = writeln!(text, "{}", faint(&clip(&format!(" {note}"), width)));
+    }
     if left_out > 0 {
         let note = format!(" {} that did not run left out", count(left_out, "behavior"));
         let _ = writeln!(text, "{}", faint(&clip(&note, width)));
     }
     text
-}
-
-/// What others changed, below the bars: the first of it.
-fn outside(history: &History, width: usize, palette: &Palette, text: &mut String) {
-    let (changes, names) = (history.outside_changes(), history.names());
-    for made in &changes[..changes.len().min(MAX_CHANGES)] {
-        let said = phrase::changed_by(&made.change, made.origin, names);
-        let note = format!(" {:>7.2} s  {said}", made.at.seconds());
-        let _ = writeln!(text, "{}", Palette::paint(palette.faint, clip(&note, width)));
-    }
-    if let Some(more) = changes.len().checked_sub(MAX_CHANGES).filter(|more| *more > 0) {
-        let note = format!(" {} more from outside", count(more, "change"));
-        let _ = writeln!(text, "{}", Palette::paint(palette.faint, clip(&note, width)));
-    }
 }
 
 /// The leaves to draw and how many are left out.
