@@ -136,7 +136,7 @@ fn whole(mission: &Arc<MissionSpec>, settings: &Settings) -> usize {
                         assert_eq!(end, MissionEnd::Done);
                         return rounds;
                     }
-                    Effect::Stop(_) => {}
+                    Effect::Stop(_) | Effect::TakenUp(..) => {}
                 }
             }
         }

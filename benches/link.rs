@@ -240,8 +240,12 @@ fn measure_runtime(histogram: &mut Histogram<u64>, has_journal: bool) {
 /// A THEN of goals by turns.
 fn goals_by_turns() -> MissionSpec {
     let kind = ControllerKind::Head(HeadSpec { neck: [0.0; 3].into(), speed: 1.0, acceleration: 1.0 });
-    let controllers =
-        NAMES.map(|name| ControllerSpec { name: name.into(), kind, cancel_grace: Duration::from_secs(5) });
+    let controllers = NAMES.map(|name| ControllerSpec {
+        name: name.into(),
+        kind,
+        cancel_grace: Duration::from_secs(5),
+        reports: Default::default(),
+    });
     let resource = |index: usize| ResourceSpec { ty: TypeId::from(index), controller: Some(ControllerId::from(index)) };
     let goal = |index: usize| {
         let claim = Claim {

@@ -18,7 +18,7 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use ambidex::model::{NodeId, Time, Told, Topology};
+use ambidex::model::{NodeId, Origin, Time, Told, Topology};
 use ambidex::tree::{self, Effect, Input, Node, Outbox};
 use criterion::{BenchmarkId, Criterion, SamplingMode};
 use floor::Floor;
@@ -112,7 +112,7 @@ impl Machines {
         let begun = Instant::now();
         for _ in 0..rounds {
             self.is_on = !self.is_on;
-            self.come_to_rest(Told::World { change: change(self.load, self.is_on) }.into());
+            self.come_to_rest(Told::World { change: change(self.load, self.is_on), origin: Origin::Script }.into());
         }
         let passed = begun.elapsed();
         assert_eq!(self.messages, rounds * self.expected, "all messages came");
@@ -133,7 +133,7 @@ impl Machines {
                     Effect::Down(to, down) => (to, Input::Down(down)),
                     Effect::Up(up) => (self.topology.parent(node), Input::Up(up)),
                     Effect::Record(_) => continue,
-                    other @ (Effect::Start(_) | Effect::Stop(_) | Effect::Finished(_)) => {
+                    other @ (Effect::Start(_) | Effect::Stop(_) | Effect::TakenUp(..) | Effect::Finished(_)) => {
                         panic!("nothing starts and nothing ends: {other:?}")
                     }
                 };

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use ambidex::model::state::State;
-use ambidex::model::{Change, FactId, MissionSpec, NodeId, NodeKind, NodeRange, Time, Told};
+use ambidex::model::{Change, FactId, MissionSpec, NodeId, NodeKind, NodeRange, Origin, Time, Told};
 use ambidex::tree::{Activation, Answer, Down, Input, Scope, Up};
 use ambidex::world::{FreeSpace, Unconstrained, View};
 use tokio::sync::mpsc;
@@ -76,7 +76,7 @@ impl Floor {
         let begun = Instant::now();
         self.tokio.block_on(async {
             for _ in 0..rounds {
-                let change = Told::World { change: Change::Fact(FactId(0), true) };
+                let change = Told::World { change: Change::Fact(FactId(0), true), origin: Origin::Script };
                 let change = Input::from(change);
                 self.root.try_send(change).expect("there is room");
                 self.ended.recv().await.expect("it runs");

@@ -20,14 +20,16 @@ use crate::trace::TraceArgs;
 use crate::tree::TreeArgs;
 use crate::values::{self, LogFormat};
 use crate::verify::VerifyArgs;
+use crate::world::WorldArgs;
 
 const EXIT_CODES: &str = "\
 Exit codes:
     0  the mission is done
-    1  the mission failed
-    2  wrong usage, a faulty file, or a place that is taken already
+    1  the mission failed; of world: the change was refused
+    2  wrong usage, a faulty file, a name that the mission does not have, or a place that is taken already
     3  stalled: nothing runs and nothing can, with the reason of every leaf
-    4  a controller was lost, or did not attach in time; of status: the daemon is gone, its mission did not end
+    4  a controller was lost, or did not attach in time; of status: the daemon is gone, its mission did not end;
+       of world: no daemon of that instance runs, or it ended before it answered
     5  the mission is done, but its log is incomplete (a full disk)
   130  canceled by Ctrl-C, SIGTERM or SIGHUP
 
@@ -77,6 +79,8 @@ pub enum Verb {
     Explain(ExplainArgs),
     /// Compute every decision of a log again, and say whether it is the same.
     Verify(VerifyArgs),
+    /// Tell a running mission that the world is different: a fact that others set, an object that somebody moved.
+    World(WorldArgs),
     /// Turn a task file or a robot file of the dHTT software into one of Ambidex.
     Import(ImportArgs),
     /// Print a completion script for a shell.

@@ -3,10 +3,11 @@
 use miette::{Result, miette};
 use rustix::process::{Resource, getrlimit, setrlimit};
 
-/// What a process has open beside its links: standard streams, log, executor, watches, locks, the transport; and some to spare.
-const FIXED: u64 = 72;
+/// What a process has open beside its links: standard streams, log, executor, watches, locks, the transport, the socket
+/// and who asks over it; and some to spare.
+const FIXED: u64 = 84;
 /// What one link keeps open, and what opening it takes for a moment.
-const PER_LINK: u64 = 24;
+const PER_LINK: u64 = 40;
 
 /// Sees to it that this process may open as many files as it needs for so many links.
 ///

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use ambidex::model::{ControllerKind, Inhibition, Mode, Rejection};
-use ambidex::motion::{Command, Controller, ControllerState, Progress};
+use ambidex::motion::{Command, Controller, ControllerState, Progress, Report};
 use signal_hook::consts::{SIGUSR1, SIGUSR2};
 use signal_hook::flag;
 
@@ -60,5 +60,9 @@ impl<C: Controller> Controller for EmergencyStop<C> {
             self.is_pressed.set(false);
         }
         self.is_pressed.get().then_some(Inhibition::EmergencyStop)
+    }
+
+    fn reports(&self) -> Vec<Report> {
+        self.body.reports()
     }
 }

@@ -10,13 +10,14 @@ use ambidex::runtime::Ended;
 pub enum Exit {
     /// The mission is done.
     Done = 0,
-    /// It failed.
+    /// It failed; of `world`: the change was refused.
     Failed = 1,
-    /// Wrong usage or a faulty file.
+    /// Wrong usage, a faulty file, or a name that the mission does not have.
     Usage = 2,
     /// Nothing runs and nothing can.
     Stalled = 3,
-    /// A controller was lost or not attached in time; a daemon is gone whose mission did not end.
+    /// A controller was lost or not attached in time; a daemon is gone whose mission did not end, or none is there to be
+    /// asked.
     Controller = 4,
     /// The mission is done, and its log is incomplete: the disk is full, or the file could not be written.
     Log = 5,

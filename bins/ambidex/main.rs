@@ -31,6 +31,7 @@ mod tree;
 mod values;
 mod verify;
 mod waiting;
+mod world;
 
 use std::process::ExitCode;
 
@@ -55,6 +56,7 @@ fn main() -> ExitCode {
         Verb::Trace(args) => trace::trace(&args),
         Verb::Explain(args) => explain::explain(&args),
         Verb::Verify(args) => verify::verify(&args),
+        Verb::World(args) => world::world(&args),
         Verb::Import(args) => import::import(&args),
         Verb::Completions { shell } => {
             let mut script = Vec::new();

@@ -9,10 +9,11 @@ use ambidex::files::{self, Disk, Loaded};
 use ambidex::link::Instance;
 use ambidex::model::{Loss, MissionEnd, MissionSpec, Record, Time};
 use ambidex::replay::Resumed;
+use ambidex::runtime::control::ControlSocket;
 use ambidex::runtime::{self, Clock, Ended, Options, Sink};
 use ambidex::tree::Settings;
 use miette::{IntoDiagnostic, Result};
-use tokio::sync::{mpsc, watch};
+use tokio::sync::{mpsc, oneshot, watch};
 
 use crate::args::{DaemonArgs, LiveArgs, Messages, MissionArgs, OnStall, RunArgs};
 use crate::children::Children;
@@ -124,7 +125,9 @@ fn go(
     let signals = signals::cancel_on_signals(to_run.clone()).into_diagnostic()?;
     let from = job.resumed.as_ref().map_or(Time::ZERO, |resumed| resumed.resumed.at);
     let clock = Clock::resume(from, live.speed);
-    let links = robot::links(&job.mission, instance, &clock).into_diagnostic()?;
+    let (node, links) = robot::links(&job.mission, instance, &clock).into_diagnostic()?;
+    let socket = ControlSocket::open(&node).into_diagnostic()?;
+    drop(node);
     let (mut observer, resumed) = observer(&mut job, args, instance, &terminal)?;
     observer.purpose = Purpose::of_run(&failures);
     observer.say_what_it_waits_for();
@@ -134,7 +137,7 @@ fn go(
     let (to_keeper, begun) = watch::channel(None);
     let script = Script::new(failures.flaws.clone());
     if let Some(children) = children.clone() {
-        let keeper = Keeper { children, begun, run: to_run, terminal: terminal.clone() };
+        let keeper = Keeper { children, begun, run: to_run.clone(), terminal: terminal.clone() };
         keeper.keep_all();
         let doing = Doing { failures, names: job.mission.names.clone(), clock, keeper, is_quiet: args.quiet };
         runtime.spawn(doing.done());
@@ -150,7 +153,12 @@ fn go(
     };
     let ended = runtime.block_on(async {
         tokio::spawn(signals);
-        runtime::run(Arc::clone(&job.mission), links, options, control).await
+        let (over, is_over) = oneshot::channel();
+        let serving = tokio::spawn(socket.serve(Arc::clone(&job.mission), to_run, is_over));
+        let ended = runtime::run(Arc::clone(&job.mission), links, options, control).await;
+        drop(over);
+        drop(serving.await);
+        ended
     });
     if let Some(children) = children {
         lock(&children).end(CHILD_GRACE);

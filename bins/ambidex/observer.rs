@@ -160,7 +160,8 @@ impl Observer {
             | ControllerMessage::Told { .. }
             | ControllerMessage::Joined { .. }
             | ControllerMessage::Heard { .. }
-            | ControllerMessage::Refused { .. } => {}
+            | ControllerMessage::Refused { .. }
+            | ControllerMessage::Misreported { .. } => {}
         }
     }
 

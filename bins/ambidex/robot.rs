@@ -6,16 +6,22 @@ use ambidex::link::{DaemonPort, Instance, IpcError, IpcNode, fresh_epoch, sweep}
 use ambidex::model::{Labels, MissionSpec};
 use ambidex::runtime::{Clock, Port, Readable};
 
-/// Sweeps what dead instances left, takes the instance, and opens a link to every controller.
+/// Sweeps what dead instances left, takes the instance, and opens a link to every controller, in their order.
 ///
 /// # Errors
 /// When another daemon has the instance, or shared memory cannot be used.
-pub fn links(mission: &MissionSpec, instance: &Instance, clock: &Clock) -> Result<Vec<Box<dyn Port>>, IpcError> {
+pub fn links(
+    mission: &MissionSpec,
+    instance: &Instance,
+    clock: &Clock,
+) -> Result<(IpcNode, Vec<Box<dyn Port>>), IpcError> {
     sweep()?;
     let node = IpcNode::open(instance.lock_daemon()?)?;
     let controllers = mission.robot.controllers.iter();
     let epoch = fresh_epoch();
     let labels = Arc::new(Labels::new(&mission.names));
     let open = |name: &str| DaemonPort::open(&node, name, &labels, epoch, clock.origin());
-    controllers.map(|spec| open(&spec.name).map(|port| Box::new(Readable::new(port)) as Box<dyn Port>)).collect()
+    let links: Result<Vec<_>, _> =
+        controllers.map(|spec| open(&spec.name).map(|port| Box::new(Readable::new(port)) as Box<dyn Port>)).collect();
+    Ok((node.clone(), links?))
 }

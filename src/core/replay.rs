@@ -164,7 +164,8 @@ impl Replay {
                 self.ended = Some(*end);
                 Ok(())
             }
-            Record::Began { .. } | Record::Stopped { .. } | Record::World { .. } => self.compare(record),
+            Record::Began { .. } | Record::Stopped { .. } => self.compare(record),
+            Record::World { .. } | Record::Denied { .. } => self.compare(record),
             Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } => self.compare(record),
             Record::Infeasible { .. } | Record::TimedOut { .. } => self.compare(record),
             Record::Ending { .. } | Record::Cleaning { .. } | Record::Cleaned { .. } | Record::Leaving { .. } => {
@@ -198,7 +199,7 @@ impl Replay {
     fn has_places_of(&self, told: &Told) -> bool {
         let changes = match told {
             Told::Begin { changes } => changes.as_slice(),
-            Told::World { change } => std::slice::from_ref(change),
+            Told::World { change, .. } => std::slice::from_ref(change),
             Told::Ended { outcome, .. } => &outcome.changes,
             Told::Service { changes, .. } => changes,
             Told::Resumed | Told::Woke | Told::End { .. } => &[],
@@ -217,7 +218,8 @@ impl Replay {
         let state = match message {
             ControllerMessage::Heard { message } => message.state(),
             ControllerMessage::Attached | ControllerMessage::Told { .. } | ControllerMessage::Joined { .. } => None,
-            ControllerMessage::Refused { .. } | ControllerMessage::Lost { .. } => None,
+            ControllerMessage::Refused { .. } | ControllerMessage::Misreported { .. } => None,
+            ControllerMessage::Lost { .. } => None,
         };
         if let (Some(known), Some(state)) = (self.states.get_mut(controller.index()), state) {
             *known = state.at_rest();
@@ -256,7 +258,7 @@ impl Replay {
                     Effect::Down(to, down) => self.inbox.push_back((to, Input::Down(down))),
                     Effect::Up(up) => self.inbox.push_back((self.topology.parent(node), Input::Up(up))),
                     Effect::Record(record) => self.make(*record),
-                    Effect::Start(_) | Effect::Stop(_) | Effect::Finished(_) => {}
+                    Effect::Start(_) | Effect::Stop(_) | Effect::TakenUp(..) | Effect::Finished(_) => {}
                 }
             }
         }

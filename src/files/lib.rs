@@ -15,6 +15,7 @@ mod parameter;
 mod quantity;
 mod reader;
 mod reference;
+mod reports;
 mod robot;
 mod schema;
 mod scope;
@@ -245,6 +246,7 @@ fn with_robot(
     let mut task = file.task.and_then(|item| task::build(item, &subtrees, &around, &given, faults))?;
     task.tree.bypass = file.bypass?;
     let (world, robot, names) = (world?, robot?, world_names?);
+    reports::check(&robot.reported, &names, &world.spec, faults);
     let mission = MissionSpec {
         name: file.mission?.value,
         robot: robot.robot,

@@ -6,15 +6,17 @@ use std::time::Duration;
 
 use nalgebra::Point3;
 
-use crate::describe::{At, Custom, Described, Each, Map, Point, Word, described};
+use crate::describe::{At, Custom, Described, Each, List, Map, Point, Word, described};
 use crate::fault::Faults;
 use crate::names::Register;
 use crate::parameter::{PARAMETERS, Parameter, refuse_open_defaults};
 use crate::quantity::{ACCELERATION, DURATION, EXTENT, GRACE, GRIP, LIFT, NEAR, SPEED, TURN_ACCELERATION, TURN_SPEED};
 use crate::reader::{Item, Name, Written};
+use crate::reports::Reported;
 use crate::shape::Form;
 use ambidex_model::{
-    ArmSpec, BaseSpec, ControllerId, ControllerKind, ControllerSpec, HeadSpec, Names, ResourceSpec, RobotSpec, TypeId,
+    ArmSpec, BaseSpec, ControllerId, ControllerKind, ControllerSpec, HeadSpec, Names, Reportable, ResourceSpec,
+    RobotSpec, TypeId,
 };
 
 /// The types that the behaviors of the paper know.
@@ -69,7 +71,7 @@ described! {
 
 described! {
     /// An entry of `controllers`.
-    pub(crate) enum Controller: "a controller", "A process that moves one resource." {
+    pub(crate) enum Controller: "a controller", "A process that moves one resource, or only reports what it sees." {
         Arm(ReachingArm) = ("arm", "An arm with a gripper.", REACHING_ARM),
         Base(Base) = ("base", "A base that drives in the plane.", Map::<Base>::new()),
         Head(Head) = ("head", "A head, or a camera, that pans and tilts.", Map::<Head>::new()),
@@ -100,13 +102,41 @@ described! {
 described! {
     /// `device` of a controller.
     pub(crate) struct Device: "a device", "A device that does what it is called for, and of whose motion nothing is known." {
-        calls: Offers = required(CALLS, "What behaviors can call, by name.", OFFERS),
+        calls: Offers = maybe_all(CALLS, "What behaviors can call, by name.", OFFERS),
         cancel_grace_s: Option<f64> = optional(CANCEL_GRACE, CANCEL_GRACE_DOC, &GRACE),
+        reports: Option<ReportsTerm> = optional(REPORTS, REPORTS_DOC, Map::<ReportsTerm>::new()),
     }
 }
 
-/// An arm, its grace and its calls.
-type ReachingArm = (ArmSpec, Option<f64>, Offers);
+/// The key of what a controller may report.
+const REPORTS: &str = "reports";
+const REPORTS_DOC: &str = "What it may say of the world beyond what it moves.";
+
+described! {
+    /// `reports` of a controller.
+    pub(crate) struct ReportsTerm: "reports", "Facts and objects that a controller sees; a mission without them has no use for it." {
+        facts: Vec<Name> = maybe_all(
+            "facts",
+            "Facts that it may set and clear, if the mission declares them `outside`.",
+            List("a list of facts", Word("a fact"))
+        ),
+        objects: Vec<Name> = maybe_all(
+            "objects",
+            "Objects that it may say the place of, as long as no gripper holds them.",
+            List("a list of objects", Word("an object"))
+        ),
+    }
+}
+
+impl ReportsTerm {
+    fn reportable(&self) -> Reportable {
+        let names = |names: &[Name]| names.iter().map(|name| name.value.clone()).collect();
+        Reportable { facts: names(&self.facts), objects: names(&self.objects) }
+    }
+}
+
+/// An arm, its grace, its calls, and what it may report.
+type ReachingArm = (ArmSpec, Option<f64>, Offers, Option<ReportsTerm>);
 
 /// A call that a controller offers.
 #[derive(Debug, Clone, PartialEq)]
@@ -141,6 +171,7 @@ described! {
         grip_s: f64 = required("grip", "How long the gripper takes to close or open.", &GRIP),
         lift_m: f64 = required("lift", "How far it lifts after closing or opening.", &LIFT),
         cancel_grace_s: Option<f64> = optional(CANCEL_GRACE, CANCEL_GRACE_DOC, &GRACE),
+        reports: Option<ReportsTerm> = optional(REPORTS, REPORTS_DOC, Map::<ReportsTerm>::new()),
         calls: Offers = maybe_all(CALLS, CALLS_DOC, OFFERS),
     }
 }
@@ -153,6 +184,7 @@ described! {
         turn_speed: f64 = required("turn_speed", "Top turning speed.", &TURN_SPEED),
         turn_acceleration: f64 = required("turn_acceleration", "Top turning acceleration.", &TURN_ACCELERATION),
         cancel_grace_s: Option<f64> = optional(CANCEL_GRACE, CANCEL_GRACE_DOC, &GRACE),
+        reports: Option<ReportsTerm> = optional(REPORTS, REPORTS_DOC, Map::<ReportsTerm>::new()),
         calls: Offers = maybe_all(CALLS, CALLS_DOC, OFFERS),
     }
 }
@@ -164,6 +196,7 @@ described! {
         speed: f64 = required("speed", "Top speed of each axis.", &TURN_SPEED),
         acceleration: f64 = required("acceleration", "Top acceleration of each axis.", &TURN_ACCELERATION),
         cancel_grace_s: Option<f64> = optional(CANCEL_GRACE, CANCEL_GRACE_DOC, &GRACE),
+        reports: Option<ReportsTerm> = optional(REPORTS, REPORTS_DOC, Map::<ReportsTerm>::new()),
         calls: Offers = maybe_all(CALLS, CALLS_DOC, OFFERS),
     }
 }
@@ -172,13 +205,13 @@ described! {
 const REACHING_ARM: Custom<ReachingArm> = Custom(
     || Form::Map(Arm::shape),
     |item, reading| {
-        let Arm { shoulder, tuck, reach_m, speed, acceleration, grip_s, lift_m, cancel_grace_s, calls } =
+        let Arm { shoulder, tuck, reach_m, speed, acceleration, grip_s, lift_m, cancel_grace_s, reports, calls } =
             Arm::read(item, reading)?;
         if (tuck.value - shoulder).norm() > reach_m {
             reading.faults.push(&tuck, "farther from the shoulder than the arm reaches");
         }
         let arm = ArmSpec { shoulder, tuck: tuck.value, reach_m, speed, acceleration, grip_s, lift_m };
-        Some((arm, cancel_grace_s, calls))
+        Some((arm, cancel_grace_s, calls, reports))
     },
 );
 
@@ -200,7 +233,7 @@ impl Controller {
 impl Controller {
     fn cancel_grace(&self) -> Duration {
         let grace_s = match self {
-            Self::Arm((_, grace_s, _)) => *grace_s,
+            Self::Arm((_, grace_s, ..)) => *grace_s,
             Self::Base(base) => base.cancel_grace_s,
             Self::Head(head) => head.cancel_grace_s,
             Self::Device(device) => device.cancel_grace_s,
@@ -208,10 +241,26 @@ impl Controller {
         Duration::from_secs_f64(grace_s.unwrap_or(CANCEL_GRACE_S))
     }
 
+    /// What it may report, as it is written.
+    fn reports(&self) -> Option<&ReportsTerm> {
+        let reports = match self {
+            Self::Arm((.., reports)) => reports,
+            Self::Base(base) => &base.reports,
+            Self::Head(head) => &head.reports,
+            Self::Device(device) => &device.reports,
+        };
+        reports.as_ref()
+    }
+
+    /// What it may report.
+    fn reportable(&self) -> Reportable {
+        self.reports().map(ReportsTerm::reportable).unwrap_or_default()
+    }
+
     /// What it offers.
     fn offers(&self, faults: &mut Faults) -> Vec<Offer> {
         let calls = match self {
-            Self::Arm((.., calls)) => calls,
+            Self::Arm((.., calls, _)) => calls,
             Self::Base(base) => &base.calls,
             Self::Head(head) => &head.calls,
             Self::Device(device) => &device.calls,
@@ -235,6 +284,8 @@ pub struct RobotFile {
     pub names: Names,
     /// What each controller offers beyond what its kind can do.
     pub(crate) offers: Vec<Vec<Offer>>,
+    /// What controllers may report, as it is written.
+    pub(crate) reported: Reported,
 }
 
 /// Reads and checks a robot file; `None` when it has faults.
@@ -261,18 +312,24 @@ fn build(raw: Robot, faults: &mut Faults) -> Option<RobotFile> {
     check_limits(&raw, &users, faults);
     check_mixed(&raw, faults);
 
-    let (mut specs, mut offers) = (Vec::new(), Vec::new());
+    let (mut specs, mut offers, mut reported) = (Vec::new(), Vec::new(), Reported::default());
     for (name, kind) in &raw.controllers {
         offers.extend(kind.as_ref().map(|kind| kind.offers(faults)));
+        if let Some(term) = kind.as_ref().and_then(Controller::reports) {
+            reported.facts.extend(term.facts.iter().cloned());
+            reported.objects.extend(term.objects.iter().cloned());
+        }
         specs.extend(kind.as_ref().map(|kind| ControllerSpec {
             name: name.value.clone(),
             kind: kind.kind(),
             cancel_grace: kind.cancel_grace(),
+            reports: kind.reportable(),
         }));
     }
     let (name, radius_m) = (raw.robot?.value, raw.radius_m?);
     Some(RobotFile {
         offers,
+        reported,
         robot: RobotSpec { name, resources, controllers: specs, radius_m },
         names: Names {
             resources: raw.resources.into_iter().map(|(name, _)| name.value).collect(),
@@ -321,7 +378,7 @@ fn check_limits(raw: &Robot, users: &BTreeMap<ControllerId, String>, faults: &mu
     {
         faults.push((name.span, RESOURCES), format!("more than {MAX_RESOURCES} resources"));
     }
-    for (index, (name, _)) in raw.controllers.iter().enumerate() {
+    for (index, (name, kind)) in raw.controllers.iter().enumerate() {
         let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "_-".contains(letter);
         if name.value.len() > MAX_CONTROLLER_NAME_BYTES || !name.value.chars().all(is_plain) {
             let message = format!(
@@ -329,7 +386,15 @@ fn check_limits(raw: &Robot, users: &BTreeMap<ControllerId, String>, faults: &mu
             );
             faults.push((name.span, &name.value), message);
         }
-        if !users.contains_key(&ControllerId::from(index)) {
+        let reports = kind.as_ref().is_some_and(|kind| kind.reports().is_some());
+        if let Some(Controller::Device(device)) = kind
+            && !reports
+            && device.calls.is_empty()
+        {
+            let help = "what behaviors call it for stands in `calls`, what it sees in `reports`".to_owned();
+            faults.push_with((name.span, &name.value), "a device that can do nothing and says nothing", help);
+        }
+        if !reports && !users.contains_key(&ControllerId::from(index)) {
             let help = "name it as the `controller` of what it moves, or leave it out".to_owned();
             faults.push_with((name.span, &name.value), "no resource has this controller", help);
         }

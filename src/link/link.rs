@@ -1,7 +1,7 @@
 //! The link between runtime and one controller, whatever carries it.
 
 use ambidex_model::session::StampedPulse;
-use ambidex_model::{CommandId, FromController, Refusal, ToController};
+use ambidex_model::{CommandId, FromController, Refusal, Report, ToController};
 
 /// One controller as the runtime sees it, by ids: what a link carries names for, it turns into ids and back by
 /// [`Labels`](ambidex_model::Labels). No call blocks.
@@ -32,6 +32,8 @@ pub enum Heard {
     Message(FromController),
     /// A sign of life with the newest state; [`Presence`](ambidex_model::session::Presence) says what it is worth.
     Pulse(StampedPulse),
+    /// What the controller sees of the world beyond what it moves.
+    Report(Report),
     /// Something that was not taken: by us, or by the controller when it is not about a command.
     Refused(Refusal),
     /// The controller closed a command without a result.

@@ -11,7 +11,7 @@ mod writer;
 pub use error::{JournalError, MAX_LINE_BYTES, shown};
 pub use history::{
     ActiveCommand, ControllerView, Controllers, Counts, Failures, Held, History, Interruption, Lane, LastError,
-    LeafHistory, LeafState, MissionOutcome, MissionReport, Phase, Presence, Step,
+    LeafHistory, LeafState, MissionOutcome, MissionReport, OutsideChange, Phase, Presence, Step,
 };
 pub use reader::{Reader, parse, parse_header, read_line};
 pub use writer::Journal;

@@ -43,7 +43,20 @@ pub fn records() -> Vec<Record> {
         Change::Fact(FactId(0), true),
     ];
     let at = Time(2_000_000);
-    records.extend(changes.map(|change| Record::World { at, change }));
+    records.extend(changes.map(|change| Record::World { at, change, origin: Origin::Script }));
+    let change = Change::Object(ObjectId(0), Location::At(PlaceId(0)));
+    let origins = [Origin::Operator, Origin::Controller(ControllerId(1)), Origin::Dropped, Origin::Resumed];
+    records.extend(origins.map(|origin| Record::World { at, change, origin }));
+    let objections = [
+        Objection::NotOutside,
+        Objection::Held { by: ResourceId(1) },
+        Objection::NotTheirs,
+        Objection::NotBegun,
+        Objection::Over,
+    ];
+    let denied = |change, why| Record::Denied { at, change, origin: Origin::Operator, why };
+    records.extend(objections.map(|why| denied(change, why)));
+    records.push(denied(Change::Fact(FactId(0), true), Objection::NotOutside));
     records.extend(resources());
     records.extend(controller_messages().into_iter().map(told));
     let ends = [
@@ -211,7 +224,7 @@ fn turns() -> Vec<Record> {
     vec![
         told(Told::Begin { changes: vec![Change::Base(Pose::new(1.0, 0.0, 0.0))] }),
         told(Told::Resumed),
-        told(Told::World { change: Change::Fact(FactId(0), true) }),
+        told(Told::World { change: Change::Fact(FactId(0), true), origin: Origin::Operator }),
         told(Told::Ended { leaf: NodeId(2), outcome }),
         told(Told::End { end: MissionEnd::Canceled }),
         Record::Observed { at, change: Change::Base(Pose::new(1.0, 2.0, 0.5)) },
@@ -404,6 +417,13 @@ fn controller_messages() -> Vec<ControllerMessage> {
     messages.extend(commands.map(goal));
     messages.push(ControllerMessage::Told { leaf: Some(leaf), message: ToController::Cancel { id: id() } });
     messages.extend(heard().into_iter().map(|message| ControllerMessage::Heard { message }));
+    let reports = [
+        (Report::fact("door open", true), Misreport::NotAllowed),
+        (Report::fact("door open", false), Misreport::NoSuchFact),
+        (Report::object("cup", Some("moon")), Misreport::NoSuchPlace),
+        (Report::object("cup", None), Misreport::NoSuchObject),
+    ];
+    messages.extend(reports.map(|(report, why)| ControllerMessage::Misreported { report, why }));
     messages.extend(REJECTIONS.map(|why| ControllerMessage::Refused { id: Some(id()), why }));
     messages
 }

@@ -8,7 +8,7 @@ use super::link_task::Order;
 use super::node_task::{ToNode, ToRoot};
 use super::signal::Signal;
 use ambidex_core::dispatch::{Dispatch, Effect, Input};
-use ambidex_model::{NodeId, Told};
+use ambidex_model::{NodeId, Origin, Told};
 
 /// The dispatch with its neighbors.
 pub(super) struct DispatchTask {
@@ -48,7 +48,10 @@ impl DispatchTask {
             Effect::Reset(id) => drop(self.links[id.index()].send(Order::Reset)),
             Effect::Ended(leaf, outcome) => self.nodes[leaf.index()].ended(outcome),
             Effect::Observed(change) => self.nodes[NodeId(0).index()].observed(change),
-            Effect::Dropped(change) => self.root.tell(Told::World { change }),
+            Effect::Dropped(change) => self.root.tell(Told::World { change, origin: Origin::Dropped }),
+            Effect::Reported(id, change) => {
+                self.root.tell(Told::World { change, origin: Origin::Controller(id) });
+            }
             Effect::Ready(said) => {
                 self.root.tell(Told::Begin { changes: said });
                 self.signal(Signal::Begun);

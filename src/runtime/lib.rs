@@ -3,6 +3,7 @@
 //! They carry messages and time; every decision is made by the machines inside.
 
 mod clock;
+pub mod control;
 mod dispatch_task;
 mod journal_task;
 mod link_task;

@@ -109,6 +109,7 @@ impl LinkTask {
         for heard in self.link.drain() {
             match heard {
                 Heard::Message(message) => self.tell(Input::Heard(self.id, message)),
+                Heard::Report(report) => self.tell(Input::Reported(self.id, report)),
                 Heard::Refused(refusal) => self.tell(Input::Refused(self.id, refusal)),
                 Heard::Closed(command) => self.tell(Input::Closed(self.id, command)),
                 Heard::Pulse(pulse) => {

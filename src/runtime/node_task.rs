@@ -201,6 +201,9 @@ impl NodeTask {
                     journal.write(*record);
                 }
             }
+            Effect::TakenUp(change, uptake) => {
+                drop(self.around.supervisor.send(Signal::TakenUp(change, uptake)));
+            }
             Effect::Finished(end) => drop(self.around.supervisor.send(Signal::Finished(end))),
         }
     }

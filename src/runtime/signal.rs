@@ -1,6 +1,6 @@
 //! What the tasks of a run tell its supervisor.
 
-use ambidex_model::{ControllerId, MissionEnd};
+use ambidex_model::{Change, ControllerId, MissionEnd, Uptake};
 
 /// What tasks tell the supervisor.
 #[derive(Debug)]
@@ -11,6 +11,8 @@ pub(super) enum Signal {
     Begun,
     /// Root has ended the mission.
     Finished(MissionEnd),
+    /// What root made of what it was asked to change.
+    TakenUp(Change, Uptake),
     /// It is gone before the mission began.
     Missing(ControllerId),
     /// Nothing moves any more.

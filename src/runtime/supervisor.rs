@@ -18,7 +18,7 @@ use super::signal::Signal;
 use ambidex_core::dispatch::{self, Dispatch, Limits, Script};
 use ambidex_core::replay::Resumed;
 use ambidex_core::tree::{Node, Settings};
-use ambidex_model::{Change, ControllerId, Loss, MissionEnd, MissionSpec, NodeId, Record, Told};
+use ambidex_model::{Change, ControllerId, Loss, MissionEnd, MissionSpec, NodeId, Origin, Record, Told, Uptake};
 
 /// How long the log may take in the end to write what waits, wall time.
 const WRITER_GRACE: Duration = Duration::from_secs(5);
@@ -51,12 +51,14 @@ pub enum Ended {
 }
 
 /// What can be told to a run from outside.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug)]
 pub enum Control {
     /// End the mission: goals are canceled, then the run ends.
     Cancel,
-    /// The world is different.
+    /// The world is different, as a file of what goes wrong on purpose has it.
     World(Change),
+    /// An operator says that the world is different, and is told what comes of it; nothing where the run ends first.
+    Ask(Change, oneshot::Sender<Uptake>),
     /// A controller that is awaited will not come: do not wait for it before the mission begins.
     GiveUp,
     /// Abort the task of a node, as a defect would.
@@ -121,6 +123,8 @@ struct Supervisor {
     /// Root is being told to end for this.
     ending: Option<MissionEnd>,
     has_begun: bool,
+    /// What root was asked and has not decided, in its order.
+    asked: Vec<(Change, oneshot::Sender<Uptake>)>,
     writer: Option<oneshot::Receiver<()>>,
 }
 
@@ -184,6 +188,7 @@ impl Supervisor {
             end: None,
             ending: None,
             has_begun: mission.robot.controllers.is_empty(),
+            asked: Vec::new(),
             writer: None,
         }
     }
@@ -256,6 +261,14 @@ impl Supervisor {
             Signal::Missing(id) => {
                 self.missing.insert(id);
             }
+            Signal::TakenUp(change, uptake) => {
+                // One of an earlier life of this run is asked for by nobody any more.
+                if let Some(index) = self.asked.iter().position(|(asked, _)| *asked == change) {
+                    let (_, answer) = self.asked.remove(index);
+                    // Who asked may have gone.
+                    let _ = answer.send(uptake);
+                }
+            }
             Signal::Safe => return true,
         }
         false
@@ -264,7 +277,11 @@ impl Supervisor {
     fn controlled(&mut self, control: Control) {
         match control {
             Control::Cancel => self.tell_root(MissionEnd::Canceled),
-            Control::World(change) => self.root.tell(Told::World { change }),
+            Control::World(change) => self.root.tell(Told::World { change, origin: Origin::Script }),
+            Control::Ask(change, answer) => {
+                self.asked.push((change, answer));
+                self.root.tell(Told::World { change, origin: Origin::Operator });
+            }
             Control::GiveUp if !self.has_begun => self.tell_root(MissionEnd::NotAttached),
             Control::GiveUp => {}
             Control::Abort(node) => self.aborts[node.index()].abort(),

@@ -183,7 +183,7 @@ fn compare(mission: &Arc<MissionSpec>, seed: u64, simulated: &[Record], live: &[
 fn any_number_of_changes_from_outside_is_taken() {
     let mission = load(&file("config/missions/hand-over.yaml"));
     let base = mission.start.base;
-    let changes = || vec![Control::World(Change::Base(base)); 1_000];
+    let changes = || (0..1_000).map(|_| Control::World(Change::Base(base))).collect();
     assert_eq!(live(&mission, 0, changes(), Script::default()).0, Ended::Mission(MissionEnd::Done));
     let cancels = (0..1_000).map(|_| Control::Cancel).collect();
     assert_eq!(live(&mission, 0, cancels, Script::default()).0, Ended::Mission(MissionEnd::Canceled));

@@ -100,7 +100,11 @@ pub fn decisions(names: &Names, records: &[Record]) -> String {
             }
             Record::Overtaken { skip, .. } => write!(text, "{skip:?} by others").expect("a string takes all"),
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => continue,
-            Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::World { .. } => continue,
+            Record::Header(_)
+            | Record::Stopped { .. }
+            | Record::Sent { .. }
+            | Record::World { .. }
+            | Record::Denied { .. } => continue,
             Record::Leaving { way, .. } => write!(text, "{} to be left", way.0).expect("a string takes all"),
             Record::Cleaning { node, .. } => write!(text, "{} cleans up", node.0).expect("a string takes all"),
             Record::Cleaned { node, is_done, .. } => {

@@ -2,6 +2,7 @@
 
 mod dropping;
 mod inhibited;
+mod reporting;
 
 use std::time::Duration;
 

@@ -7,7 +7,7 @@ mod watch;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-use ambidex::model::{Goal, MissionEnd, MissionSpec, NodeId, Record, Time, Topology};
+use ambidex::model::{Change, Goal, MissionEnd, MissionSpec, NodeId, Record, Time, Topology, Uptake};
 use ambidex::tree::{Effect, Input, Node, Outbox, Root, Settings, build};
 
 pub use lockstep::Lockstep;
@@ -23,6 +23,8 @@ pub struct Driver {
     pub goals: BTreeMap<NodeId, Goal>,
     /// Effects for the world around, in order.
     pub outside: Vec<Outside>,
+    /// What came of what somebody asked to be different.
+    pub taken_up: Vec<(Change, Uptake)>,
     pub messages: u64,
     nodes: Vec<Node>,
     topology: Topology,
@@ -53,6 +55,7 @@ impl Driver {
             finished: None,
             goals: BTreeMap::new(),
             outside: Vec::new(),
+            taken_up: Vec::new(),
             messages: 0,
             nodes: build(mission, settings),
             topology: mission.tree.topology.clone(),
@@ -161,6 +164,7 @@ impl Driver {
                 let before = self.goals.insert(node, goal);
                 assert!(before.is_none(), "{node:?} starts twice");
             }
+            Effect::TakenUp(change, uptake) => self.taken_up.push((change, uptake)),
             Effect::Stop(leaf) => {
                 // What ended in the meantime is not told any more.
                 if self.goals.contains_key(&leaf) {

@@ -132,7 +132,8 @@ impl Link for Overheard {
         let heard = self.port.drain();
         let states = heard.iter().filter_map(|heard| match heard {
             Heard::Pulse(StampedPulse { pulse: Pulse { generation: 1.., at, state, .. }, .. }) => Some((*at, *state)),
-            Heard::Pulse(_) | Heard::Message(_) | Heard::Refused(_) | Heard::Closed(_) => None,
+            Heard::Pulse(_) | Heard::Message(_) | Heard::Refused(_) => None,
+            Heard::Report(_) | Heard::Closed(_) => None,
         });
         self.published.lock().expect("no poison").extend(states);
         heard

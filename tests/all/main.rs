@@ -19,6 +19,7 @@ mod journals;
 mod lines;
 mod live;
 mod open_world;
+mod outside;
 mod pictures;
 mod processes;
 mod property;

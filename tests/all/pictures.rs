@@ -392,7 +392,8 @@ fn the_pictures_of_the_docs_are_what_their_commands_draw() {
             None if word.ends_with(".jsonl") => home.path(word),
             None => PathBuf::from(word),
         };
-        home.start(command.split(' ').map(here)).ends(0);
+        let code = if command.contains("cancel.yaml") { 130 } else { 0 };
+        home.start(command.split(' ').map(here)).ends(code);
     }
     let folder = fs::read_dir(file("docs/pictures")).expect("pictures");
     let names = folder.map(|entry| entry.expect("an entry").file_name().into_string().expect("a name"));

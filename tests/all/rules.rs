@@ -10,8 +10,8 @@ mod reasons;
 mod words;
 
 use ambidex::model::{
-    BehaviorSpec, Cause, Change, ControllerId, End, Fault, MissionEnd, MissionSpec, NodeId, Outcome, Reason, Record,
-    Rejection, Retention, Time, Told,
+    BehaviorSpec, Cause, Change, ControllerId, End, Fault, MissionEnd, MissionSpec, NodeId, Origin, Outcome, Reason,
+    Record, Rejection, Retention, Time, Told,
 };
 use ambidex::tree::{Input, Settings};
 
@@ -76,7 +76,7 @@ impl Run {
                         run.give(NodeId(0), Told::Woke.into());
                     }
                 }
-                Event::World(change) => run.give(NodeId(0), Told::World { change }.into()),
+                Event::World(change) => run.give(NodeId(0), Told::World { change, origin: Origin::Script }.into()),
             }
         }
         run

@@ -48,7 +48,12 @@ impl Body {
             RobotSpec { name: "tester".into(), resources: Vec::new(), controllers: Vec::new(), radius_m: 0.3 };
         let mut add = |ty, name: String, kind: Option<ControllerKind>| {
             let controller = kind.map(|kind| {
-                robot.controllers.push(ControllerSpec { name, kind, cancel_grace: Duration::from_secs(5) });
+                robot.controllers.push(ControllerSpec {
+                    name,
+                    kind,
+                    cancel_grace: Duration::from_secs(5),
+                    reports: Default::default(),
+                });
                 ControllerId::from(robot.controllers.len() - 1)
             });
             robot.resources.push(ResourceSpec { ty, controller });

@@ -118,8 +118,11 @@ fn what_was_forged_is_told() {
     {
         let observed = format!("{{\"record\":\"observed\",\"at\":0,\"change\":{change}}}\n");
         check(&home, &[&log[..turn], &observed, &log[turn..]].concat(), 1, "different at line");
-        let told = format!("{{\"record\":\"told\",\"at\":0,\"input\":{{\"kind\":\"world\",\"change\":{change}}}}}\n");
-        check(&home, &[&log[..turn], &told, &log[turn..]].concat(), 1, "different at line");
+        for origin in ["\"operator\"", "\"script\"", "{\"controller\":4294967295}"] {
+            let input = format!("{{\"kind\":\"world\",\"change\":{change},\"origin\":{origin}}}");
+            let told = format!("{{\"record\":\"told\",\"at\":0,\"input\":{input}}}\n");
+            check(&home, &[&log[..turn], &told, &log[turn..]].concat(), 1, "different at line");
+        }
     }
     check(&home, &log.replacen("\"nodes\":[\"root\"", "\"nodes\":[\"boot\"", 1), 1, "different at line 1");
     let late = "{\"record\":\"turn\",\"at\":18446744073709551615}\n";

@@ -115,6 +115,7 @@ impl Dispatch {
         for leaf in self.goals.keys().copied().collect::<Vec<_>>() {
             self.settle(now, leaf);
         }
+        self.pass_on(now);
         for index in 0..self.queues.len() {
             let controller = ControllerId::from(index);
             if self.queues[index].deadline().is_some_and(|deadline| deadline <= now) {

@@ -4,6 +4,7 @@ mod attachment;
 mod command_queue;
 mod drops;
 mod goals;
+mod reports;
 mod script;
 
 use std::collections::BTreeMap;
@@ -15,11 +16,12 @@ pub use attachment::start_states;
 use command_queue::CommandQueue;
 use drops::Drops;
 use goals::Running;
+use reports::Reports;
 pub use script::Script;
 
 use ambidex_model::{
     Change, CommandId, ControllerId, ControllerMessage, ControllerState, End, Fault, FromController, Goal, Inhibition,
-    Loss, MissionSpec, NodeId, Outcome, Part, Record, Refusal, Rejection, Time, ToController,
+    Labels, Loss, MissionSpec, NodeId, Outcome, Part, Record, Refusal, Rejection, Report, Time, ToController,
 };
 
 /// What reaches the dispatch.
@@ -29,6 +31,8 @@ pub enum Input {
     Attached(ControllerId),
     /// A controller said something.
     Heard(ControllerId, FromController),
+    /// A controller says what it sees of the world.
+    Reported(ControllerId, Report),
     /// What a controller said could not be used.
     Refused(ControllerId, Refusal),
     /// A controller let go of a command without a result.
@@ -60,6 +64,8 @@ pub enum Effect {
     Observed(Change),
     /// An object has left its gripper on purpose: where it is now.
     Dropped(Change),
+    /// A controller says what it sees of the world, as its robot file lets it.
+    Reported(ControllerId, Change),
     /// A controller is away: what it moves cannot be used.
     Lost(ControllerId, Loss),
     /// A controller that was away is attached and configured again: what it says of the world.
@@ -111,6 +117,8 @@ pub struct Dispatch {
     /// What goes wrong on purpose.
     script: Script,
     drops: Drops,
+    reports: Reports,
+    labels: Labels,
     effects: Vec<Effect>,
 }
 
@@ -130,6 +138,8 @@ impl Dispatch {
             is_safe: false,
             script: Script::default(),
             drops: Drops::default(),
+            reports: Reports::default(),
+            labels: Labels::new(&mission.names),
             effects: Vec::new(),
         }
     }
@@ -144,6 +154,7 @@ impl Dispatch {
         match input {
             Input::Attached(id) => self.attached(now, id),
             Input::Heard(id, message) => self.heard(now, id, message),
+            Input::Reported(id, report) => self.reported(now, id, report),
             Input::Refused(id, refusal) => self.refused(now, id, refusal),
             Input::Closed(id, command) => self.closed(now, id, command),
             Input::Lost(id, why) => self.lost(now, id, why),
@@ -172,7 +183,8 @@ impl Dispatch {
     pub fn deadline(&self) -> Option<Time> {
         let queues = self.queues.iter().filter_map(CommandQueue::deadline);
         let goals = self.goals.values().filter_map(Running::deadline);
-        queues.chain(goals).chain(self.attachments.iter().filter_map(Attachment::deadline)).min()
+        let attachments = self.attachments.iter().filter_map(Attachment::deadline);
+        queues.chain(goals).chain(attachments).chain(self.next_report()).min()
     }
 
     fn attached(&mut self, now: Time, id: ControllerId) {
@@ -253,6 +265,7 @@ impl Dispatch {
             self.effects.push(Effect::Returned(id, changes));
         } else {
             self.check_ready();
+            self.pass_on(now);
         }
     }
 
@@ -290,6 +303,7 @@ impl Dispatch {
         // Before the ends that follow from it, so that nothing is granted what is away.
         self.effects.push(if self.is_ready { Effect::Lost(id, why) } else { Effect::Missing(id) });
         self.queue_lost(now, id, loses(id, why), end);
+        self.forget_reports(id);
         self.let_go(now, id, None);
     }
 

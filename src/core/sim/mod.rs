@@ -11,8 +11,8 @@ use crate::tree::{Effect, Input, Node, Outbox, Settings};
 use ambidex_model::motion::{self, STEP};
 use ambidex_model::session::Attendance;
 use ambidex_model::{
-    Change, ControllerId, Failures, Inhibition, Labels, Loss, Mishap, MissionEnd, MissionSpec, NodeId, Record, Time,
-    ToController, Told,
+    Change, ControllerId, Failures, Inhibition, Labels, Loss, Mishap, MissionEnd, MissionSpec, NodeId, Origin, Record,
+    Time, ToController, Told,
 };
 pub use plant::Body;
 use plant::Plant;
@@ -31,7 +31,7 @@ pub enum Event {
     /// A lost controller is started again, one that hangs goes on, one that is inhibited may move again.
     Return(ControllerId),
     /// The world changes from outside.
-    World(Change),
+    World(Change, Origin),
     /// The mission is told to end.
     Cancel,
 }
@@ -43,7 +43,7 @@ impl From<Mishap> for Event {
             Mishap::Hang(id) => Self::Hang(id),
             Mishap::Inhibit(id) => Self::Inhibit(id, Inhibition::EmergencyStop),
             Mishap::Return(id) => Self::Return(id),
-            Mishap::World(change) => Self::World(change),
+            Mishap::World(change) => Self::World(change, Origin::Script),
             Mishap::Cancel => Self::Cancel,
         }
     }
@@ -213,7 +213,7 @@ impl<'a> Simulation<'a> {
                 self.plants[id.index()].inhibit(why);
                 self.exchange(id, None);
             }
-            Event::World(change) => self.tell_root(Told::World { change }),
+            Event::World(change, origin) => self.tell_root(Told::World { change, origin }),
             Event::Cancel => self.tell_root(Told::End { end: MissionEnd::Canceled }),
         }
     }
@@ -265,6 +265,8 @@ impl<'a> Simulation<'a> {
             }
             Effect::Start(goal) => self.tell_dispatch(dispatch::Input::Start(goal)),
             Effect::Stop(leaf) => self.tell_dispatch(dispatch::Input::Stop(leaf)),
+            // Nobody waits for it here; the log has it.
+            Effect::TakenUp(..) => {}
             Effect::Record(record) => (self.journal)(&record),
             Effect::Finished(end) => {
                 if self.end.is_none() {
@@ -282,7 +284,12 @@ impl<'a> Simulation<'a> {
             dispatch::Effect::Ended(leaf, outcome) => {
                 self.deliveries.push_back(Delivery::Node(leaf, Input::Ended(Box::new(outcome))));
             }
-            dispatch::Effect::Dropped(change) => self.tell_root(Told::World { change }),
+            dispatch::Effect::Dropped(change) => {
+                self.tell_root(Told::World { change, origin: Origin::Dropped });
+            }
+            dispatch::Effect::Reported(id, change) => {
+                self.tell_root(Told::World { change, origin: Origin::Controller(id) });
+            }
             dispatch::Effect::Observed(change) => {
                 self.deliveries.push_back(Delivery::Node(NodeId(0), Input::Observed(change)));
             }
@@ -323,6 +330,9 @@ impl<'a> Simulation<'a> {
                 Ok(message) => dispatch::Input::Heard(id, message),
                 Err(refusal) => dispatch::Input::Refused(id, refusal),
             });
+        }
+        for report in exchanged.reports {
+            self.tell_dispatch(dispatch::Input::Reported(id, report));
         }
         match exchanged.attendance {
             Some(Attendance::Attached { .. }) => self.tell_dispatch(dispatch::Input::Attached(id)),

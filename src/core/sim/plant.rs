@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ambidex_model::motion::Controller;
 use ambidex_model::session::{Attendance, Beat, ClockOrigin, Presence, Received, Session, StampedPulse};
-use ambidex_model::{FromController, Inhibition, Labels, Refusal, Time, ToController};
+use ambidex_model::{FromController, Inhibition, Labels, Refusal, Report, Time, ToController};
 
 /// What a simulated controller moves.
 pub type Body = Box<dyn Controller + Send>;
@@ -40,6 +40,7 @@ enum Life {
 pub(super) struct Exchanged {
     pub(super) heard: Vec<Result<FromController, Refusal>>,
     pub(super) attendance: Option<Attendance>,
+    pub(super) reports: Vec<Report>,
 }
 
 impl Plant {
@@ -98,7 +99,7 @@ impl Plant {
     /// Brings the session to this moment, with a message for it if there is one.
     pub(super) fn exchange(&mut self, now: Time, message: Option<ToController>) -> Exchanged {
         let now_ns = now.0 * 1000;
-        let mut heard = Vec::new();
+        let (mut heard, mut reports) = (Vec::new(), Vec::new());
         if matches!(self.life, Life::Alive | Life::Hung) {
             self.unheard.extend(message);
         }
@@ -118,6 +119,7 @@ impl Plant {
                 let (id, is_last) = (message.id(), message.is_last());
                 self.labels.heard(message).map_err(|why| Refusal { id, why, is_last })
             }));
+            reports.extend(self.session.reports(now_ns).into_iter().map(|reported| reported.report));
             self.presence.hear(&StampedPulse { pid: PID, sent_ns: now_ns, pulse: self.session.pulse() }, now_ns);
         }
         let attendance = self.presence.attend(now_ns, self.life == Life::Ended);
@@ -126,6 +128,6 @@ impl Plant {
             self.unheard.clear();
             self.over = self.generation;
         }
-        Exchanged { heard, attendance }
+        Exchanged { heard, attendance, reports }
     }
 }

@@ -1,7 +1,7 @@
 //! What goes into a node and what comes out.
 
 use super::{Down, Up};
-use ambidex_model::{Change, Goal, MissionEnd, NodeId, NodeRange, Outcome, Record, Time, Told, Topology};
+use ambidex_model::{Change, Goal, MissionEnd, NodeId, NodeRange, Outcome, Record, Time, Told, Topology, Uptake};
 
 /// What reaches a node. What is rare and large lies behind a pointer: every inbox has room for 32 of these.
 #[derive(Debug, Clone)]
@@ -38,6 +38,8 @@ pub enum Effect {
     Start(Goal),
     /// Cancel the goal of this leaf.
     Stop(NodeId),
+    /// What came of what somebody outside asked to be different.
+    TakenUp(Change, Uptake),
     /// Write it down.
     Record(Box<Record>),
     /// The mission is over.
@@ -53,7 +55,8 @@ impl Effect {
                 (*to, down.round(), down.record(below))
             }
             Self::Up(up) => (topology.parent(from), up.round(), up.record(from)),
-            Self::Start(_) | Self::Stop(_) | Self::Record(_) | Self::Finished(_) => return None,
+            Self::Start(_) | Self::Stop(_) | Self::Record(_) => return None,
+            Self::TakenUp(..) | Self::Finished(_) => return None,
         };
         Some(Record::Sent { at, round, from, to, message })
     }

@@ -17,6 +17,7 @@ mod message;
 mod node;
 mod offers;
 mod ordering;
+mod outside;
 mod overtaking;
 mod packing;
 mod redo;

@@ -15,8 +15,8 @@ use super::{Activation, Allocator, Answer, Down, Effect, Greedy, News, Outbox, S
 use crate::world::{Compatible, FreeSpace, Unconstrained, View};
 use ambidex_model::state::{Stage, State};
 use ambidex_model::{
-    Blocked, Change, EffectTerm, End, Grant, Header, Location, MissionEnd, MissionSpec, NodeId, Outcome, Reason,
-    Record, Request, ResourceTable, Time, Told,
+    Blocked, Change, EffectTerm, End, Grant, Header, Location, MissionEnd, MissionSpec, NodeId, Objection, Origin,
+    Outcome, Reason, Record, Request, ResourceTable, Time, Told,
 };
 
 /// How long a controller is awaited by default, robot time.
@@ -107,6 +107,8 @@ pub struct Root {
     pub(super) told: Vec<Told>,
     /// Where the base was seen last since then.
     observed: Option<Change>,
+    /// What others said and was refused since the world is as it is.
+    pub(super) denied: Vec<(Change, Origin, Objection)>,
     open: Option<Arc<View>>,
     /// When the last turn was. When an answer comes up is no part of what follows from the records, so that all moments
     /// are counted from there.
@@ -143,6 +145,7 @@ impl Root {
             last_recorded: Arc::new(ResourceTable::new(resources)),
             told: Vec::new(),
             observed: None,
+            denied: Vec::new(),
             open: None,
             turned: Time::ZERO,
             is_wanted: false,
@@ -174,6 +177,10 @@ impl Root {
     /// Takes note; what comes of it is decided in the next turn.
     pub(super) fn on_told(&mut self, now: Time, told: Told, out: &mut Outbox) {
         if self.is_over() {
+            self.turn_away(&told, out);
+            return;
+        }
+        if self.is_no_news(&told) {
             return;
         }
         out.push(Effect::Record(Box::new(Record::Told { at: now, input: told.clone() })));
@@ -194,7 +201,9 @@ impl Root {
         }
         out.push(Effect::Record(Box::new(Record::Turn { at: now })));
         for told in std::mem::take(&mut self.told) {
-            if !self.is_over() {
+            if self.is_over() {
+                self.turn_away(&told, out);
+            } else {
                 self.take_up(now, told, out);
             }
         }
@@ -320,12 +329,12 @@ impl Root {
         match told {
             Told::Begin { changes } => self.begin(now, changes, out),
             Told::Resumed => self.is_suspended = true,
-            Told::World { change } => self.change_world(now, change, out),
+            Told::World { change, origin } => self.hear(now, change, origin, out),
             Told::Ended { leaf, outcome } => self.release(now, leaf, outcome, out),
             Told::Service { controller, outage, changes } => {
                 self.serve(now, controller, outage, out);
                 for change in changes {
-                    self.change_world(now, change, out);
+                    self.change_world(now, change, Origin::Controller(controller), out);
                 }
             }
             Told::Woke => self.wake(now, out),
@@ -349,7 +358,7 @@ impl Root {
             return;
         }
         for change in changes {
-            self.change_world(now, self.understood(change), out);
+            self.change_world(now, self.understood(change), Origin::Resumed, out);
         }
         self.serve_all(now, out);
         self.interrupt(now, out);
@@ -472,17 +481,6 @@ impl Root {
             self.certificate.bar(refused);
             let touches = self.touches.iter_mut();
             touches.for_each(|touches| refused.iter().for_each(|blocked| touches.note_bar(blocked.leaf)));
-        }
-    }
-
-    fn change_world(&mut self, now: Time, change: Change, out: &mut Outbox) {
-        let mut after = self.state.clone();
-        let record = Record::World { at: now, change };
-        after.apply(&record);
-        // A lease may say of a gripper that it is full when nobody knows with what.
-        if after.world() != self.state.world() || after.table() != self.state.table() {
-            self.is_wanted = true;
-            self.edit(record, out);
         }
     }
 

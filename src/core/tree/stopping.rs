@@ -28,6 +28,7 @@ impl Root {
         let mission = Arc::clone(&self.mission);
         // What ended when its runtime was gone may be told once more by a controller that lived on.
         let Some(grant) = self.state.running().get(&leaf) else { return };
+        self.denied.clear();
         let spec = mission.tree.behavior(leaf).expect("only leaves run").at(grant.request.place);
         let end = match behavior::believed(spec, grant, &outcome) {
             End::Canceled if self.state.interrupted(leaf).is_some() && !self.state.is_ending(leaf) => End::Interrupted,

@@ -166,7 +166,7 @@ impl Touches {
             Record::Leaving { way, .. } => self.touch(Topic::Own(*way)),
             Record::Cleaning { node, .. } | Record::Cleaned { node, .. } => self.touch_all(*node),
             // Of what is different in the table.
-            Record::Served { .. } | Record::Awaited { .. } => {}
+            Record::Served { .. } | Record::Awaited { .. } | Record::Denied { .. } => {}
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Stopped { .. } => {}
             Record::Sent { .. } | Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => {}
         }

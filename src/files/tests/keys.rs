@@ -79,12 +79,12 @@ resources:
   reader: {type: reader, controller: reader}
 controllers:
   left_arm:
-    arm: {shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9], reach: 0.9, speed: 0.5, acceleration: 1, grip: 1 s, lift: 10 cm, cancel_grace: 2 s, calls: {wave: {takes: 1 s}}}
+    arm: {shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9], reach: 0.9, speed: 0.5, acceleration: 1, grip: 1 s, lift: 10 cm, cancel_grace: 2 s, calls: {wave: {takes: 1 s}}, reports: {facts: [clean], objects: [cup]}}
   right_arm:
     arm: {shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9], reach: 0.9, speed: 0.5, acceleration: 1, grip: 1 s, lift: 10 cm, cancel_grace: 2 s}
-  neck: {head: {neck: [0, 0, 1.2], speed: 90 deg/s, acceleration: 90 deg/s^2, cancel_grace: 2 s, calls: {nod: {takes: 1 s}}}}
-  wheels: {base: {speed: 1, acceleration: 1, turn_speed: 1, turn_acceleration: 1, cancel_grace: 2 s, calls: {honk: {takes: 1 s}}}}
-  reader: {device: {cancel_grace: 2 s, calls: {read: {parameters: {what: object, how: number}, takes: 2 s}}}}
+  neck: {head: {neck: [0, 0, 1.2], speed: 90 deg/s, acceleration: 90 deg/s^2, cancel_grace: 2 s, calls: {nod: {takes: 1 s}}, reports: {facts: [clean]}}}
+  wheels: {base: {speed: 1, acceleration: 1, turn_speed: 1, turn_acceleration: 1, cancel_grace: 2 s, calls: {honk: {takes: 1 s}}, reports: {objects: [cup]}}}
+  reader: {device: {cancel_grace: 2 s, reports: {facts: [clean]}, calls: {read: {parameters: {what: object, how: number}, takes: 2 s}}}}
 ";
 
 const FAILURES: &str = "\

@@ -11,6 +11,7 @@ mod mutations;
 mod parameters;
 mod potentials;
 mod reference;
+mod reports;
 mod shipped;
 mod sources;
 

@@ -95,7 +95,7 @@ fn mutants(target: &Target, old: &str, file: &Path) -> Vec<(String, bool)> {
         return vec![(misspelt, NAMING.contains(&key))];
     }
     let in_world = is_library && (OF_A_WORLD.contains(&key) || old.contains('$'));
-    let is_free = FREE.contains(&key) || in_world || above == "values";
+    let is_free = FREE.contains(&key) || in_world || ["values", "reports"].contains(&above);
     // Each of the others at every fourth value.
     let others = ["[[1]]", "{zz: {zz: 1}}", "[.nan, .inf]", "1e999"];
     let other = others[(target.span.line + target.span.column) % others.len()];

@@ -48,6 +48,11 @@ impl Instance {
         self.dir().exists() || !segments(&self.prefix()).is_empty()
     }
 
+    /// Where the daemon of the instance can be asked, as long as there is one.
+    pub fn control_socket(&self) -> PathBuf {
+        self.dir().join("control.sock")
+    }
+
     /// The folder of the instance. It is named by a tag, since paths of sockets are short.
     pub(crate) fn dir(&self) -> PathBuf {
         base().join(self.tag())

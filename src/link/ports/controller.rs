@@ -6,7 +6,7 @@ use std::os::fd::{AsFd, BorrowedFd};
 
 use iceoryx2::active_request::ActiveRequest;
 
-use super::services::{Beats, GoalServer, Listener, Notifier, PulsePublisher, Services, ring};
+use super::services::{Beats, GoalServer, Listener, Notifier, PulsePublisher, ReportPublisher, Services, ring};
 use crate::clock::monotonic_ns;
 use crate::error::IpcError;
 use crate::instances::Transport;
@@ -16,7 +16,7 @@ use crate::wire::{
 };
 use ambidex_model::Rejection;
 use ambidex_model::motion::FromController;
-use ambidex_model::session::{Beat, DEAD_MAN, Pulse, Received};
+use ambidex_model::session::{Beat, DEAD_MAN, Pulse, Received, Reported};
 
 type Request = ActiveRequest<Transport, WireRequest, (), WireResponse, ()>;
 
@@ -29,6 +29,7 @@ pub struct ControllerPort {
     server: GoalServer,
     pulses: PulsePublisher,
     beats: Beats,
+    reports: ReportPublisher,
     notifier: Notifier,
     listener: Listener,
     controller: String,
@@ -55,6 +56,7 @@ impl ControllerPort {
             listener: services.controller_listener()?,
             notifier: services.daemon_notifier()?,
             beats: services.beats()?,
+            reports: services.report_publisher()?,
             pulses: services.pulse_publisher()?,
             server: services.server()?,
             streams: Vec::new(),
@@ -152,6 +154,16 @@ impl ControllerPort {
         if wakes {
             ring(&self.notifier);
         }
+    }
+
+    /// Tells the daemon what is seen of the world, and wakes it; false where it has not read the earlier ones yet.
+    pub fn report(&self, said: &Reported) -> bool {
+        let sent = self.reports.send_copy(write::report(said));
+        if let Err(error) = &sent {
+            tracing::debug!(controller = self.controller, %error, "a report waits");
+        }
+        ring(&self.notifier);
+        sent.is_ok()
     }
 
     fn take(&mut self, request: Request) -> Option<Received> {

@@ -8,14 +8,15 @@ use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::RequestSendError;
 use iceoryx2::port::{LoanError, SendError};
 
-use super::services::{BeatPublisher, Goals, Listener, Notifier, Pulses, Services, ring};
+use super::services::{BeatPublisher, Goals, Listener, Notifier, Pulses, REPORTS_MAX, Reports, Services, ring};
 use crate::clock::monotonic_ns;
 use crate::error::IpcError;
 use crate::instances::{Transport, check_controller_name};
 use crate::link::{Heard, Link, LinkError};
 use crate::node::IpcNode;
 use crate::wire::{
-    WIRE_VERSION, WireBeat, WireId, WirePulse, WireRequest, WireResponse, read, request_kind, response_kind, write,
+    WIRE_VERSION, WireBeat, WireId, WirePulse, WireReport, WireRequest, WireResponse, read, request_kind,
+    response_kind, write,
 };
 use ambidex_model::session::ClockOrigin;
 use ambidex_model::{CommandId, FromController, Labels, Refusal, Rejection, ToController};
@@ -27,6 +28,7 @@ pub struct DaemonPort {
     streams: Vec<Asked>,
     goals: Goals,
     pulses: Pulses,
+    reports: Reports,
     beats: BeatPublisher,
     notifier: Notifier,
     listener: Listener,
@@ -71,6 +73,7 @@ impl DaemonPort {
             listener: services.daemon_listener()?,
             notifier: services.controller_notifier()?,
             pulses: services.pulses()?,
+            reports: services.reports()?,
             beats: services.beat_publisher()?,
             goals: services.client()?,
             streams: Vec::new(),
@@ -119,6 +122,29 @@ impl DaemonPort {
         match read::pulse(wire) {
             Ok(pulse) => Heard::Pulse(pulse),
             Err(why) => self.refuse(None, why, "a pulse"),
+        }
+    }
+
+    /// As many as can wait; who reports faster than that is heard again at the next wake-up.
+    fn hear_reports(&mut self, heard: &mut Vec<Heard>) {
+        for _ in 0..REPORTS_MAX {
+            match self.reports.receive() {
+                Ok(Some(sample)) => heard.extend(self.hear_report(&sample)),
+                Ok(None) => return,
+                Err(error) => {
+                    tracing::warn!(controller = self.controller, %error, "cannot read reports");
+                    return;
+                }
+            }
+        }
+    }
+
+    fn hear_report(&self, wire: &WireReport) -> Option<Heard> {
+        match read::report(wire) {
+            // What was said in an earlier attachment is said again in this one.
+            Ok(said) if (said.epoch, said.generation) != (self.epoch, self.generation) => None,
+            Ok(said) => Some(Heard::Report(said.report)),
+            Err(why) => Some(self.refuse(None, why, "a report")),
         }
     }
 
@@ -224,6 +250,7 @@ impl Link for DaemonPort {
         let mut heard = Vec::new();
         self.hear_streams(&mut heard);
         self.hear_pulses(&mut heard);
+        self.hear_reports(&mut heard);
         heard
     }
 

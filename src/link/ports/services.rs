@@ -1,4 +1,4 @@
-//! The five services between daemon and one controller: names and settings, the same for whoever comes first.
+//! The six services between daemon and one controller: names and settings, the same for whoever comes first.
 
 use std::fmt::Display;
 
@@ -13,7 +13,7 @@ use iceoryx2::service::port_factory::{event, publish_subscribe, request_response
 use crate::error::IpcError;
 use crate::instances::Transport;
 use crate::node::IpcNode;
-use crate::wire::{WIRE_VERSION, WireBeat, WirePulse, WireRequest, WireResponse};
+use crate::wire::{WIRE_VERSION, WireBeat, WirePulse, WireReport, WireRequest, WireResponse};
 
 /// Requests under way at once: a goal, its cancel and a configuration, and as many of an attachment that is given up.
 pub(super) const REQUESTS_MAX: usize = 16;
@@ -28,6 +28,8 @@ const WRITERS_MAX: usize = 2;
 /// The other side, one that died, and people who look on.
 const READERS_MAX: usize = 6;
 const NODES_MAX: usize = 12;
+/// Reports that wait for the daemon. None makes room for the next: whoever cannot send one says it again.
+pub(super) const REPORTS_MAX: usize = 64;
 
 pub(super) type Goals = Client<Transport, WireRequest, (), WireResponse, ()>;
 pub(super) type GoalServer = Server<Transport, WireRequest, (), WireResponse, ()>;
@@ -35,6 +37,8 @@ pub(super) type Pulses = Subscriber<Transport, WirePulse, ()>;
 pub(super) type PulsePublisher = Publisher<Transport, WirePulse, ()>;
 pub(super) type Beats = Subscriber<Transport, WireBeat, ()>;
 pub(super) type BeatPublisher = Publisher<Transport, WireBeat, ()>;
+pub(super) type Reports = Subscriber<Transport, WireReport, ()>;
+pub(super) type ReportPublisher = Publisher<Transport, WireReport, ()>;
 pub(super) type Listener = iceoryx2::port::listener::Listener<Transport>;
 pub(super) type Notifier = iceoryx2::port::notifier::Notifier<Transport>;
 
@@ -87,6 +91,20 @@ impl<'a> Services<'a> {
         self.publisher("beat")
     }
 
+    pub(super) fn reports(&self) -> Result<Reports, IpcError> {
+        let name = self.name("reports");
+        self.queue(&name)?.subscriber_builder().create().map_err(IpcError::service(&name))
+    }
+
+    pub(super) fn report_publisher(&self) -> Result<ReportPublisher, IpcError> {
+        let name = self.name("reports");
+        self.queue(&name)?
+            .publisher_builder()
+            .set_backpressure_handler(|_| BackpressureAction::DiscardDataAndFail)
+            .create()
+            .map_err(IpcError::service(&name))
+    }
+
     /// What wakes the daemon.
     pub(super) fn daemon_listener(&self) -> Result<Listener, IpcError> {
         self.listener("wake-daemon")
@@ -119,6 +137,23 @@ impl<'a> Services<'a> {
             .max_borrowed_responses_per_pending_response(2)
             .max_servers(SERVERS_MAX)
             .max_clients(CLIENTS_MAX)
+            .max_nodes(NODES_MAX)
+            .open_or_create()
+            .map_err(IpcError::service(name))
+    }
+
+    /// What is read one by one, unlike samples, of which the last counts.
+    fn queue(&self, name: &str) -> Result<publish_subscribe::PortFactory<Transport, WireReport, ()>, IpcError> {
+        self.node
+            .node()
+            .service_builder(&service_name(name)?)
+            .publish_subscribe::<WireReport>()
+            .enable_safe_overflow(false)
+            .subscriber_max_buffer_size(REPORTS_MAX)
+            .history_size(0)
+            .subscriber_max_borrowed_samples(2)
+            .max_publishers(WRITERS_MAX)
+            .max_subscribers(CLIENTS_MAX)
             .max_nodes(NODES_MAX)
             .open_or_create()
             .map_err(IpcError::service(name))

@@ -144,6 +144,7 @@ impl<C: Controller> Server<C> {
             // A daemon that has just come rings, and is to see at once that somebody is there.
             let is_called = std::mem::take(&mut self.was_rung) && !self.session.is_attached();
             self.publish(has_moved, has_replied || has_left || has_joined || is_called || has_turned);
+            self.report();
             if has_left && self.options.once {
                 return Ok(Exit::DaemonLeft);
             }
@@ -212,6 +213,15 @@ impl<C: Controller> Server<C> {
         }
         self.port.flush();
         !replies.is_empty()
+    }
+
+    /// Tells what is seen of the world; what cannot be sent now is told by and by.
+    fn report(&mut self) {
+        for said in self.session.reports(monotonic_ns()) {
+            if !self.port.report(&said) {
+                self.session.untold(&said.report);
+            }
+        }
     }
 
     fn publish(&mut self, has_moved: bool, has_news: bool) {

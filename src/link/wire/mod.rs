@@ -9,7 +9,7 @@ use ambidex_model::{ARGUMENTS_MAX, NAME_MAX};
 use iceoryx2::prelude::ZeroCopySend;
 
 /// Version of everything in this file; also part of every type's and service's name.
-pub const WIRE_VERSION: u32 = 2;
+pub const WIRE_VERSION: u32 = 3;
 
 /// Way points that fit into one message.
 pub const PATH_MAX: usize = 64;
@@ -136,10 +136,18 @@ pub mod state_kind {
     pub const DEVICE: u32 = 4;
 }
 
+/// Codes of [`WireReport::kind`].
+pub mod report_kind {
+    /// `Report::Fact`: `name`, `holds`.
+    pub const FACT: u32 = 1;
+    /// `Report::Object`: `name`, `place`.
+    pub const OBJECT: u32 = 2;
+}
+
 /// Identity of a request, over all lives of daemon and controller.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
-#[type_name("ambidex.Id.v2")]
+#[type_name("ambidex.Id.v3")]
 pub struct WireId {
     /// The life of the daemon.
     pub epoch: u64,
@@ -152,7 +160,7 @@ pub struct WireId {
 /// A pose in the map frame.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("ambidex.Pose.v2")]
+#[type_name("ambidex.Pose.v3")]
 pub struct WirePose {
     /// Map frame, meters.
     pub x: f64,
@@ -162,10 +170,10 @@ pub struct WirePose {
     pub heading: f64,
 }
 
-/// Name of an object, a place or a call: UTF-8, without a zero at its end.
+/// Name of an object, a place, a fact or a call: UTF-8, without a zero at its end.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ZeroCopySend)]
-#[type_name("ambidex.Name.v2")]
+#[type_name("ambidex.Name.v3")]
 pub struct WireName {
     /// Bytes of `text` that are used; 0 for none.
     pub len: u32,
@@ -176,7 +184,7 @@ pub struct WireName {
 /// State of a controller.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("ambidex.State.v2")]
+#[type_name("ambidex.State.v3")]
 pub struct WireState {
     /// One of [`state_kind`]; says what the numbers are.
     pub kind: u32,
@@ -191,7 +199,7 @@ pub struct WireState {
 /// From the daemon to a controller.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
-#[type_name("ambidex.ToController.v2")]
+#[type_name("ambidex.ToController.v3")]
 pub struct WireRequest {
     /// [`WIRE_VERSION`].
     pub version: u32,
@@ -236,7 +244,7 @@ pub struct WireRequest {
 /// From a controller to the daemon.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("ambidex.FromController.v2")]
+#[type_name("ambidex.FromController.v3")]
 pub struct WireResponse {
     /// [`WIRE_VERSION`].
     pub version: u32,
@@ -265,7 +273,7 @@ pub struct WireResponse {
 /// Published by a controller: sign of life and state.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("ambidex.Pulse.v2")]
+#[type_name("ambidex.Pulse.v3")]
 pub struct WirePulse {
     /// [`WIRE_VERSION`].
     pub version: u32,
@@ -288,7 +296,7 @@ pub struct WirePulse {
 /// Published by the daemon to each controller: sign of life.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
-#[type_name("ambidex.Beat.v2")]
+#[type_name("ambidex.Beat.v3")]
 pub struct WireBeat {
     /// [`WIRE_VERSION`].
     pub version: u32,
@@ -298,6 +306,27 @@ pub struct WireBeat {
     pub epoch: u64,
     /// `CLOCK_MONOTONIC` when it was sent, nanoseconds.
     pub sent_ns: u64,
+}
+
+/// Published by a controller: what it sees of the world beyond what it moves.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
+#[type_name("ambidex.Report.v3")]
+pub struct WireReport {
+    /// [`WIRE_VERSION`].
+    pub version: u32,
+    /// One of [`report_kind`].
+    pub kind: u32,
+    /// The attachment in which it is said; the number is 0.
+    pub id: WireId,
+    /// `FACT`: 1 it holds, 0 it does not.
+    pub holds: u32,
+    /// Always 0.
+    pub reserved: u32,
+    /// The fact or the object; never none.
+    pub name: WireName,
+    /// `OBJECT`: where it lies; empty where nobody knows.
+    pub place: WireName,
 }
 
 impl Default for WireName {
@@ -349,6 +378,7 @@ mod tests {
         assert_eq!(size_of::<WireResponse>(), 184);
         assert_eq!(size_of::<WirePulse>(), 160);
         assert_eq!(size_of::<WireBeat>(), 24);
+        assert_eq!(size_of::<WireReport>(), 168);
     }
 
     /// The offsets in `docs/wire.md`, where something could slip.
@@ -362,6 +392,7 @@ mod tests {
         let arrays = (offset_of!(WireRequest, path), offset_of!(WireRequest, limits), offset_of!(WireRequest, with));
         assert_eq!((offset_of!(WireRequest, at), arrays), (392, (416, 1952, 2040)));
         assert_eq!((offset_of!(WireResponse, inhibited), offset_of!(WireResponse, state)), (32, 64));
+        assert_eq!((offset_of!(WireReport, name), offset_of!(WireReport, place)), (32, 100));
         assert_eq!((offset_of!(WirePulse, inhibited), offset_of!(WirePulse, state)), (20, 40));
     }
 }

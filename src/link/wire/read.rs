@@ -6,14 +6,14 @@ use nalgebra::{Point3, Vector3};
 
 use super::{
     LIMITS_MAX, PATH_MAX, SPEED_MAX, TAKES_MAX_S, WIRE_VERSION, WireBeat, WireId, WireName, WirePose, WirePulse,
-    WireRequest, WireResponse, WireState, command, end, inhibited, mode, rejection, request_kind, response_kind,
-    state_kind,
+    WireReport, WireRequest, WireResponse, WireState, command, end, inhibited, mode, rejection, report_kind,
+    request_kind, response_kind, state_kind,
 };
 use ambidex_model::motion::{Command, ControllerState, FromController, ToController};
-use ambidex_model::session::{Beat, ClockOrigin, Pulse, Received, StampedPulse};
+use ambidex_model::session::{Beat, ClockOrigin, Pulse, Received, Reported, StampedPulse};
 use ambidex_model::{
     ArmSpec, BaseSpec, Call, CommandId, ControllerKind, HeadSpec, Inhibition, Mode, Name, PartEnd, Pose, Rejection,
-    Time,
+    Report, Time,
 };
 
 pub(crate) fn request(wire: &WireRequest) -> Result<Received, Rejection> {
@@ -82,6 +82,19 @@ pub(crate) fn beat(wire: &WireBeat) -> Result<Beat, Rejection> {
         return Err(Rejection::Malformed);
     }
     Ok(Beat { pid: wire.pid, epoch: wire.epoch, sent_ns: wire.sent_ns })
+}
+
+pub(crate) fn report(wire: &WireReport) -> Result<Reported, Rejection> {
+    check_version(wire.version)?;
+    if wire.id.epoch == 0 || wire.id.generation == 0 {
+        return Err(Rejection::Malformed);
+    }
+    let report = match (wire.kind, wire.holds) {
+        (report_kind::FACT, holds @ (0 | 1)) => Report::Fact { fact: name(&wire.name)?, holds: holds == 1 },
+        (report_kind::OBJECT, _) => Report::Object { object: name(&wire.name)?, at: optional_name(&wire.place)? },
+        _ => return Err(Rejection::Malformed),
+    };
+    Ok(Reported { epoch: wire.id.epoch, generation: wire.id.generation, report })
 }
 
 pub(crate) fn command_id(id: WireId) -> CommandId {

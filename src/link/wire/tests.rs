@@ -253,3 +253,41 @@ fn wrong_signs_of_life_are_refused() {
     let state = WireState::default();
     assert_eq!(pulse(&WirePulse { state, ..good }), Err(Rejection::Malformed));
 }
+
+#[test]
+fn every_report_comes_back_and_wrong_ones_are_refused() {
+    let long = "é".repeat(NAME_MAX / 2);
+    let reports = [
+        Report::fact("door open", true),
+        Report::fact(&long, false),
+        Report::object("red cup", Some(&long)),
+        Report::object("red cup", None),
+    ];
+    let said = |report| Reported { epoch: EPOCH, generation: ID.generation, report };
+    for sent in reports.map(said) {
+        assert_eq!(report(&write::report(&sent)), Ok(sent));
+    }
+    type Spoil = fn(&mut WireReport);
+    let rows: [(Report, Spoil, Rejection); 11] = [
+        (reports[0], |w| w.version = 2, Rejection::Version),
+        (reports[0], |w| w.id.epoch = 0, Rejection::Malformed),
+        (reports[0], |w| w.id.generation = 0, Rejection::Malformed),
+        (reports[0], |w| w.kind = 0, Rejection::Malformed),
+        (reports[0], |w| w.kind = 3, Rejection::Malformed),
+        (reports[0], |w| w.holds = 2, Rejection::Malformed),
+        (reports[0], |w| w.name.len = 0, Rejection::Malformed),
+        (reports[0], |w| w.name.len = u32::MAX, Rejection::Malformed),
+        (reports[0], |w| w.name.text[0] = 0xff, Rejection::Malformed),
+        (reports[2], |w| w.place.len = NAME_MAX as u32 + 1, Rejection::Malformed),
+        (reports[2], |w| w.place.text[1] = 0xff, Rejection::Malformed),
+    ];
+    for (row, (sent, spoil, why)) in rows.into_iter().enumerate() {
+        let mut wire = write::report(&said(sent));
+        spoil(&mut wire);
+        assert_eq!(report(&wire), Err(why), "row {row}");
+    }
+    // What is not used is not looked at.
+    let mut wire = write::report(&said(reports[0]));
+    (wire.place.len, wire.reserved) = (u32::MAX, 7);
+    assert!(report(&wire).is_ok());
+}

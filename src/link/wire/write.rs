@@ -3,13 +3,15 @@
 use nalgebra::Point3;
 
 use super::{
-    LIMITS_MAX, PATH_MAX, WIRE_VERSION, WITH_MAX, WireId, WireName, WirePose, WireRequest, WireResponse, WireState,
-    command, end, inhibited, mode, rejection, request_kind, response_kind, state_kind,
+    LIMITS_MAX, PATH_MAX, WIRE_VERSION, WITH_MAX, WireId, WireName, WirePose, WireReport, WireRequest, WireResponse,
+    WireState, command, end, inhibited, mode, rejection, report_kind, request_kind, response_kind, state_kind,
 };
 use crate::link::LinkError;
 use ambidex_model::motion::{Command, ControllerState, FromController, ToController};
-use ambidex_model::session::ClockOrigin;
-use ambidex_model::{Call, CommandId, ControllerKind, Inhibition, Mode, NAME_MAX, Name, PartEnd, Pose, Rejection};
+use ambidex_model::session::{ClockOrigin, Reported};
+use ambidex_model::{
+    Call, CommandId, ControllerKind, Inhibition, Mode, NAME_MAX, Name, PartEnd, Pose, Rejection, Report,
+};
 
 pub(crate) fn request(
     message: &ToController,
@@ -87,6 +89,15 @@ pub(crate) fn refusal(id: WireId, why: Rejection) -> WireResponse {
         inhibited: inhibition_of_rejection(why),
         ..WireResponse::default()
     }
+}
+
+pub(crate) fn report(said: &Reported) -> WireReport {
+    let id = WireId { epoch: said.epoch, generation: said.generation, number: 0 };
+    let (kind, holds, name, place) = match said.report {
+        Report::Fact { fact, holds } => (report_kind::FACT, u32::from(holds), fact, None),
+        Report::Object { object, at } => (report_kind::OBJECT, 0, object, at),
+    };
+    WireReport { version: WIRE_VERSION, kind, id, holds, reserved: 0, name: text(&name), place: wire_name(place) }
 }
 
 pub(crate) fn state(state: &ControllerState) -> WireState {

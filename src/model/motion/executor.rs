@@ -1,6 +1,6 @@
 //! A controller with the command that it works on: the same in a process and in a simulation.
 
-use super::{Command, Controller, ControllerState, FromController, Progress};
+use super::{Command, Controller, ControllerState, FromController, Progress, Report};
 use crate::{CommandId, ControllerKind, Inhibition, Mode, PartEnd, Rejection, Time};
 
 /// Carries out one command at a time and tells of it.
@@ -73,6 +73,11 @@ impl<C: Controller> Executor<C> {
         self.controller.inhibited()
     }
 
+    /// What the controller sees of the world.
+    pub fn reports(&self) -> Vec<Report> {
+        self.controller.reports()
+    }
+
     /// Ends what is under way at once: the controller came to be inhibited.
     pub fn halt(&mut self, now: Time, why: Inhibition) -> Option<FromController> {
         self.cancel();
@@ -132,5 +137,9 @@ impl<C: Controller + ?Sized> Controller for Box<C> {
 
     fn inhibited(&self) -> Option<Inhibition> {
         (**self).inhibited()
+    }
+
+    fn reports(&self) -> Vec<Report> {
+        (**self).reports()
     }
 }

@@ -18,6 +18,7 @@ pub use device::Device;
 pub use executor::Executor;
 pub use head::Head;
 
+pub use crate::Report;
 use crate::{ControllerKind, Inhibition, Mode, Name, PartEnd, Rejection};
 
 /// What a controller is told to do; objects and places have their names.
@@ -64,6 +65,13 @@ pub trait Controller {
     /// by what inhibits it. Once it may move again it is configured anew.
     fn inhibited(&self) -> Option<Inhibition> {
         None
+    }
+
+    /// All that it sees of the world beyond what it moves, as far as the robot file lets it report; nothing by default.
+    /// Asked several times a second while it is attached; it must not block. What is new is told at once, the rest once
+    /// more every second.
+    fn reports(&self) -> Vec<Report> {
+        Vec::new()
     }
 }
 

@@ -4,9 +4,10 @@
 
 use std::time::Duration;
 
-use super::{Beat, ClockOrigin, DEAD_MAN, PULSE_EVERY, Pulse, Received};
+use super::reporter::{Reported, Reporter};
+use super::{Beat, ClockOrigin, DEAD_MAN, PULSE_EVERY, Pulse, REPORT_EVERY, Received};
 use crate::motion::{Command, Controller, ControllerState, Executor, FromController, STEP, ToController};
-use crate::{CommandId, ControllerKind, Inhibition, Mode, Rejection, Time};
+use crate::{CommandId, ControllerKind, Inhibition, Mode, Rejection, Report, Time};
 
 /// The shortest wait between two wakes in motion, wall time.
 const WAKE_MIN: Duration = Duration::from_millis(1);
@@ -27,6 +28,7 @@ pub struct Session<C> {
     /// When the last feedback was given.
     told_ns: u64,
     replies: Vec<Reply>,
+    reporter: Reporter,
 }
 
 /// A message for the daemon of that epoch.
@@ -72,6 +74,7 @@ impl<C: Controller> Session<C> {
             is_stopping: false,
             inhibited: None,
             replies: Vec::new(),
+            reporter: Reporter::default(),
         }
     }
 
@@ -110,6 +113,7 @@ impl<C: Controller> Session<C> {
         (self.daemon, self.attached, self.next) = (None, None, None);
         (self.is_stopping, self.inhibited, self.told_ns) = (false, None, 0);
         self.replies.clear();
+        self.reporter.forget_all();
     }
 
     /// Takes a message from a daemon.
@@ -165,6 +169,21 @@ impl<C: Controller> Session<C> {
         std::mem::take(&mut self.replies)
     }
 
+    /// What is to be told of the world now: what is new, and what was told long ago.
+    pub fn reports(&mut self, now_ns: u64) -> Vec<Reported> {
+        let Some(attachment) = self.attached.as_ref().filter(|attachment| !attachment.is_void) else {
+            return Vec::new();
+        };
+        let (epoch, generation) = (attachment.epoch, attachment.generation);
+        let due = self.reporter.due(self.executor.reports(), now_ns);
+        due.into_iter().map(|report| Reported { epoch, generation, report }).collect()
+    }
+
+    /// A report could not be sent: it is told again.
+    pub fn untold(&mut self, report: &Report) {
+        self.reporter.forget(report);
+    }
+
     /// Whether it serves a daemon.
     pub fn is_attached(&self) -> bool {
         self.attached.is_some()
@@ -190,7 +209,8 @@ impl<C: Controller> Session<C> {
     /// How long nothing need be done from now on if nothing comes, wall time: until the next step, the next pulse, or the
     /// moment at which the daemon counts as gone.
     pub fn rest(&self, now_ns: u64) -> Duration {
-        match (&self.attached, &self.daemon) {
+        let most = if self.reporter.is_used() { REPORT_EVERY } else { PULSE_EVERY };
+        let rest = match (&self.attached, &self.daemon) {
             (Some(attachment), _) if self.executor.is_busy() => {
                 STEP.div_f64(attachment.speed).clamp(WAKE_MIN, PULSE_EVERY)
             }
@@ -199,7 +219,8 @@ impl<C: Controller> Session<C> {
                 DEAD_MAN.saturating_sub(silent_for).clamp(WAKE_MIN, PULSE_EVERY)
             }
             (Some(_) | None, _) => PULSE_EVERY,
-        }
+        };
+        rest.min(most)
     }
 
     fn take_configuration(&mut self, next: Attachment, now_ns: u64) {
@@ -227,6 +248,8 @@ impl<C: Controller> Session<C> {
         let state = self.executor.configure(&next.limits, next.start);
         next.step = step_at(next.origin, next.speed, now_ns);
         let (epoch, generation) = (next.epoch, next.generation);
+        // Whoever is new has heard nothing yet.
+        self.reporter.forget_all();
         self.attached = Some(next);
         self.reply(epoch, FromController::Configured { generation, state });
     }

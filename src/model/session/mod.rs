@@ -6,12 +6,14 @@
 mod clock;
 mod controller;
 mod presence;
+mod reporter;
 
 use std::time::Duration;
 
 pub use clock::ClockOrigin;
 pub use controller::{Reply, Session};
 pub use presence::{Attendance, Presence};
+pub use reporter::Reported;
 
 use crate::motion::{ControllerState, ToController};
 use crate::{Inhibition, Time};
@@ -25,6 +27,12 @@ pub const BEAT_EVERY: Duration = Duration::from_millis(300);
 
 /// How often an idle controller shows that it lives, and looks for beats, wall time. Neither wakes the other.
 pub const PULSE_EVERY: Duration = Duration::from_millis(400);
+
+/// How often a controller that reports is asked for what it sees, wall time.
+pub const REPORT_EVERY: Duration = Duration::from_millis(100);
+
+/// How often it says once more what has not changed, wall time.
+pub const REPEAT_EVERY: Duration = Duration::from_secs(1);
 
 /// The daemon lives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -74,7 +74,7 @@ impl State {
                 self.finish(*end);
                 true
             }
-            Record::Header(_) | Record::Told { .. } | Record::Turn { .. } => true,
+            Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Denied { .. } => true,
             Record::Sent { .. } | Record::Resource { .. } | Record::Controller { .. } => true,
         }
     }

@@ -11,7 +11,7 @@ impl State {
     pub fn knows_of(&self, told: &Told) -> bool {
         match told {
             Told::Begin { changes } => changes.iter().all(|change| self.knows(*change)),
-            Told::World { change } => self.knows(*change),
+            Told::World { change, .. } => self.knows(*change),
             Told::Service { changes, .. } => changes.iter().all(|change| self.knows(*change)),
             Told::Ended { leaf, outcome } => {
                 let has_run = self.running.contains_key(leaf);

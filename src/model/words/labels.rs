@@ -1,33 +1,36 @@
-//! Objects and places between daemon and controllers: ids on the one side, names on the other. The one place where either
+//! Objects, places and facts between daemon and controllers: ids on the one side, names on the other. The one place where either
 //! becomes the other.
 
 use std::collections::BTreeMap;
 
-use arrayvec::ArrayString;
+use super::name::shortened;
+use super::{
+    Change, Command, ControllerState, FactId, FromController, Location, Misreport, Name, Names, ObjectId, PlaceId,
+    Rejection, Report, ToController,
+};
 
-use super::{Command, ControllerState, FromController, Names, ObjectId, PlaceId, Rejection, ToController};
-
-/// Longest name of an object or a place, bytes: mission files know none that is longer.
-pub const NAME_MAX: usize = 64;
-
-/// Name of an object or a place as a controller knows it.
-pub type Name = ArrayString<NAME_MAX>;
-
-/// What the objects and places of a mission are called.
+/// What the objects, places and facts of a mission are called.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Labels {
     objects: Vec<Name>,
     places: Vec<Name>,
     by_name: BTreeMap<Name, ObjectId>,
+    places_by_name: BTreeMap<Name, PlaceId>,
+    facts_by_name: BTreeMap<Name, FactId>,
 }
 
 impl Labels {
     /// Those of a mission. Of a name that is longer than [`NAME_MAX`] only the beginning is told.
     pub fn new(names: &Names) -> Self {
         let labels = |names: &[String]| names.iter().map(|name| shortened(name)).collect::<Vec<_>>();
-        let objects = labels(&names.objects);
-        let by_name = objects.iter().enumerate().map(|(index, name)| (*name, ObjectId::from(index))).collect();
-        Self { objects, places: labels(&names.places), by_name }
+        let (objects, places) = (labels(&names.objects), labels(&names.places));
+        Self {
+            by_name: ids(&objects),
+            places_by_name: ids(&places),
+            facts_by_name: ids(&labels(&names.facts)),
+            objects,
+            places,
+        }
     }
 
     /// A message as the controller is to read it.
@@ -60,6 +63,23 @@ impl Labels {
             }
             FromController::Result { id, end, began, ended, state } => {
                 FromController::Result { id, end, began, ended, state: self.identified(state)? }
+            }
+        })
+    }
+
+    /// What a controller reports.
+    ///
+    /// # Errors
+    /// [`Misreport`] where the mission has no such thing.
+    pub fn reported(&self, report: &Report) -> Result<Change, Misreport> {
+        Ok(match report {
+            Report::Fact { fact, holds } => {
+                Change::Fact(*self.facts_by_name.get(fact).ok_or(Misreport::NoSuchFact)?, *holds)
+            }
+            Report::Object { object, at } => {
+                let object = *self.by_name.get(object).ok_or(Misreport::NoSuchObject)?;
+                let place = |place| self.places_by_name.get(&place).copied().ok_or(Misreport::NoSuchPlace);
+                Change::Object(object, at.map(place).transpose()?.map_or(Location::Unknown, Location::At))
             }
         })
     }
@@ -115,14 +135,8 @@ fn with_held<A, B>(
     })
 }
 
-fn shortened(name: &str) -> Name {
-    let mut short = Name::new();
-    for letter in name.chars() {
-        if short.try_push(letter).is_err() {
-            break;
-        }
-    }
-    short
+fn ids<I: From<usize>>(names: &[Name]) -> BTreeMap<Name, I> {
+    names.iter().enumerate().map(|(index, name)| (*name, I::from(index))).collect()
 }
 
 #[cfg(test)]
@@ -130,6 +144,7 @@ mod tests {
     use nalgebra::{Point3, Vector3};
 
     use super::*;
+    use crate::NAME_MAX;
 
     fn arm<O>(holds: Option<O>) -> ControllerState<O> {
         ControllerState::Arm { gripper: Point3::origin(), velocity: Vector3::zeros(), holds }
@@ -150,5 +165,19 @@ mod tests {
         let strange = Name::from("key").expect("it fits");
         assert_eq!(labels.heard(configured(arm(Some(strange)))), Err(Rejection::NoSuchName));
         assert_eq!(labels.object(ObjectId(1)).len(), NAME_MAX, "what does not fit is cut between letters");
+    }
+
+    #[test]
+    fn reports_are_of_what_the_mission_has() {
+        let list = |name: &str| vec![name.to_owned()];
+        let names = Names { objects: list("cup"), places: list("table"), facts: list("open"), ..Names::default() };
+        let labels = Labels::new(&names);
+        let check = |report: Report, expected| assert_eq!(labels.reported(&report), expected, "{report}");
+        check(Report::fact("open", true), Ok(Change::Fact(FactId(0), true)));
+        check(Report::fact("cup", true), Err(Misreport::NoSuchFact));
+        check(Report::object("cup", Some("table")), Ok(Change::Object(ObjectId(0), Location::At(PlaceId(0)))));
+        check(Report::object("cup", None), Ok(Change::Object(ObjectId(0), Location::Unknown)));
+        check(Report::object("cup", Some("open")), Err(Misreport::NoSuchPlace));
+        check(Report::object("table", None), Err(Misreport::NoSuchObject));
     }
 }

@@ -2,6 +2,7 @@
 
 mod claim;
 mod consequences;
+mod controller;
 mod deadlock;
 mod failure;
 mod goal;
@@ -12,11 +13,14 @@ mod lineage;
 mod link;
 mod loss;
 mod matching;
+mod name;
 mod names;
+mod origin;
 mod pose;
 mod reason;
 mod record;
 mod rejection;
+mod report;
 mod request;
 mod resource;
 mod service;
@@ -29,28 +33,32 @@ mod world_state;
 
 pub use claim::{Access, Claim, Retention, Selector};
 pub use consequences::{Cause, Completion, Consequences, Deadline, Failing, Kept, Reopened, StopCause, Urged};
+pub use controller::{ArmSpec, BaseSpec, ControllerKind, ControllerSpec, HeadSpec};
 pub use deadlock::{Deadlock, Standstill};
 pub use failure::{Failures, Flaw, FlawKind, Mishap};
 pub use goal::{ARGUMENTS_MAX, Call, Command, End, Fault, Goal, Mode, NO_ARGUMENTS, Outcome, Part};
 pub use header::{EntryKind, Header, JOURNAL_VERSION, NodeEntry};
 pub use ids::{ChannelId, CommandId, ControllerId, FactId, NodeId, ObjectId, PlaceId, ResourceId, TypeId};
-pub use labels::{Labels, NAME_MAX, Name};
+pub use labels::Labels;
 pub use lineage::{Lineage, NodeRange};
 pub use link::{ControllerState, FromController, PartEnd, ToController};
 pub use loss::{Inhibition, Loss};
 pub use matching::match_claims;
+pub use name::{NAME_MAX, Name};
 pub use names::{Names, is_obeyed, make_legible};
+pub use origin::{Objection, Origin, Uptake};
 pub use pose::Pose;
 pub use reason::{Blocked, Reason};
 pub use record::{ControllerMessage, Message, MissionEnd, Record, Told};
 pub use rejection::{Refusal, Rejection};
+pub use report::{Misreport, Report, Reportable};
 pub use request::{Binding, Candidate, ClaimOptions, Grant, Request};
 pub use resource::{Heir, Lease, LeaseKind, Resource, ResourceTable};
 pub use service::Service;
 pub use source::{Source, SourceFile};
 pub use spec::{
-    ArmSpec, BaseSpec, BehaviorSpec, CommandTerm, Condition, ControllerKind, ControllerSpec, EffectTerm, Elsewhere,
-    HeadSpec, MissionSpec, Obstacle, PlaceSpec, Potential, ResourceSpec, RobotSpec, Task, WorldSpec,
+    BehaviorSpec, CommandTerm, Condition, EffectTerm, Elsewhere, MissionSpec, Obstacle, PlaceSpec, Potential,
+    ResourceSpec, RobotSpec, Task, WorldSpec,
 };
 pub use suggestion::{nearest, suggestion};
 pub use time::Time;

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Blocked, Change, CommandId, Consequences, ControllerId, Deadline, End, FactId, FromController, Grant, Header, Loss,
-    NodeId, NodeRange, Outcome, Reason, Rejection, Reopened, Request, Resource, ResourceId, Service, StopCause, Time,
-    ToController, Urged, WorldState,
+    Misreport, NodeId, NodeRange, Objection, Origin, Outcome, Reason, Rejection, Reopened, Report, Request, Resource,
+    ResourceId, Service, StopCause, Time, ToController, Urged, WorldState,
 };
 
 /// One line of the journal.
@@ -215,6 +215,19 @@ pub enum Record {
         at: Time,
         /// What is different, and was not before.
         change: Change,
+        /// Who says so.
+        origin: Origin,
+    },
+    /// What somebody outside said of the world is not taken.
+    Denied {
+        /// Robot time at which root decided it.
+        at: Time,
+        /// What would be different.
+        change: Change,
+        /// Who said so.
+        origin: Origin,
+        /// Why not.
+        why: Objection,
     },
     /// What a resource is like now that root moved, made or ended leases of it; nobody holds one that was never told of.
     Resource {
@@ -257,6 +270,7 @@ macro_rules! moment {
             | Record::Decided { at, .. }
             | Record::Released { at, .. }
             | Record::World { at, .. }
+            | Record::Denied { at, .. }
             | Record::Woke { at, .. }
             | Record::Served { at, .. }
             | Record::Awaited { at, .. }
@@ -292,7 +306,7 @@ impl Record {
     pub fn follows(&self) -> bool {
         match self {
             Self::Began { .. } | Self::Decided { .. } | Self::Stopped { .. } | Self::Released { .. } => true,
-            Self::World { .. } | Self::Resource { .. } | Self::Ended { .. } => true,
+            Self::World { .. } | Self::Denied { .. } | Self::Resource { .. } | Self::Ended { .. } => true,
             Self::Woke { .. } | Self::Served { .. } | Self::Awaited { .. } => true,
             Self::Infeasible { .. } | Self::TimedOut { .. } | Self::Reopened { .. } | Self::Overtaken { .. } => true,
             Self::Ending { .. } | Self::Cleaning { .. } | Self::Cleaned { .. } | Self::Leaving { .. } => true,
@@ -329,6 +343,8 @@ pub enum Told {
     World {
         /// What is different.
         change: Change,
+        /// Who says so.
+        origin: Origin,
     },
     /// The goal of a behavior ended.
     Ended {
@@ -425,6 +441,13 @@ pub enum ControllerMessage {
         /// What was wrong with it.
         why: Rejection,
     },
+    /// What it says of the world was not heard.
+    Misreported {
+        /// What it said.
+        report: Report,
+        /// Why not.
+        why: Misreport,
+    },
     /// It is gone.
     Lost {
         /// How that was seen.
@@ -438,7 +461,8 @@ impl ControllerMessage {
         match self {
             Self::Told { leaf, .. } => *leaf,
             Self::Joined { leaf, .. } => Some(*leaf),
-            Self::Attached | Self::Heard { .. } | Self::Refused { .. } | Self::Lost { .. } => None,
+            Self::Attached | Self::Heard { .. } | Self::Refused { .. } => None,
+            Self::Misreported { .. } | Self::Lost { .. } => None,
         }
     }
 }

@@ -2,11 +2,11 @@
 
 use ambidex_model::state::Stage;
 use ambidex_model::{
-    Blocked, Cause, Consequences, ControllerId, ControllerMessage, ControllerState, End, FromController, Grant,
+    Blocked, Cause, Change, Consequences, ControllerId, ControllerMessage, ControllerState, End, FromController, Grant,
     Message, MissionEnd, NodeId, Record, Reopened, ResourceId, Time,
 };
 
-use super::{History, Interruption, Phase, Step};
+use super::{History, Interruption, OutsideChange, Phase, Step};
 
 impl History {
     /// Takes the next record.
@@ -18,6 +18,7 @@ impl History {
         self.now = at;
         self.controllers.forget_ended();
         self.apply_to_leaves(at, record);
+        self.makers.apply(at, record, &self.header.names);
         let base = self.state.world().base;
         self.state.apply(record);
         if self.state.world().base != base {
@@ -52,7 +53,14 @@ impl History {
             }
             Record::Ended { end, .. } => self.finish(at, *end),
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Began { .. } => {}
-            Record::Observed { .. } | Record::Stopped { .. } | Record::World { .. } => {}
+            Record::Observed { .. } | Record::Stopped { .. } => {}
+            Record::World { change, origin, .. } => {
+                let is_base = matches!(change, Change::Base(_));
+                if let Some(past) = self.past.as_mut().filter(|_| !is_base) {
+                    past.outside.push(OutsideChange { at, change: *change, origin: *origin });
+                }
+            }
+            Record::Denied { .. } => {}
             Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } => {}
             Record::Infeasible { leaf, reason, consequences, .. } => {
                 if let Some(history) = self.states.leaf_mut(*leaf) {
@@ -179,7 +187,8 @@ impl History {
             ControllerMessage::Attached
             | ControllerMessage::Told { .. }
             | ControllerMessage::Joined { .. }
-            | ControllerMessage::Refused { .. } => return,
+            | ControllerMessage::Refused { .. }
+            | ControllerMessage::Misreported { .. } => return,
         };
         let Some(state) = message.state() else { return };
         if let ControllerState::Base { pose, .. } = state {

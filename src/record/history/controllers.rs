@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use ambidex_model::{
-    Command, CommandId, ControllerId, ControllerMessage, FromController, Mode, NodeId, PartEnd, Rejection, Time,
-    ToController,
+    Command, CommandId, ControllerId, ControllerMessage, FromController, Misreport, Mode, NodeId, PartEnd, Rejection,
+    Report, Time, ToController,
 };
 
 type Key = (ControllerId, CommandId);
@@ -47,6 +47,13 @@ pub enum LastError {
     },
     /// What it said was not used.
     Refused(Rejection),
+    /// What it said of the world was not heard.
+    Misreported {
+        /// What it said.
+        report: Report,
+        /// Why it was not.
+        why: Misreport,
+    },
 }
 
 /// A controller that was ever there.
@@ -139,6 +146,9 @@ impl Controllers {
             }
             ControllerMessage::Heard { message } => self.heard(at, controller, message),
             ControllerMessage::Refused { why, .. } => self.fail(controller, Some(LastError::Refused(*why))),
+            ControllerMessage::Misreported { report, why } => {
+                self.fail(controller, Some(LastError::Misreported { report: *report, why: *why }));
+            }
         }
     }
 

@@ -5,6 +5,7 @@ mod causes;
 mod controllers;
 mod leaf;
 mod leases;
+mod outside;
 mod report;
 mod states;
 #[cfg(test)]
@@ -16,13 +17,15 @@ use std::sync::Arc;
 
 use ambidex_model::state::State;
 use ambidex_model::{
-    ControllerId, Grant, Header, Location, Loss, MissionEnd, Names, NodeId, Pose, Reason, Record, Resource, StopCause,
-    Time, WorldState,
+    ControllerId, FactId, Grant, Header, Location, Loss, MissionEnd, Names, NodeId, ObjectId, Pose, Reason, Record,
+    Resource, StopCause, Time, WorldState,
 };
 
 pub use controllers::{ActiveCommand, ControllerView, Controllers, LastError, Presence};
 pub use leaf::{Failures, LeafHistory, LeafState, Phase};
 pub use leases::{Held, Lane};
+use outside::Makers;
+pub use outside::OutsideChange;
 pub use report::{MissionOutcome, MissionReport};
 pub use states::Counts;
 use states::LeafStates;
@@ -43,6 +46,7 @@ pub struct History {
     controllers: Controllers,
     potentials: Vec<Option<f64>>,
     lost: BTreeMap<ControllerId, (Time, Loss)>,
+    makers: Makers,
     begun: Option<Time>,
     now: Time,
     messages: u64,
@@ -53,12 +57,13 @@ pub struct History {
     past: Option<Past>,
 }
 
-/// What grows with every grant.
+/// What grows with every grant, and with what others change.
 #[derive(Debug, Clone, Default)]
 struct Past {
     steps: Vec<Step>,
     rounds: Vec<Time>,
     lanes: Vec<Lane>,
+    outside: Vec<OutsideChange>,
     interruptions: Vec<Interruption>,
 }
 
@@ -124,6 +129,7 @@ impl History {
             controllers: Controllers::default(),
             potentials: vec![None; header.nodes.len()],
             lost: BTreeMap::new(),
+            makers: Makers::default(),
             begun: None,
             now: Time::ZERO,
             messages: 0,
@@ -309,6 +315,21 @@ impl History {
     /// Who was interrupted when, in order; empty where the past is not kept.
     pub fn interruptions(&self) -> &[Interruption] {
         self.past.as_ref().map_or(&[], |past| &past.interruptions)
+    }
+
+    /// Who made a fact as it is, where that was no behavior.
+    pub fn maker_of_fact(&self, fact: FactId) -> Option<&OutsideChange> {
+        self.makers.facts.get(&fact)
+    }
+
+    /// Who brought an object to where it is, where that was no behavior.
+    pub fn maker_of_object(&self, object: ObjectId) -> Option<&OutsideChange> {
+        self.makers.objects.get(&object)
+    }
+
+    /// What others changed so far, but for where the base is; empty where the past is not kept.
+    pub fn outside_changes(&self) -> &[OutsideChange] {
+        self.past.as_ref().map_or(&[], |past| &past.outside)
     }
 
     /// Who held each resource when, in resource order; empty where the past is not kept.

@@ -48,6 +48,8 @@ fn decided(at: u64, grants: &[(NodeId, &[NodeId])], reopened: Option<NodeId>, re
         let skips = skips.iter().map(range).collect();
         let request = Request {
             leaf: *leaf,
+            priority: 0,
+            iterations: 0,
             potential: 1.0,
             heir: false,
             claims: Vec::new(),
@@ -261,8 +263,12 @@ fn a_log_can_hold_anything() {
         endless,
         ended(2, NodeId(far), End::Succeeded, Some(NodeId(far)), Some(NodeId(far))),
         ended(2, B, End::Succeeded, Some(NodeId(far)), Some(C)),
-        Record::World { at, change: Change::Object(ObjectId(far), Location::In(ResourceId(far))) },
-        Record::World { at, change: Change::Fact(FactId(far), true) },
+        Record::World {
+            at,
+            change: Change::Object(ObjectId(far), Location::In(ResourceId(far))),
+            origin: Origin::Script,
+        },
+        Record::World { at, change: Change::Fact(FactId(far), true), origin: Origin::Script },
         Record::Resource { at, resource: ResourceId(far), state: Resource::default() },
         Record::Sent { at, round: 1, from: NodeId(far), to: NodeId(far), message: Message::Activation },
         over(MissionEnd::Failed(NodeId(far))),

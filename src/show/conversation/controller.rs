@@ -11,6 +11,7 @@ pub(super) fn said(message: &ControllerMessage, names: &Names) -> (String, bool)
         ControllerMessage::Joined { id, .. } => (format!("shares goal {}", format::goal(*id)), false),
         ControllerMessage::Heard { message } => (heard(message), true),
         ControllerMessage::Refused { why, .. } => (format!("something that is not used: {why}"), true),
+        ControllerMessage::Misreported { report, why } => (format!("{report}, which is not heard: {why}"), true),
         ControllerMessage::Lost { why } => (format!("lost: {why}"), true),
     }
 }

@@ -34,6 +34,8 @@ pub enum Kind {
     Released,
     /// The world changed from outside.
     World,
+    /// A change of the world from outside was refused.
+    Denied,
     /// Behaviors that waited after a failure ask again.
     Woke,
     /// A controller went, is awaited no more, or came back.
@@ -115,6 +117,7 @@ impl Kind {
             Record::Stopped { .. } => Self::Stopped,
             Record::Released { .. } => Self::Released,
             Record::World { .. } => Self::World,
+            Record::Denied { .. } => Self::Denied,
             Record::Woke { .. } => Self::Woke,
             Record::Served { .. } => Self::Served,
             Record::Awaited { .. } => Self::Awaited,
@@ -148,7 +151,7 @@ impl Kind {
                 FromController::Feedback { .. } => Self::Feedback,
                 FromController::Result { .. } => Self::Result,
             },
-            ControllerMessage::Refused { .. } => Self::Refused,
+            ControllerMessage::Refused { .. } | ControllerMessage::Misreported { .. } => Self::Refused,
             ControllerMessage::Lost { .. } => Self::Lost,
         }
     }

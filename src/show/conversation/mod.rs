@@ -108,7 +108,8 @@ impl Conversation {
             Record::Released { leaf, end, consequences, changes, .. } => {
                 line(root, nodes::released(*leaf, *end, *consequences, changes, names))
             }
-            Record::World { change, .. } => line("world".into(), phrase::changed(change, names)),
+            Record::World { change, origin, .. } => line("world".into(), phrase::changed_by(change, *origin, names)),
+            Record::Denied { change, origin, why, .. } => line(root, phrase::denied(change, *origin, *why, names)),
             Record::Woke { leaves, .. } => line(root, phrase::asking_again(leaves, &self.history)),
             Record::Served { controller, service, .. } => line(root, phrase::served(*controller, *service, names)),
             Record::Awaited { until, facts, .. } => line(root, phrase::awaited(*until, facts, names)),
@@ -171,6 +172,7 @@ fn style(record: &Record, palette: &Palette) -> Style {
         Record::Released { end, .. } => of_end(*end),
         Record::Controller { message, .. } => match message {
             ControllerMessage::Lost { .. } | ControllerMessage::Refused { .. } => palette.failed,
+            ControllerMessage::Misreported { .. } => palette.failed,
             ControllerMessage::Heard { message } => match message {
                 FromController::Rejected { .. } | FromController::Result { end: PartEnd::Aborted, .. } => {
                     palette.failed
@@ -187,7 +189,7 @@ fn style(record: &Record, palette: &Palette) -> Style {
         Record::Leaving { .. } | Record::Cleaning { .. } => palette.active,
         Record::Cleaned { is_done: false, .. } => palette.failed,
         Record::Cleaned { .. } => Style::new(),
-        Record::Awaited { .. } | Record::Reopened { .. } => palette.waiting,
+        Record::Awaited { .. } | Record::Reopened { .. } | Record::Denied { .. } => palette.waiting,
         Record::Infeasible { .. } | Record::TimedOut { .. } => palette.failed,
         Record::Overtaken { .. } => palette.active,
         Record::Served { service, .. } if !service.is_available() => palette.failed,

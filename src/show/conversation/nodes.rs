@@ -40,7 +40,7 @@ pub(super) fn told(told: &Told, names: &Names) -> String {
     match told {
         Told::Begin { .. } => "begin".into(),
         Told::Resumed => "the runtime was gone; another goes on".into(),
-        Told::World { change } => phrase::changed(change, names),
+        Told::World { change, origin } => phrase::changed_by(change, *origin, names),
         Told::Service { controller, outage, changes } => {
             let controller = names.controller(*controller);
             let went = outage.map_or(format!("{controller} is back"), |why| format!("{controller} is away: {why}"));

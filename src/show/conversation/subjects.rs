@@ -2,7 +2,7 @@
 
 use ambidex_model::{
     Blocked, Change, CommandId, Consequences, ControllerId, ControllerMessage, FromController, Location, Message,
-    MissionEnd, NodeId, Reason, Record, Request, ResourceId, StopCause, ToController, Told,
+    MissionEnd, NodeId, Origin, Reason, Record, Request, ResourceId, StopCause, ToController, Told,
 };
 
 use ambidex_record::History;
@@ -11,7 +11,7 @@ use ambidex_record::History;
 pub(super) fn of_node(record: &Record, history: &History, marks: &[bool]) -> bool {
     let is = &|node: NodeId| marks.get(node.index()) == Some(&true);
     match record {
-        Record::Header(_) | Record::World { .. } => false,
+        Record::Header(_) | Record::World { .. } | Record::Denied { .. } => false,
         Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => false,
         Record::Told { input, .. } => match input {
             Told::Ended { leaf, .. } => is(*leaf),
@@ -67,11 +67,11 @@ pub(super) fn of_resource(record: &Record, wanted: ResourceId) -> bool {
                 || reopened.iter().any(|reopened| reopened.lapsed() == Some(wanted))
         }
         Record::Released { changes, .. } => changes.iter().any(|change| moves(change, wanted)),
-        Record::World { change, .. } => moves(change, wanted),
+        Record::World { change, .. } | Record::Denied { change, .. } => moves(change, wanted),
         Record::Resource { resource, .. } => *resource == wanted,
         Record::Told { input, .. } => match input {
             Told::Ended { outcome, .. } => outcome.changes.iter().any(|change| moves(change, wanted)),
-            Told::World { change } => moves(change, wanted),
+            Told::World { change, .. } => moves(change, wanted),
             Told::Service { changes, .. } => changes.iter().any(|change| moves(change, wanted)),
             Told::Begin { .. } | Told::Resumed | Told::Woke | Told::End { .. } => false,
         },
@@ -102,12 +102,14 @@ pub(super) fn of_controller(record: &Record, wanted: ControllerId) -> bool {
         Record::Ending { .. } | Record::Leaving { .. } | Record::Cleaning { .. } | Record::Cleaned { .. } => false,
         Record::Woke { .. } | Record::Awaited { .. } => false,
         Record::Told { input: Told::Ended { outcome, .. }, .. } => outcome.end.at_fault() == Some(wanted),
+        Record::Told { input: Told::World { origin, .. }, .. }
+        | Record::World { origin, .. }
+        | Record::Denied { origin, .. } => *origin == Origin::Controller(wanted),
         Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => false,
         Record::Header(_)
         | Record::Stopped { .. }
         | Record::Sent { .. }
         | Record::Decided { .. }
-        | Record::World { .. }
         | Record::Resource { .. } => false,
     }
 }
@@ -121,7 +123,8 @@ pub(super) fn behaviors<'a>(of: ControllerId, message: &ControllerMessage, histo
 /// The command that a message is about.
 fn command(message: &ControllerMessage) -> Option<CommandId> {
     match message {
-        ControllerMessage::Attached | ControllerMessage::Refused { .. } | ControllerMessage::Lost { .. } => None,
+        ControllerMessage::Attached | ControllerMessage::Refused { .. } => None,
+        ControllerMessage::Misreported { .. } | ControllerMessage::Lost { .. } => None,
         ControllerMessage::Told { message, .. } => match message {
             ToController::Configure { .. } => None,
             ToController::Goal { id, .. } | ToController::Cancel { id } => Some(*id),

@@ -105,7 +105,11 @@ fn records() -> Vec<Record> {
         ),
         sent("pick 1", "object 1", Message::Release { leaf: named("pick 1"), end: End::Succeeded }),
         released(9.0, "pick 2", End::Failed(Fault::Aborted(ControllerId(3)))),
-        Record::World { at: seconds(9.5), change: Change::Object(ObjectId(2), Location::At(PlaceId(1))) },
+        Record::World {
+            at: seconds(9.5),
+            change: Change::Object(ObjectId(2), Location::At(PlaceId(1))),
+            origin: Origin::Script,
+        },
         sent("object 1", "move 1-2", stop(&["move 1-2"])),
         sent("all objects", "object 1", stop(&["move 1-2"])),
         Record::Stopped { at: seconds(9.5), leaves: vec![named("move 1-2")], cause: StopCause::Ends },
@@ -143,7 +147,7 @@ experiment 1 on pr2, greedy: 22 nodes with 16 behaviors
     1.600 s             left_arm → pick 1         goal 1.7 succeeded after 1.60 s
     0.000 s    r2         pick 1 → object 1       pick 1 succeeded
     1.600 s                 root                  pick 2 failed: right_arm gave up
-    2.100 s                world                  object 3 is at counter now
+    2.100 s                world                  object 3 is at counter now: done on purpose
     0.000 s    r2       object 1 → move 1-2       is to end
     0.000 s    r2    all objects → object 1       move 1-2 is to end
     2.100 s                 root                  move 1-2 is to end

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use ambidex_model::{Blocked, Grant, Header, Message, MissionEnd, NodeId, Record, Reopened, Time};
+use ambidex_model::{
+    Blocked, Change, Grant, Header, Message, MissionEnd, NodeId, Origin, Reason, Record, Reopened, Time,
+};
 use ambidex_record::{History, LeafState};
 
 use super::because::{Because, because};
@@ -80,6 +82,7 @@ impl Account {
                 let said: Vec<String> = ["It".to_owned()].into_iter().chain(ends).chain(changes).collect();
                 self.tell(*leaf, Entry::moment(at, None, ended(*end), said.join(" ")));
             }
+            Record::World { change, origin, .. } => self.change(at, change, *origin),
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
             Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } => {}
             Record::Infeasible { .. }
@@ -97,7 +100,7 @@ impl Account {
             | Record::Ended { .. }
             | Record::Sent { .. }
             | Record::Released { .. }
-            | Record::World { .. }
+            | Record::Denied { .. }
             | Record::Resource { .. }
             | Record::Controller { .. } => {}
         }
@@ -124,6 +127,17 @@ impl Account {
         let meant: Vec<NodeId> =
             self.leaves.keys().copied().filter(|leaf| sentence::is_turned(record, *leaf, &self.history)).collect();
         meant.into_iter().for_each(|leaf| self.tell(leaf, Entry::moment(at, None, state, said.clone())));
+    }
+
+    /// What others changed, to the leaves that waited for it.
+    fn change(&mut self, at: Time, change: &Change, origin: Origin) {
+        let said = format!("From outside: {}.", phrase::changed_by(change, origin, self.history.names()));
+        let waits = |leaf: &NodeId| {
+            let reason = self.history.leaf(*leaf).filter(|leaf| leaf.state().is_open()).and(self.history.reason(*leaf));
+            reason.is_some_and(|reason| is_about(reason.root_cause(), change))
+        };
+        let meant: Vec<NodeId> = self.leaves.keys().copied().filter(waits).collect();
+        meant.into_iter().for_each(|leaf| self.tell(leaf, Entry::moment(at, None, LeafState::Waiting, said.clone())));
     }
 
     /// The account in sentences.
@@ -317,4 +331,16 @@ fn leaves_below(header: &Header, top: NodeId) -> impl Iterator<Item = NodeId> {
     let nodes = header.nodes.iter().enumerate().skip(top.index());
     let below = nodes.take_while(move |(node, entry)| *node == top.index() || (entry.parent >= top && *node > 0));
     below.filter(|(_, entry)| entry.kind.is_behavior()).map(|(node, _)| NodeId::from(node))
+}
+
+/// Whether what a behavior lacks is about what has changed.
+fn is_about(reason: &Reason, change: &Change) -> bool {
+    match *change {
+        Change::Fact(changed, _) => matches!(reason, Reason::Fact { fact, .. } if *fact == changed),
+        Change::Object(changed, _) => matches!(
+            reason,
+            Reason::Elsewhere { object, .. } | Reason::OutOfReach { object } if *object == changed
+        ),
+        Change::Base(_) | Change::Emptied(_) => false,
+    }
 }

@@ -146,7 +146,8 @@ pub(super) fn turned(record: &Record) -> LeafState {
         Record::Cleaning { .. } => LeafState::Active,
         Record::Stopped { .. } => LeafState::Canceled,
         Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Began { .. } => LeafState::Waiting,
-        Record::Observed { .. } | Record::World { .. } => LeafState::Waiting,
+        Record::Observed { .. } => LeafState::Waiting,
+        Record::World { .. } | Record::Denied { .. } => LeafState::Waiting,
         Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } => LeafState::Waiting,
         Record::Decided { .. } | Record::Released { .. } | Record::Resource { .. } => LeafState::Waiting,
         Record::Sent { .. } | Record::Controller { .. } | Record::Ended { .. } => LeafState::Waiting,
@@ -173,7 +174,11 @@ pub(super) fn is_turned(record: &Record, leaf: NodeId, history: &History) -> boo
         Record::Stopped { leaves, .. } => leaves.contains(&leaf),
         Record::Leaving { way: node, .. } => is_below(*node) && state == LeafState::Waiting,
         Record::Cleaning { node, .. } | Record::Cleaned { node, .. } => is_below(*node) && history.is_in_cleanup(leaf),
-        Record::Observed { .. } | Record::World { .. } | Record::Sent { .. } | Record::Ending { .. } => false,
+        Record::Observed { .. }
+        | Record::World { .. }
+        | Record::Denied { .. }
+        | Record::Sent { .. }
+        | Record::Ending { .. } => false,
         Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } | Record::Decided { .. } => false,
         Record::Released { .. } | Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => false,
     }

@@ -53,9 +53,13 @@ impl Story {
                 self.close();
                 self.step.release(record, &self.history);
             }
-            Record::World { change, .. } if !matches!(change, Change::Base(_)) => {
-                let said = format!("From outside: {}.", phrase::changed(change, names));
+            Record::World { change, origin, .. } if !matches!(change, Change::Base(_)) => {
+                let said = format!("From outside: {}.", phrase::changed_by(change, *origin, names));
                 self.happens(*at, LeafState::Waiting, said);
+            }
+            Record::Denied { change, origin, why, .. } => {
+                let said = format!("From outside: {}.", phrase::denied(change, *origin, *why, names));
+                self.happens(*at, LeafState::Failed, said);
             }
             // Of a mission that goes on root says what follows from it.
             Record::Controller { controller, message: ControllerMessage::Lost { why }, .. }

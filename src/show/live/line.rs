@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use ambidex_model::state::Stage;
 use ambidex_model::{
-    Change, ControllerId, ControllerMessage, End, FromController, Grant, Header, MissionEnd, Names, NodeId, Record,
-    Reopened, ResourceId, Told,
+    Change, ControllerId, ControllerMessage, End, FromController, Grant, Header, MissionEnd, Names, NodeId, Origin,
+    Record, Reopened, ResourceId, Told,
 };
 use ambidex_record::History;
 
@@ -22,7 +22,8 @@ pub fn line(history: &History, record: &Record) -> Option<String> {
         Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => return None,
         Record::Decided { granted, reopened, .. } => decided(history, granted, reopened.as_ref())?,
         Record::Released { leaf, end, .. } => released(*leaf, *end, names),
-        Record::World { change, .. } => changed(change, names)?,
+        Record::World { change, origin, .. } => changed(change, *origin, names)?,
+        Record::Denied { change, origin, why, .. } => phrase::denied(change, *origin, *why, names),
         Record::Served { controller, service, .. } => phrase::served(*controller, *service, names),
         Record::Awaited { until, facts, .. } => phrase::awaited(*until, facts, names),
         Record::Infeasible { .. } | Record::TimedOut { .. } | Record::Reopened { .. } | Record::Overtaken { .. } => {
@@ -80,6 +81,9 @@ fn said(history: &History, controller: ControllerId, message: &ControllerMessage
         ControllerMessage::Lost { .. } if history.state_of_run().stage() == Stage::Running => None,
         ControllerMessage::Lost { why } => Some(format!("lost {name}: {why}")),
         ControllerMessage::Refused { why, .. } => Some(format!("refused a message of {name}: {why}")),
+        ControllerMessage::Misreported { report, why } => {
+            Some(format!("{name} reports that {report}, which is not heard: {why}"))
+        }
         ControllerMessage::Heard { message: FromController::Rejected { id, why } } => {
             let command = history.controllers().command(controller, *id);
             let goal = command.and_then(|command| command.leaves.first()).map_or("a goal", |leaf| names.node(*leaf));
@@ -120,7 +124,7 @@ fn released(leaf: NodeId, end: End, names: &Names) -> String {
 }
 
 /// The base moves all the time, which is no news.
-fn changed(change: &Change, names: &Names) -> Option<String> {
+fn changed(change: &Change, origin: Origin, names: &Names) -> Option<String> {
     let is_base = matches!(change, Change::Base(_));
-    (!is_base).then(|| phrase::changed(change, names))
+    (!is_base).then(|| phrase::changed_by(change, origin, names))
 }

@@ -95,7 +95,7 @@ fn absent_controllers_and_held_objects_are_told() {
     let mut records = Vec::new();
     records.extend((1..4).map(|id| controller(id, ControllerMessage::Attached)));
     records.extend([
-        Record::World { at, change },
+        Record::World { at, change, origin: Origin::Script },
         controller(3, ControllerMessage::Lost { why: ambidex_model::Loss::Ended }),
     ]);
     records.iter().for_each(|record| history.apply(record));
@@ -112,7 +112,7 @@ fn absent_controllers_and_held_objects_are_told() {
     );
     let row = |history: &History| rows(history, 80, &Palette::plain())[3].trim_end().to_owned();
     let change = Change::Emptied(ResourceId(2));
-    history.apply(&Record::World { at, change });
+    history.apply(&Record::World { at, change, origin: Origin::Script });
     assert_eq!(row(&history), "  left_gripper   free");
     let (gripper, velocity) = (nalgebra::Point3::origin(), Vector3::zeros());
     let state = ControllerState::Arm { gripper, velocity, holds: Some(ObjectId(1)) };

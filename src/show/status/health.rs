@@ -80,6 +80,7 @@ fn error_sentence(error: &LastError, names: &Names) -> String {
     match error {
         LastError::Rejected { leaves, why } => format!("rejected {}: {why}", goal(leaves)),
         LastError::Aborted { leaves } => format!("gave up {}", goal(leaves)),
+        LastError::Misreported { report, why } => format!("its report that {report} is not heard: {why}"),
         LastError::Refused(why) => format!("a message of it was not used: {why}"),
     }
 }

@@ -1,7 +1,7 @@
 //! The resource table as root told it (III-B), and the world, with names.
 
 use ambidex_model::{Lease, Location, Resource, ResourceId, Service};
-use ambidex_record::History;
+use ambidex_record::{History, OutsideChange};
 
 use super::snapshot::{FactRow, HolderRow, ObjectRow, Outage, ResourceRow, WorldRow};
 
@@ -45,18 +45,24 @@ fn outage(history: &History, service: Service) -> Option<Outage> {
 /// Base, objects and facts.
 pub(super) fn world(history: &History) -> WorldRow {
     let (names, world) = (history.names(), history.world());
-    let object = |(name, at): (&String, &Location)| {
+    let how = |made: &OutsideChange| made.origin.phrase(&made.change, names);
+    let object = |(index, (name, at)): (usize, (&String, &Location))| {
         let (at, held_by) = match *at {
             Location::At(place) => (Some(names.place(place).to_owned()), None),
             Location::In(resource) => (None, Some(names.resource(resource).to_owned())),
             Location::Unknown => (None, None),
         };
-        ObjectRow { name: name.clone(), at, held_by }
+        // What is in a gripper only its controller can have said.
+        let how = history.maker_of_object(index.into()).filter(|_| held_by.is_none()).map(how);
+        ObjectRow { name: name.clone(), at, held_by, how }
     };
-    let fact = |(name, holds): (&String, &bool)| FactRow { name: name.clone(), holds: *holds };
+    let fact = |(index, (name, holds)): (usize, (&String, &bool))| {
+        let how = history.maker_of_fact(index.into()).map(how);
+        FactRow { name: name.clone(), holds: *holds, how }
+    };
     WorldRow {
         base: history.base().map(|pose| [pose.at.x, pose.at.y, pose.heading]),
-        objects: names.objects.iter().zip(&world.objects).map(object).collect(),
-        facts: names.facts.iter().zip(&world.facts).map(fact).collect(),
+        objects: names.objects.iter().zip(&world.objects).enumerate().map(object).collect(),
+        facts: names.facts.iter().zip(&world.facts).enumerate().map(fact).collect(),
     }
 }

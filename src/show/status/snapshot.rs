@@ -213,6 +213,9 @@ pub struct ObjectRow {
     /// The resource that holds it.
     #[serde(rename = "in")]
     pub held_by: Option<String>,
+    /// How it came to be so, where that was no behavior: `moved by an operator`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub how: Option<String>,
 }
 
 /// A fact.
@@ -222,4 +225,7 @@ pub struct FactRow {
     pub name: String,
     /// Whether it is so now.
     pub holds: bool,
+    /// How it came to be so, where that was no behavior: `set by an operator`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub how: Option<String>,
 }

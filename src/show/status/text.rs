@@ -8,7 +8,7 @@ use crate::text::{MIN_WIDTH, clip, columns, count, fit, flow, hang, listed, of_e
 
 use super::outline::Outline;
 use super::page::{Page, Row};
-use super::snapshot::{ControllerRow, Daemon, Health, HolderRow, Phase, ResourceRow, Snapshot, WorldRow};
+use super::snapshot::{ControllerRow, Daemon, FactRow, Health, HolderRow, Phase, ResourceRow, Snapshot, WorldRow};
 use super::table::{Cell, Column, NARROW, head, line, rest};
 
 /// Columns behind a bar: `" 100 %"`.
@@ -191,7 +191,8 @@ fn world_lines(world: &WorldRow, width: usize) -> Vec<String> {
     }
     if !world.facts.is_empty() {
         let holds = |holds: bool| if holds { "holds" } else { "does not hold" };
-        let facts = world.facts.iter().map(|fact| format!("{} {}", fact.name, holds(fact.holds)));
+        let how = |fact: &FactRow| fact.how.as_ref().map_or(String::new(), |how| format!(", {how}"));
+        let facts = world.facts.iter().map(|fact| format!("{} {}{}", fact.name, holds(fact.holds), how(fact)));
         lines.extend(labeled("facts", facts.collect()));
     }
     lines
@@ -206,6 +207,7 @@ fn objects(world: &WorldRow) -> Vec<String> {
             (None, Some(resource)) => format!("in {resource}"),
             (None, None) => "nobody knows where".into(),
         };
+        let spot = object.how.as_ref().map_or(spot.clone(), |how| format!("{spot}, {how}"));
         match spots.iter_mut().find(|(known, _)| *known == spot) {
             Some((_, objects)) => objects.push(&object.name),
             None => spots.push((spot, vec![&object.name])),

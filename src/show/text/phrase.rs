@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 
 use ambidex_model::{
-    Access, Binding, Cause, Change, Consequences, ControllerId, End, FactId, Location, Loss, Names, NodeId, Record,
-    Reopened, Service, StopCause, Time,
+    Access, Binding, Cause, Change, Consequences, ControllerId, End, FactId, Location, Loss, Names, NodeId, Objection,
+    Origin, Record, Reopened, Service, StopCause, Time,
 };
 use ambidex_record::History;
 
@@ -93,6 +93,22 @@ pub(crate) fn changed(change: &Change, names: &Names) -> String {
     }
 }
 
+/// A change of the world that somebody outside made, with how it came about.
+pub(crate) fn changed_by(change: &Change, origin: Origin, names: &Names) -> String {
+    format!("{}: {}", changed(change, names), origin.phrase(change, names))
+}
+
+/// What somebody outside said of the world, and why it is not taken.
+pub(crate) fn denied(change: &Change, origin: Origin, why: Objection, names: &Names) -> String {
+    let by = match origin {
+        Origin::Operator => "an operator".into(),
+        Origin::Controller(id) => Cow::Borrowed(names.controller(id)),
+        Origin::Script => "what goes wrong on purpose".into(),
+        Origin::Dropped | Origin::Resumed => "the runtime".into(),
+    };
+    format!("{by} says that {}, which is refused: {}", changed(change, names), why.sentence(change, names))
+}
+
 /// Changes as sentences, none twice.
 pub(crate) fn changes<'a>(changes: impl IntoIterator<Item = &'a Change>, names: &Names) -> Vec<String> {
     let mut said: Vec<String> = Vec::new();
@@ -165,7 +181,8 @@ pub(crate) fn turned(record: &Record, history: &History) -> Option<String> {
             Some(with_consequences(said, *node, *consequences, names))
         }
         Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Began { .. } => None,
-        Record::Observed { .. } | Record::World { .. } | Record::Sent { .. } => None,
+        Record::Observed { .. } | Record::Sent { .. } => None,
+        Record::World { .. } | Record::Denied { .. } => None,
         Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } | Record::Decided { .. } => None,
         Record::Released { .. } | Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => None,
     }

@@ -6,6 +6,7 @@ mod bounds;
 mod heading;
 mod lanes;
 mod legend;
+mod outside;
 mod panel;
 mod picture;
 mod rows;

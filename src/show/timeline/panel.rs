@@ -6,6 +6,7 @@ use ambidex_record::History;
 
 use super::bounds::{self, MAX_LANES, MAX_TRACKS, apart};
 use super::lanes::Place;
+use super::outside;
 use super::rows::{self, ROW};
 use crate::svg::fit::{self, NOTE, SMALL, TEXT};
 use crate::svg::page::{MARGIN, PAGE_WIDTH, Shape};
@@ -24,6 +25,9 @@ const ROUNDS: f64 = 14.0;
 const STEP_APART: f64 = 10.0;
 const ROUND_APART: f64 = 2.0;
 
+/// Most changes from outside that are told.
+const MAX_CHANGES: usize = 4;
+
 /// A run and what of it is drawn.
 #[derive(Debug)]
 pub(super) struct Panel<'a> {
@@ -31,7 +35,7 @@ pub(super) struct Panel<'a> {
     head: Option<[String; 2]>,
     pub(super) leaves: Vec<NodeId>,
     pub(super) lanes: Vec<Place<'a>>,
-    /// What is not drawn.
+    /// What is not drawn, and what others changed.
     pub(super) notes: Vec<String>,
 }
 
@@ -56,6 +60,7 @@ impl<'a> Panel<'a> {
         if more > 0 {
             notes.push(format!("{} more left out", count(more, "resource")));
         }
+        notes.extend(outside::notes(history, MAX_CHANGES));
         if lanes.iter().any(Place::is_crowded) {
             notes.push(format!("more than {MAX_TRACKS} leases of one resource at once are left out"));
         }

@@ -8,6 +8,7 @@ use ambidex_record::{History, Interruption, LeafState, Phase};
 use strum::VariantArray;
 
 use super::axis::Axis;
+use super::outside;
 use crate::Palette;
 use crate::text::{MIN_WIDTH, clip, columns, count, fit, flow, glyph, phrase};
 
@@ -15,6 +16,9 @@ use crate::text::{MIN_WIDTH, clip, columns, count, fit, flow, glyph, phrase};
 const MAX_ROWS: usize = 60;
 /// Most interruptions that are told.
 const MAX_NOTES: usize = 8;
+
+/// Most changes from outside that are told.
+const MAX_CHANGES: usize = 8;
 
 /// What stands in one cell; none where there is nothing more to say.
 type Cell = (char, Option<LeafState>);
@@ -47,6 +51,9 @@ pub fn text(history: &History, width: usize, palette: &Palette) -> String {
     let _ = writeln!(text, "{}", faint(&(unit + &seconds)));
     text.push_str(&legend(&shown, width, palette));
     interruptions(history, width, palette, &mut text);
+    for note in outside::notes(history, MAX_CHANGES) {
+        let _ = writeln!(text, "{}", faint(&clip(&format!(" {note}"), width)));
+    }
     if left_out > 0 {
         let note = format!(" {} that did not run left out", count(left_out, "behavior"));
         let _ = writeln!(text, "{}", faint(&clip(&note, width)));

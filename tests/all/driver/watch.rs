@@ -110,7 +110,8 @@ impl Watch {
             }
             Record::Released { leaf, end, consequences, .. } => self.release(*leaf, *end, consequences),
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
-            Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::World { .. } => {}
+            Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } => {}
+            Record::World { .. } | Record::Denied { .. } => {}
             Record::Resource { .. } | Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } => {}
             Record::Controller { .. } | Record::Ended { .. } => {}
             Record::Infeasible { consequences, .. } | Record::TimedOut { consequences, .. } => self.fail(consequences),

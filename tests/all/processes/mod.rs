@@ -6,6 +6,7 @@ mod exits;
 mod failing;
 mod kills;
 mod logs;
+mod outside;
 mod runs;
 mod shutdown;
 mod talk;

@@ -79,7 +79,8 @@ fn recorded(case: &Case, record: &Record) -> Option<String> {
         Record::Overtaken { leaf, skip, goal, consequences, .. } => overtaken(*leaf, *skip, *goal, consequences),
         Record::Ended { end, .. } => format!("{end:?}"),
         Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => return None,
-        Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::World { .. } => return None,
+        Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } => return None,
+        Record::World { .. } | Record::Denied { .. } => return None,
         Record::Resource { .. } | Record::Woke { .. } | Record::Served { .. } => return None,
         Record::Awaited { .. } | Record::Controller { .. } | Record::Ending { .. } => return None,
         Record::Leaving { .. } | Record::Cleaning { .. } | Record::Cleaned { .. } => return None,
@@ -93,7 +94,8 @@ fn stepped(case: &Case, step: &Step) -> String {
         Step::Decided(decision) => {
             let refused = decision.refused.iter().map(|(&leaf, refusal)| (leaf, &refusal.reason));
             let reopened = decision.reopened.as_ref();
-            decided(case, decision.granted.values(), refused, reopened, &decision.deadlines) + &changed(decision.urged.as_ref())
+            decided(case, decision.granted.values(), refused, reopened, &decision.deadlines)
+                + &changed(decision.urged.as_ref())
         }
         Step::Infeasible { leaf, reason, consequences } => infeasible(*leaf, reason, consequences),
         Step::TimedOut { node, consequences } => timed_out(*node, consequences),
@@ -177,7 +179,8 @@ fn decided<'a>(
         })
         .collect();
     let refused = refused.map(|(leaf, reason)| {
-        let is_one_of_several = matches!(reason, Reason::Clash { .. } | Reason::AlreadyDone { .. } | Reason::Reserved { .. });
+        let is_one_of_several =
+            matches!(reason, Reason::Clash { .. } | Reason::AlreadyDone { .. } | Reason::Reserved { .. });
         let told = if is_one_of_several { kind(reason) } else { lost(reason).unwrap_or_else(|| format!("{reason:?}")) };
         format!("{} {told}", name(leaf))
     });

@@ -119,6 +119,7 @@ impl Counts {
             Record::Header(_)
             | Record::Sent { .. }
             | Record::World { .. }
+            | Record::Denied { .. }
             | Record::Resource { .. }
             | Record::Woke { .. }
             | Record::Served { .. }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use ambidex::model::{
-    Change, ControllerId, End, Fault, Loss, MissionEnd, NodeId, Outcome, Reason, Record, Time, Told, WorldState,
+    Change, ControllerId, End, Fault, Loss, MissionEnd, NodeId, Origin, Outcome, Reason, Record, Time, Told, WorldState,
 };
 use ambidex::replay::Replay;
 use ambidex::tree::{Input, Settings, Topic};
@@ -160,7 +160,7 @@ impl Agenda {
 fn give(driver: &mut Driver, event: &Event) {
     match event {
         Event::Ended(leaf, outcome) => driver.give(*leaf, Input::Ended(Box::new(outcome.clone()))),
-        Event::World(change) => driver.give(ROOT, Told::World { change: *change }.into()),
+        Event::World(change) => driver.give(ROOT, Told::World { change: *change, origin: Origin::Script }.into()),
         Event::Service(controller, outage) => {
             let told = Told::Service { controller: *controller, outage: *outage, changes: Vec::new() };
             driver.give(ROOT, told.into());

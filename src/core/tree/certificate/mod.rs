@@ -92,7 +92,7 @@ impl Certificate {
             Record::Ending { .. } | Record::Cleaning { .. } | Record::Cleaned { .. } | Record::Leaving { .. } => {
                 (true, true)
             }
-            Record::Woke { .. } | Record::Awaited { .. } => (false, false),
+            Record::Woke { .. } | Record::Awaited { .. } | Record::Denied { .. } => (false, false),
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Observed { .. } => (false, false),
             Record::Sent { .. } | Record::Stopped { .. } | Record::Resource { .. } => (false, false),
             Record::Controller { .. } | Record::Ended { .. } => (false, false),

@@ -116,7 +116,7 @@ impl Feasibility {
                 }
             }
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Sent { .. } => {}
-            Record::Stopped { .. } | Record::Woke { .. } | Record::Awaited { .. } => {}
+            Record::Stopped { .. } | Record::Woke { .. } | Record::Awaited { .. } | Record::Denied { .. } => {}
             Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => {}
         }
     }

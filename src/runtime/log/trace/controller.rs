@@ -25,6 +25,9 @@ pub(super) fn said(at_s: f64, controller: &str, message: &ControllerMessage, nam
         ControllerMessage::Refused { why, .. } => {
             warn!(target: CONTROLLER, controller, reason = %why, at_s, "refused");
         }
+        ControllerMessage::Misreported { report, why } => {
+            warn!(target: CONTROLLER, controller, %report, reason = %why, at_s, "a report was refused");
+        }
         ControllerMessage::Lost { why } => warn!(target: CONTROLLER, controller, at_s, %why, "lost"),
     }
 }

@@ -3,8 +3,8 @@
 use tracing::{debug, error, info, warn};
 
 use ambidex_model::{
-    Cause, Change, Consequences, ControllerId, End, FactId, Grant, Header, MissionEnd, Names, NodeId, Reason, Reopened,
-    Resource, ResourceId, Service, StopCause,
+    Cause, Change, Consequences, ControllerId, End, FactId, Grant, Header, MissionEnd, Names, NodeId, Objection,
+    Origin, Reason, Reopened, Resource, ResourceId, Service, StopCause,
 };
 
 use super::MISSION;
@@ -173,12 +173,24 @@ pub(super) fn expected(at_s: f64, facts: &[FactId], names: &Names) {
     info!(target: MISSION, facts, at_s, "nothing can go on before others change facts");
 }
 
-pub(super) fn changed(at_s: f64, change: &Change, names: &Names) {
+pub(super) fn changed(at_s: f64, change: &Change, origin: Origin, names: &Names) {
     debug!(
         target: MISSION,
         changes = %format::changes(std::slice::from_ref(change), names),
+        how = origin.phrase(change, names),
         at_s,
         "world changed"
+    );
+}
+
+pub(super) fn denied(at_s: f64, change: &Change, origin: Origin, why: Objection, names: &Names) {
+    warn!(
+        target: MISSION,
+        changes = %format::changes(std::slice::from_ref(change), names),
+        how = origin.phrase(change, names),
+        why = why.sentence(change, names),
+        at_s,
+        "a change from outside was refused"
     );
 }
 

@@ -104,7 +104,11 @@ fn picking() -> Vec<Record> {
         ),
         held(2, Access::Exclusive, &[("pick 1", "pick 1", LeaseKind::Running)]),
         held(3, Access::Exclusive, &[("object 4", "pick 4", LeaseKind::Physical)]),
-        Record::World { at: seconds(7.4), change: Change::Object(ObjectId(3), Location::In(ResourceId(3))) },
+        Record::World {
+            at: seconds(7.4),
+            change: Change::Object(ObjectId(3), Location::In(ResourceId(3))),
+            origin: Origin::Script,
+        },
         goal(0, "pick 1", Mode::Maintain, Command::Stand),
         controller(7.4, 0, ControllerMessage::Joined { leaf: named("pick 2"), id: id(1) }),
         goal(2, "pick 1", Mode::Achieve, Command::Grasp { object: ObjectId(0), at, place: None }),
@@ -268,8 +272,12 @@ fn a_journal_of_odd_ids_is_no_reason_to_break() {
     header.start = None;
     let at = seconds(1.0);
     records.extend([
-        Record::World { at, change: Change::Object(ObjectId(far), Location::In(ResourceId(far))) },
-        Record::World { at, change: Change::Fact(FactId(far), true) },
+        Record::World {
+            at,
+            change: Change::Object(ObjectId(far), Location::In(ResourceId(far))),
+            origin: Origin::Script,
+        },
+        Record::World { at, change: Change::Fact(FactId(far), true), origin: Origin::Script },
         Record::Resource { at, resource: ResourceId(far), state: Resource::default() },
         Record::Sent { at, round: 1, from: NodeId(far), to: NodeId(far), message: Message::Activation },
         controller(1.0, far, ControllerMessage::Attached),

@@ -61,7 +61,12 @@ impl Model<'_> {
         if let Some(node) = over {
             self.end_iteration(node);
         }
-        let goes_on = !decision.granted.is_empty() || decision.reopened.is_some() || is_overtaken || decision.urged.is_some() || over.is_some() || has_yielded;
+        let goes_on = !decision.granted.is_empty()
+            || decision.reopened.is_some()
+            || is_overtaken
+            || decision.urged.is_some()
+            || over.is_some()
+            || has_yielded;
         self.awaited = self.awaited.filter(|_| decision.granted.is_empty());
         self.end.is_none() && self.end_of_round(answer.is_satisfied, goes_on, &decision)
     }
@@ -312,7 +317,8 @@ impl Model<'_> {
             let cost: f64 = choice.iter().map(|(_, cost)| cost).sum();
             let ranks = std::iter::zip(choice, &per_claim).filter_map(|((id, _), wish)| wish.map(|wish| wish[id]));
             let rank: u32 = ranks.sum();
-            let is_better = |(other, least, _): &(u32, f64, _)| rank < *other || (rank == *other && cost < least - 1e-9);
+            let is_better =
+                |(other, least, _): &(u32, f64, _)| rank < *other || (rank == *other && cost < least - 1e-9);
             if best.as_ref().is_none_or(is_better) {
                 best = Some((rank, cost, choice.iter().map(|(id, _)| *id).collect()));
             }

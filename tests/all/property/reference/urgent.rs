@@ -168,14 +168,7 @@ impl Model<'_> {
             }
             if !ended.is_empty() {
                 let (undecided, reset) = (Vec::new(), Vec::new());
-                return Some(Reopened {
-                    node: *wish,
-                    up_to: NodeId(0),
-                    cause: Cause::Yield,
-                    undecided,
-                    ended,
-                    reset,
-                });
+                return Some(Reopened { node: *wish, up_to: NodeId(0), cause: Cause::Yield, undecided, ended, reset });
             }
         }
         None

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use ambidex::model::{
-    Access, BehaviorSpec, Claim, Condition, ControllerKind, Grant, LeaseKind, Location, Loss, NodeId, NodeRange, ObjectId,
-    PlaceId, Pose, Potential, Reason, Request, ResourceId, Selector, Task, TypeId,
+    Access, BehaviorSpec, Claim, Condition, ControllerKind, Grant, LeaseKind, Location, Loss, NodeId, NodeRange,
+    ObjectId, PlaceId, Pose, Potential, Reason, Request, ResourceId, Selector, Task, TypeId,
 };
 
 use super::{Ask, Model, Refusal};

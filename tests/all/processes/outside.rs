@@ -1,0 +1,275 @@
+//! Others tell a running mission what is different: an operator over the socket of its instance, and a sensor.
+
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::fs::{FileTypeExt, MetadataExt};
+use std::os::unix::net::UnixStream;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use ambidex::link::{Exit, Instance, ServeError, ServeOptions, Stop, Stopper, serve};
+use ambidex::model::{ControllerKind, Mode, Rejection};
+use ambidex::motion::{Command, Controller, ControllerState, Progress, Report};
+use rustix::process::Signal;
+use serde_json::Value;
+
+use crate::fixtures::file;
+use crate::home::{Finished, Home, Process, within};
+
+const OPEN: &str = "door open";
+const WAITS: &str = "nothing can go on before others change \"door open\"";
+
+fn door() -> PathBuf {
+    file("config/missions/door.yaml")
+}
+
+fn world(home: &Home, args: &[&str]) -> Process {
+    home.start(["world"].iter().chain(args).chain(&["--instance", home.instance()]))
+}
+
+fn socket(home: &Home) -> PathBuf {
+    Instance::new(home.instance()).expect("a name").control_socket()
+}
+
+fn controller(home: &Home, name: &str) -> Process {
+    let robot = file("config/robots/porter.yaml");
+    home.controller(name, &["--robot", robot.to_str().expect("a path in UTF-8")])
+}
+
+fn refused(finished: &Finished, words: &[&str]) {
+    assert_eq!(finished.stdout, "", "{finished:#?}");
+    for word in words {
+        assert!(finished.words().contains(word), "{finished:#?}");
+    }
+}
+
+#[test]
+fn an_operator_opens_the_door() {
+    let home = Home::new();
+    let mut run = home.carry("run", &door(), &["--speed", "20"]);
+    run.says(WAITS);
+    let about = std::fs::symlink_metadata(socket(&home)).expect("a socket");
+    assert!(about.file_type().is_socket() && about.mode() & 0o777 == 0o600, "{:o}", about.mode());
+    let folder = std::fs::metadata(socket(&home).parent().expect("a folder")).expect("it is there");
+    assert_eq!(folder.mode() & 0o777, 0o700);
+    refused(&world(&home, &["set", "dor open"]).ends(2), &["has no fact `dor open`", "did you mean `door open`?"]);
+    refused(&world(&home, &["move", "parcl", "hall"]).ends(2), &["no object `parcl`", "did you mean `parcel`?"]);
+    refused(&world(&home, &["move", "parcel", "hal"]).ends(2), &["no place `hal`", "did you mean `hall`?"]);
+    refused(&world(&home, &["move", "parcel", "hall"]).ends(1), &["parcel is held by gripper"]);
+    assert_eq!(world(&home, &["clear", OPEN]).ends(0).stdout, "\"door open\" does not hold already\n");
+    let answer = world(&home, &["set", OPEN, "--json"]).ends(0).stdout;
+    let answer: Value = serde_json::from_str(&answer).expect("an object");
+    assert_eq!(answer["changed"]["said"], "\"door open\" holds now");
+    assert_eq!(world(&home, &["set", OPEN]).ends(0).stdout, "\"door open\" holds already\n");
+    let status = home.status(&[]).ends(0).stdout;
+    assert!(status.contains("door open holds, set by an operator"), "{status}");
+    run.says("\"door open\" holds now: set by an operator");
+    run.ends(0);
+    let told = |verb: &str| home.start([verb, home.instance()]).ends(0).stdout;
+    let held = "an operator says that parcel is at hall now, which is refused: parcel is held by gripper";
+    for (verb, words) in [
+        ("explain", "From outside: \"door open\" holds now: set by an operator"),
+        ("trace", "\"door open\" holds now: set by an operator"),
+        ("trace", held),
+        ("timeline", "\"door open\" holds now: set by an operator"),
+        ("verify", "same: "),
+    ] {
+        let said = crate::home::flat(&told(verb));
+        assert!(said.contains(words), "{verb}: {said}");
+    }
+    let story = home.start(["explain", home.instance(), "pass to office"]).ends(0).stdout;
+    let story = crate::home::flat(&story);
+    assert!(story.contains("From outside: \"door open\" holds now: set by an operator."), "{story}");
+    refused(&world(&home, &["set", OPEN]).ends(4), &["no daemon of instance", "runs"]);
+    home.is_empty();
+}
+
+#[test]
+fn a_fact_that_is_not_declared_outside_is_refused_with_what_to_do() {
+    let home = Home::new();
+    let text = std::fs::read_to_string(door()).expect("a mission");
+    let robot = file("config/robots/porter.yaml");
+    let text = text.replace("../robots/porter.yaml", robot.to_str().expect("a path"));
+    let text = text.replace("    door open:", "    dusty: true\n    door open:");
+    let mut run = home.carry("run", &home.write("dusty.yaml", &text), &["--speed", "20"]);
+    run.says(WAITS);
+    let said = world(&home, &["clear", "dusty"]).ends(1);
+    refused(&said, &["\"dusty\" is not declared `outside`", "facts: {dusty: {holds: true, outside: true}}"]);
+    run.signal(Signal::INT);
+    run.ends(130);
+    home.is_empty();
+}
+
+#[test]
+fn a_killed_daemon_does_not_hinder_the_next() {
+    let home = Home::new();
+    refused(&world(&home, &["set", OPEN]).ends(4), &["no daemon of instance"]);
+    let mut first = home.daemon(&door(), &[]);
+    first.says("waiting for base, arm, door");
+    refused(&world(&home, &["set", OPEN]).ends(1), &["the mission has not begun yet"]);
+    // A controller that lives on keeps the folder, and so the socket of the dead.
+    let mut base = controller(&home, "base");
+    first.says("attached base");
+    home.daemon(&door(), &[]).ends(2);
+    refused(&world(&home, &["set", OPEN]).ends(1), &["the mission has not begun yet"]);
+    first.signal(Signal::KILL);
+    first.wait();
+    assert!(socket(&home).exists());
+    refused(&world(&home, &["set", OPEN]).ends(4), &["no daemon of instance"]);
+    let mut next = home.daemon(&door(), &[]);
+    next.says("attached base");
+    refused(&world(&home, &["set", OPEN]).ends(1), &["the mission has not begun yet"]);
+    next.signal(Signal::INT);
+    next.ends(130);
+    assert!(!socket(&home).exists(), "it goes with its daemon");
+    assert!(!base.has_ended());
+    base.signal(Signal::TERM);
+    base.ends(0);
+    home.is_empty();
+}
+
+#[test]
+fn what_was_set_survives_the_kill_of_the_runtime() {
+    let home = Home::new();
+    let log = home.path("door.jsonl");
+    let log = log.to_str().expect("a path in UTF-8");
+    let mut run = home.carry("run", &door(), &["--speed", "5", "--log", log]);
+    run.says(WAITS);
+    world(&home, &["set", OPEN]).ends(0);
+    run.says("step 3");
+    run.signal(Signal::KILL);
+    run.wait();
+    let args = ["run", "--instance", home.instance(), "--speed", "20", "--resume", log];
+    let finished = home.start(args).ends(0);
+    assert!(!finished.stderr.contains(WAITS), "{}", finished.stderr);
+    home.start(["verify", log]).ends(0);
+    home.is_empty();
+}
+
+/// Says a line to the socket; what is answered.
+fn say(stream: &mut UnixStream, line: &[u8]) -> Value {
+    stream.write_all(line).expect("it is taken");
+    heard(stream)
+}
+
+fn heard(stream: &UnixStream) -> Value {
+    let mut answer = String::new();
+    BufReader::new(stream).read_line(&mut answer).expect("an answer");
+    serde_json::from_str(&answer).unwrap_or_else(|error| panic!("{answer}: {error}"))
+}
+
+#[test]
+fn whatever_is_said_to_the_socket_is_answered_or_ends_it() {
+    let home = Home::new();
+    let mut daemon = home.daemon(&door(), &[]);
+    daemon.says("waiting for");
+    let connect = || {
+        let stream = UnixStream::connect(socket(&home)).expect("a daemon");
+        stream.set_read_timeout(Some(Duration::from_secs(20))).expect("a socket");
+        stream
+    };
+    let mut stream = connect();
+    let rows: [(&[u8], &str); 7] = [
+        (b"\n", "malformed"),
+        (b"\xff\xfe{\n", "malformed"),
+        (b"{\"version\":1}\n", "malformed"),
+        (b"{\"version\":2,\"request\":{\"dance\":{}}}\n", "version"),
+        (b"{\"version\":1,\"request\":{\"world\":{\"set\":\"door open\"},\"more\":1}}\n", "malformed"),
+        (b"{\"version\":1,\"request\":{\"world\":{\"set\":\"dor open\"}}}\n", "no_such_name"),
+        (b"{\"version\":1,\"request\":{\"world\":{\"set\":\"door open\"}}}\n", "not_begun"),
+    ];
+    for (line, why) in rows {
+        let answer = say(&mut stream, line);
+        assert_eq!((&answer["version"], &answer["answer"]["refused"]["why"]), (&1.into(), &why.into()), "{answer}");
+    }
+    let answer = say(&mut connect(), &[b'x'; 5_000]);
+    assert_eq!(answer["answer"]["refused"]["why"], "malformed", "{answer}");
+    // One too many is told so, and makes no difference to the others.
+    let mut others: Vec<_> = (0..7).map(|_| connect()).collect();
+    for other in &mut others {
+        say(other, b"{}\n");
+    }
+    let answer = heard(&connect());
+    assert_eq!(answer["answer"]["refused"]["why"], "busy", "{answer}");
+    assert_eq!(say(&mut stream, b"{}\n")["answer"]["refused"]["why"], "malformed");
+    daemon.signal(Signal::INT);
+    daemon.ends(130);
+    home.is_empty();
+}
+
+/// Sees the door open or shut, and something that nobody asked it for.
+struct Door {
+    is_open: Arc<AtomicBool>,
+}
+
+impl Controller for Door {
+    fn configure(&mut self, _limits: &ControllerKind, _start: ControllerState) -> ControllerState {
+        self.state()
+    }
+
+    fn start(&mut self, _command: &Command, _mode: Mode) -> Result<(), Rejection> {
+        Err(Rejection::Unsupported)
+    }
+
+    fn cancel(&mut self) {}
+
+    fn step(&mut self) -> Progress {
+        Progress::Idle
+    }
+
+    fn state(&self) -> ControllerState {
+        ControllerState::Device
+    }
+
+    fn reports(&self) -> Vec<Report> {
+        vec![Report::fact(OPEN, self.is_open.load(Ordering::Relaxed)), Report::fact("door shut", true)]
+    }
+}
+
+/// A sensor over shared memory, in a thread of this process.
+fn sensor(home: &Home, is_open: &Arc<AtomicBool>) -> (Stopper, JoinHandle<Result<Exit, ServeError>>) {
+    let (stop, stopper) = Stop::by_hand().expect("a pair");
+    let (instance, body) = (Instance::new(home.instance()).expect("a name"), Door { is_open: Arc::clone(is_open) });
+    let options = ServeOptions { stop: Some(stop), ..ServeOptions::default() };
+    (stopper, thread::spawn(move || serve(&instance, "door", body, options)))
+}
+
+#[test]
+fn a_sensor_opens_the_door_and_shuts_it() {
+    let home = Home::new();
+    let is_open = Arc::new(AtomicBool::new(false));
+    let (stopper, serving) = sensor(&home, &is_open);
+    let controllers = ["base", "arm"].map(|name| controller(&home, name));
+    let mut daemon = home.daemon(&door(), &["--speed", "20"]);
+    daemon
+        .says("door reports that \"door shut\" holds, which is not heard: its robot file does not let it report that");
+    daemon.says(WAITS);
+    let fact = || {
+        let status = home.status(&["--json"]).ends(0).stdout;
+        let status: Value = serde_json::from_str(&status).expect("an object");
+        status["world"]["facts"][0].clone()
+    };
+    assert_eq!(fact()["holds"], false);
+    is_open.store(true, Ordering::Relaxed);
+    daemon.says("\"door open\" holds now: reported by door");
+    daemon.says("step 3");
+    assert_eq!(fact()["how"], "reported by door");
+    is_open.store(false, Ordering::Relaxed);
+    daemon.says("\"door open\" holds no more: reported by door");
+    daemon.ends(0);
+    // The next daemon hears all of it anew.
+    is_open.store(true, Ordering::Relaxed);
+    let mut next = home.daemon(&door(), &["--speed", "20"]);
+    next.says("\"door open\" holds now: reported by door");
+    let finished = next.ends(0);
+    assert!(!finished.stderr.contains(WAITS), "{}", finished.stderr);
+    home.start(["verify", home.instance()]).ends(0);
+    controllers.iter().for_each(|controller| controller.signal(Signal::TERM));
+    controllers.into_iter().for_each(|controller| drop(controller.ends(0)));
+    stopper.stop();
+    assert_eq!(serving.join().expect("it does not panic").expect("it served"), Exit::Stopped);
+    within(Duration::from_secs(5), "nothing is left", || home.processes().is_empty());
+    home.is_empty();
+}
