@@ -384,6 +384,7 @@ impl Root {
         let scope = if view.touched.is_none() { Scope::Anew } else { Scope::Changed };
         if scope == Scope::Anew {
             self.reasons.clear();
+            self.wishes.clear();
         }
         let activation = Activation { view, skips: Arc::default(), scope };
         out.push(Effect::Down(TOP, Down::Activation(activation)));
