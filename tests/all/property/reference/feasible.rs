@@ -31,6 +31,7 @@ impl Model<'_> {
     }
 
     fn give_up_one(&mut self, leaf: NodeId, reason: Reason) {
+        self.hidden.clear();
         self.infeasible.insert(leaf, reason.clone());
         let mut fall = self.no_fall();
         self.fail(leaf, leaf, None, &mut fall);
