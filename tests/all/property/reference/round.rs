@@ -32,6 +32,7 @@ impl Model<'_> {
         for grant in grants {
             decision.granted.insert(grant.leaf(), grant);
         }
+        let rows = self.rows.clone();
         for grant in decision.granted.values().cloned().collect::<Vec<_>>() {
             self.take(&grant);
             self.settle_grant(&grant);
@@ -55,7 +56,7 @@ impl Model<'_> {
         if self.end.is_none() && !answer.is_satisfied {
             self.tell_what_is_broken();
             self.preempt(&taken);
-            decision.urged = self.urge(&decision);
+            decision.urged = self.urge(&decision, &rows);
         }
         self.log.insert(place, Step::Decided(decision.clone()));
         let yields = if self.end.is_none() { self.give_way(&taken) } else { Vec::new() };

@@ -7,7 +7,7 @@ use ambidex::model::{
 };
 
 use super::round::order;
-use super::{Ask, Decision, Held, Model, Refusal};
+use super::{Ask, Decision, Held, Model, Refusal, Row};
 
 /// What an accepted wish has taken, by its behavior.
 pub(super) type Taken = [(NodeId, Vec<ResourceId>)];
@@ -192,8 +192,8 @@ impl Model<'_> {
         is_hiding
     }
 
-    /// Who holds what is waited for is as urgent as who waits; all that are, if that is different now.
-    pub(super) fn urge(&mut self, decision: &Decision) -> Option<Vec<Urged>> {
+    /// Who held before the grants of this round what is waited for is as urgent as who waits; all, if that is different.
+    pub(super) fn urge(&mut self, decision: &Decision, rows: &[Row]) -> Option<Vec<Urged>> {
         let before = std::mem::take(&mut self.urged);
         loop {
             let mut is_same = true;
@@ -207,7 +207,7 @@ impl Model<'_> {
                 };
                 let priority = self.priority(leaf);
                 for resource in named {
-                    for held in self.rows[resource.index()].leases.clone() {
+                    for held in rows[resource.index()].leases.clone() {
                         let is_idle = held.kind == LeaseKind::Physical && !self.is_own(leaf, &[], held.holder);
                         if is_idle && self.priority(held.holder) < priority {
                             self.urged.insert(held.holder, priority);
