@@ -248,8 +248,11 @@ impl Root {
         if let Some(news) = news {
             self.take_in(*news);
         }
-        self.take_word(top, answer.reason.clone());
-        self.take_wish(top, answer.wish.clone());
+        // A task node has told its own word, if it has one, among the news.
+        if self.mission.tree.behavior(top).is_some() {
+            self.take_word(top, answer.reason.clone());
+            self.take_wish(top, answer.wish.clone());
+        }
         let (mut verdict, wished) = self.decide(now, &view, answer, out);
         verdict.stopped = self.stop_what_ends(now, out);
         verdict.stopped.extend(self.stop_broken(now, out));

@@ -186,6 +186,9 @@ impl Model<'_> {
             }
             completed = next;
         }
+        if self.is_not_the_last(completed.node) {
+            self.done.remove(&completed.node);
+        }
         completed
     }
 
