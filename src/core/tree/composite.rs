@@ -123,8 +123,8 @@ impl Composite {
             skips: Arc::clone(&skips),
             scope,
             waiting: 0,
-            // Whether it is done once more is not its children's word.
-            is_different: self.said.is_none() || self.was_complete,
+            // What repeats says something else in its last iteration, whatever those below say.
+            is_different: self.said.is_none() || self.mission.tree.repeats.contains_key(&self.id),
             news: self.news_of_silence(),
         });
         self.order.clear();

@@ -25,7 +25,9 @@ impl RoundEnd<'_> {
         if self.view.state.is_busy(holder) {
             return None;
         }
-        let heirs = || self.refused.range(below.clone());
+        // Task nodes may have a word of their own.
+        let is_leaf = |(node, _): &(&NodeId, &Reason)| self.view.mission.tree.behavior(**node).is_some();
+        let heirs = || self.refused.range(below.clone()).filter(is_leaf);
         if heirs().any(|(_, reason)| self.can_wait(reason)) {
             return None;
         }

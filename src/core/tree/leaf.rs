@@ -88,7 +88,17 @@ impl Leaf {
 
     /// With what it is ordered by beside its potential.
     fn ranked(&self, view: &View, request: Request) -> Request {
-        Request { priority: view.priority(self.id), iterations: view.state.iterations_above(self.id), ..request }
+        Request { priority: view.priority(self.id), iterations: self.iterations(view), ..request }
+    }
+
+    /// How often the outermost node at or above it that repeats has been done.
+    fn iterations(&self, view: &View) -> u32 {
+        let tree = &self.mission.tree;
+        if tree.repeats.is_empty() {
+            return 0;
+        }
+        let outermost = tree.topology.path(self.id).filter(|above| tree.repeats.contains_key(above)).last();
+        outermost.map_or(0, |node| view.state.iterations(node))
     }
 
     /// Why it is not its turn, though it could run: a task that came before has waited for longer.

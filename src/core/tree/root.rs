@@ -257,8 +257,11 @@ impl Root {
         if let Some(news) = news {
             self.take_in(*news);
         }
-        self.take_word(top, answer.reason.clone());
-        self.take_wish(top, answer.wish.clone());
+        // A task node has told its own word, if it has one, among the news.
+        if self.mission.tree.behavior(top).is_some() {
+            self.take_word(top, answer.reason.clone());
+            self.take_wish(top, answer.wish.clone());
+        }
         let (mut verdict, wished) = self.decide(now, &view, answer, out);
         verdict.stopped = self.stop_what_ends(now, out);
         verdict.stopped.extend(self.stop_broken(now, out));
@@ -393,6 +396,7 @@ impl Root {
         let scope = if view.touched.is_none() { Scope::Anew } else { Scope::Changed };
         if scope == Scope::Anew {
             self.reasons.clear();
+            self.wishes.clear();
         }
         let activation = Activation { view, skips: Arc::default(), scope };
         out.push(Effect::Down(TOP, Down::Activation(activation)));

@@ -272,7 +272,8 @@ impl State {
         Arc::make_mut(&mut self.left).insert(way, progress);
         let topology = Arc::clone(&self.topology);
         self.gather(or, |holder| topology.is_within(holder, way));
-        self.forget_moments(way..topology.end(way));
+        // What waits there for its next time goes on waiting: nobody hurries by leaving.
+        self.end_times(way..topology.end(way));
         if self.phase(way) == Phase::Ending {
             self.status_mut(way).phase = Phase::Pending;
         }

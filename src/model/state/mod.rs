@@ -199,15 +199,6 @@ impl State {
         self.iterations.get(&node).copied().unwrap_or_default()
     }
 
-    /// How often the outermost node at or above a node has been done that repeats.
-    pub fn iterations_above(&self, node: NodeId) -> u32 {
-        if self.iterations.is_empty() {
-            return 0;
-        }
-        let counts = self.topology.path(node).filter_map(|above| self.iterations.get(&above));
-        counts.last().copied().unwrap_or_default()
-    }
-
     /// Nodes that wait for their next time.
     pub fn pauses(&self) -> &BTreeMap<NodeId, Pause> {
         &self.pauses

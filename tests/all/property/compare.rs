@@ -44,6 +44,9 @@ pub fn against_reference(case: &Case) -> Counts {
 fn compare(case: &Case, driver: &Driver, event: Option<&Event>, records: &[Record], model: &mut Model<'_>) {
     let said: Vec<String> = records.iter().filter_map(|record| recorded(case, record)).collect();
     let steps = std::mem::take(&mut model.log);
+    if std::env::var("AMBIDEX_SHOW").is_ok() {
+        println!("== {event:?}\n{}", short(&said.join("\n")));
+    }
     let mut expected: Vec<String> = steps.iter().map(|step| stepped(case, step)).collect();
     expected.extend(model.end.map(|end| format!("{end:?}")));
     let show =

@@ -69,6 +69,8 @@ pub struct Model<'a> {
     told: Vec<(NodeId, StopCause)>,
     /// Nodes that are as urgent as who waits for what they hold.
     urged: BTreeMap<NodeId, i32>,
+    /// Who does not ask since it was reserved, before something is granted, ends, lapses or changes.
+    hidden: BTreeMap<NodeId, Refusal>,
     /// Who was preempted for which wish, with the progress at which that was.
     preempted: BTreeSet<(NodeId, NodeId, u64)>,
     committed: BTreeMap<NodeId, NodeId>,
@@ -162,6 +164,7 @@ impl<'a> Model<'a> {
             stopping: BTreeMap::new(),
             told: Vec::new(),
             urged: BTreeMap::new(),
+            hidden: BTreeMap::new(),
             preempted: BTreeSet::new(),
             committed: BTreeMap::new(),
             silent: BTreeMap::new(),

@@ -155,6 +155,7 @@ impl Model<'_> {
 
     /// A task node took longer than it may.
     pub(super) fn time_out(&mut self, node: NodeId) {
+        self.hidden.clear();
         self.deadlines.remove(&node);
         let (child, fault) = (node, Some(Fault::TimedOut));
         let cause = self.failing.get(&node).map_or(node, |failing| failing.cause);

@@ -31,6 +31,7 @@ impl Model<'_> {
     }
 
     fn give_up_one(&mut self, leaf: NodeId, reason: Reason) {
+        self.hidden.clear();
         self.infeasible.insert(leaf, reason.clone());
         let mut fall = self.no_fall();
         self.fail(leaf, leaf, None, &mut fall);
@@ -63,7 +64,9 @@ impl Model<'_> {
         let is_left = |leaf: &NodeId| {
             let mut above = self.upward(*leaf).into_iter();
             let may_go_back = above.any(|node| self.kind(node) == &NodeKind::Then && self.is_still_left(node));
-            self.is_still_left(*leaf) || (self.done.contains(leaf) && may_go_back)
+            let comes_again =
+                self.upward(*leaf).into_iter().any(|node| self.is_not_the_last(node) && self.is_still_left(node));
+            self.is_still_left(*leaf) || (self.done.contains(leaf) && may_go_back) || comes_again
         };
         let left: Vec<NodeId> = self.mission.tree.leaves().filter(is_left).collect();
         loop {

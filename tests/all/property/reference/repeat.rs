@@ -39,7 +39,7 @@ impl Model<'_> {
 
     /// An iteration ends if a node that is complete has another one.
     pub(super) fn end_iteration_of_complete(&mut self, node: NodeId) {
-        if self.done.contains(&node) && self.is_not_the_last(node) {
+        if self.is_not_the_last(node) && !self.is_over(node) {
             self.end_iteration(node);
         }
     }

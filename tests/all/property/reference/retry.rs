@@ -13,8 +13,14 @@ impl Model<'_> {
         self.begins_anew(top, &mut reset);
         let failures = self.failures.get(&top).copied().unwrap_or(0) + 1;
         let wait = self.mission.tree.limits(top).wait(failures);
+        let was_done = |node: &NodeId| self.upward(*node).iter().any(|above| *above > top && self.done.contains(above));
+        for node in reset.iter().copied().filter(was_done).collect::<Vec<_>>() {
+            self.iterated.remove(&node);
+            self.began.remove(&node);
+        }
         for &node in &reset {
             self.forget(node);
+            self.resting.remove(&node);
         }
         self.failures.insert(top, failures);
         self.gather(top, |holder| reset.contains(&holder));

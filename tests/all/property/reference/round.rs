@@ -32,6 +32,7 @@ impl Model<'_> {
         for grant in grants {
             decision.granted.insert(grant.leaf(), grant);
         }
+        let rows = self.rows.clone();
         for grant in decision.granted.values().cloned().collect::<Vec<_>>() {
             self.take(&grant);
             self.settle_grant(&grant);
@@ -40,10 +41,13 @@ impl Model<'_> {
             self.running.insert(grant.leaf(), grant);
         }
         decision.deadlines.sort_by_key(|deadline| deadline.node);
+        if !decision.granted.is_empty() {
+            self.hidden.clear();
+        }
         let place = self.log.len();
         let mut is_overtaken = false;
-        let yields = self.give_way(&taken);
-        if !answer.is_satisfied && yields.is_none() {
+        let is_hiding = decision.granted.is_empty() && self.hide(&decision);
+        if !answer.is_satisfied && !is_hiding {
             (is_overtaken, decision.reopened) = self.help_blocked(&decision);
             if !is_overtaken && decision.reopened.is_none() {
                 decision.reopened = self.lapse(&decision);
@@ -52,21 +56,26 @@ impl Model<'_> {
         if self.end.is_none() && !answer.is_satisfied {
             self.tell_what_is_broken();
             self.preempt(&taken);
-            decision.urged = self.urge(&decision);
+            decision.urged = self.urge(&decision, &rows);
         }
         self.log.insert(place, Step::Decided(decision.clone()));
-        let has_yielded = yields.is_some();
-        self.log.extend(yields.map(Step::Reopened));
+        let yields = if self.end.is_none() { self.give_way(&taken) } else { Vec::new() };
+        let has_yielded = !yields.is_empty();
+        self.log.extend(yields.into_iter().map(Step::Reopened));
         let over = answer.over.iter().min().copied().filter(|node| !self.runs_below(*node) && self.end.is_none());
         if let Some(node) = over {
             self.end_iteration(node);
+        }
+        if decision.urged.is_some() || decision.reopened.is_some() || is_overtaken || has_yielded {
+            self.hidden.clear();
         }
         let goes_on = !decision.granted.is_empty()
             || decision.reopened.is_some()
             || is_overtaken
             || decision.urged.is_some()
             || over.is_some()
-            || has_yielded;
+            || has_yielded
+            || is_hiding;
         self.awaited = self.awaited.filter(|_| decision.granted.is_empty());
         self.end.is_none() && self.end_of_round(answer.is_satisfied, goes_on, &decision)
     }
@@ -138,9 +147,14 @@ impl Model<'_> {
             let (heir, lacks) = (*heir, Box::new(lacks.clone()));
             return refused(Reason::AlreadyDone { heir, lacks }.into());
         }
+        if let Some(refusal) = self.hidden.get(&leaf).filter(|_| self.request(leaf, skips, false).is_ok()) {
+            return refused(refusal.clone());
+        }
         match self.request(leaf, skips, false) {
             Ok(ask) => Answer { asks: vec![ask], ..Answer::default() },
-            Err(refusal) => Answer { wishes: self.wish(leaf, skips).into_iter().collect(), ..refused(refusal) },
+            Err(refusal) => {
+                Answer { wishes: self.wish(leaf, skips, &refusal).into_iter().collect(), ..refused(refusal) }
+            }
         }
     }
 
@@ -210,7 +224,7 @@ impl Model<'_> {
             let answer = self.ask(child, &skips);
             whole.refused.extend(answer.refused);
             whole.asks = answer.asks;
-            whole.wishes = answer.wishes;
+            whole.wishes.extend(answer.wishes);
             whole.over.extend(answer.over);
             whole.is_satisfied = answer.is_satisfied;
             if !answer.is_satisfied {
@@ -240,15 +254,12 @@ impl Model<'_> {
         asks.sort_by(order);
         let (mut accepted, mut refused): (Vec<Ask>, _) = (Vec::new(), Vec::new());
         for ask in asks {
-            let first = accepted.first();
-            let by_wish = first.filter(|first| first.wish.is_some() && self.is_serial).map(|first| first.grant.leaf());
-            let running = self.running.keys().next().copied().filter(|_| ask.wish.is_none());
-            let owner = first.map(|other| other.grant.leaf()).or(running).filter(|_| self.is_serial);
+            let first = accepted.first().map(|other| other.grant.leaf());
+            let owner = first.or(self.running.keys().next().copied()).filter(|_| self.is_serial);
             let leaf = ask.grant.leaf();
-            let refusal = match (by_wish, owner) {
-                (Some(by), _) => Some(Reason::Reserved { resource: None, by }.into()),
-                (None, Some(by)) => Some(on(Reason::WholeRobot { by }, by)),
-                (None, None) => self.incompatible(&accepted, &ask),
+            let refusal = match owner {
+                Some(by) => Some(on(Reason::WholeRobot { by }, by)),
+                None => self.incompatible(&accepted, &ask),
             };
             match refusal {
                 None => accepted.push(ask),

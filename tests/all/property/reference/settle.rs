@@ -47,6 +47,7 @@ impl Model<'_> {
 
     /// The world is different from outside; true if a round follows.
     pub fn world(&mut self, change: Change) -> bool {
+        self.hidden.clear();
         let before = (self.world_state.clone(), self.rows.clone());
         self.change(&[change]);
         let is_different = (&self.world_state, &self.rows) != (&before.0, &before.1);
@@ -56,6 +57,7 @@ impl Model<'_> {
 
     /// A behavior ended: what that completes and what fails with it.
     pub fn ended(&mut self, leaf: NodeId, outcome: &Outcome) {
+        self.hidden.clear();
         let grant = self.running.remove(&leaf).expect("only what runs ends");
         let told = self.stopping.remove(&leaf);
         let end = match self.believed(leaf, &grant, outcome) {
@@ -183,6 +185,9 @@ impl Model<'_> {
                 break;
             }
             completed = next;
+        }
+        if self.is_not_the_last(completed.node) {
+            self.done.remove(&completed.node);
         }
         completed
     }

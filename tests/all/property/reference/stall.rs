@@ -67,6 +67,7 @@ impl Model<'_> {
 
     /// A controller is away, or back; a round follows.
     pub fn service(&mut self, controller: ControllerId, outage: Option<Loss>) -> bool {
+        self.hidden.clear();
         if outage.is_some() && self.away.contains_key(&controller) {
             return false;
         }
@@ -84,6 +85,7 @@ impl Model<'_> {
         self.waits.retain(|_, (until, ..)| *until > self.now);
         let is_over = self.awaited.is_some_and(|until| until <= self.now);
         if is_over {
+            self.hidden.clear();
             self.awaited = None;
             self.away.values_mut().for_each(|(_, is_awaited)| *is_awaited = false);
         }

@@ -7,7 +7,7 @@ use ambidex::model::{
 };
 
 use super::round::order;
-use super::{Ask, Decision, Held, Model};
+use super::{Ask, Decision, Held, Model, Refusal, Row};
 
 /// What an accepted wish has taken, by its behavior.
 pub(super) type Taken = [(NodeId, Vec<ResourceId>)];
@@ -53,7 +53,11 @@ impl Model<'_> {
     }
 
     /// What a behavior that could not ask would ask for without what it waits for.
-    pub(super) fn wish(&self, leaf: NodeId, skips: &[NodeRange]) -> Option<Ask> {
+    pub(super) fn wish(&self, leaf: NodeId, skips: &[NodeRange], refusal: &Refusal) -> Option<Ask> {
+        let is_it = !self.is_serial && !matches!(refusal.reason, Reason::NothingAvailable { .. } | Reason::Unwanted);
+        if !is_it {
+            return None;
+        }
         let least = self.mission.tree.leaves().map(|leaf| self.told_priority(leaf)).min()?;
         if self.priority(leaf) <= least {
             return None;
@@ -150,7 +154,8 @@ impl Model<'_> {
     }
 
     /// Idle leases for intentions of who is less urgent end; whoever kept them stays done.
-    pub(super) fn give_way(&mut self, taken: &Taken) -> Option<Reopened> {
+    pub(super) fn give_way(&mut self, taken: &Taken) -> Vec<Reopened> {
+        let mut yields = Vec::new();
         for (wish, resources) in taken {
             let mut ended = Vec::new();
             for &resource in resources {
@@ -168,14 +173,26 @@ impl Model<'_> {
             }
             if !ended.is_empty() {
                 let (undecided, reset) = (Vec::new(), Vec::new());
-                return Some(Reopened { node: *wish, up_to: NodeId(0), cause: Cause::Yield, undecided, ended, reset });
+                let (node, up_to, cause) = (*wish, NodeId(0), Cause::Yield);
+                yields.push(Reopened { node, up_to, cause, undecided, ended, reset });
             }
         }
-        None
+        yields
     }
 
-    /// Who holds what is waited for is as urgent as who waits; all that are, if that is different now.
-    pub(super) fn urge(&mut self, decision: &Decision) -> Option<Vec<Urged>> {
+    /// Where nothing was granted since it is reserved, those do not ask in the next round; true if there are such.
+    pub(super) fn hide(&mut self, decision: &Decision) -> bool {
+        let is_reserved = |refusal: &&Refusal| matches!(refusal.reason, Reason::Reserved { .. });
+        let reserved =
+            decision.refused.iter().filter(|(leaf, refusal)| is_reserved(refusal) && !self.hidden.contains_key(leaf));
+        let more: Vec<_> = reserved.map(|(leaf, refusal)| (*leaf, refusal.clone())).collect();
+        let is_hiding = !more.is_empty();
+        self.hidden.extend(more);
+        is_hiding
+    }
+
+    /// Who held before the grants of this round what is waited for is as urgent as who waits; all, if that is different.
+    pub(super) fn urge(&mut self, decision: &Decision, rows: &[Row]) -> Option<Vec<Urged>> {
         let before = std::mem::take(&mut self.urged);
         loop {
             let mut is_same = true;
@@ -189,7 +206,7 @@ impl Model<'_> {
                 };
                 let priority = self.priority(leaf);
                 for resource in named {
-                    for held in self.rows[resource.index()].leases.clone() {
+                    for held in rows[resource.index()].leases.clone() {
                         let is_idle = held.kind == LeaseKind::Physical && !self.is_own(leaf, &[], held.holder);
                         if is_idle && self.priority(held.holder) < priority {
                             self.urged.insert(held.holder, priority);

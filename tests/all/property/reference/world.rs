@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use ambidex::model::{
-    Access, BehaviorSpec, Claim, Condition, ControllerKind, Grant, LeaseKind, Location, Loss, NodeId, NodeRange,
-    ObjectId, PlaceId, Pose, Potential, Reason, Request, ResourceId, Selector, Task, TypeId,
+    BehaviorSpec, Claim, Condition, ControllerKind, Grant, LeaseKind, Location, Loss, NodeId, NodeRange, ObjectId,
+    PlaceId, Pose, Potential, Reason, Request, ResourceId, Selector, Task, TypeId,
 };
 
 use super::{Ask, Model, Refusal};
@@ -33,7 +33,7 @@ impl Model<'_> {
         if let Some(refusal) = self.unmet(&spec.precondition, leaf, skips) {
             return Err(refusal);
         }
-        let potential = self.potential(&spec.potential, leaf, skips, is_wish)?;
+        let potential = self.potential(&spec.potential, leaf, skips)?;
         for &object in &spec.changes {
             let mut others = self.running.values().filter(|_| !is_wish);
             if let Some(other) = others.find(|other| other.request.changes.contains(&object)) {
@@ -159,13 +159,7 @@ impl Model<'_> {
         })
     }
 
-    fn potential(
-        &self,
-        potential: &Potential,
-        leaf: NodeId,
-        skips: &[NodeRange],
-        is_wish: bool,
-    ) -> Result<f64, Refusal> {
+    fn potential(&self, potential: &Potential, leaf: NodeId, skips: &[NodeRange]) -> Result<f64, Refusal> {
         let (each, over, scale_by) = match *potential {
             Potential::Constant(0.0) => return Err(Reason::Unwanted.into()),
             Potential::Constant(value) => (value, 1.0, None),
@@ -180,11 +174,8 @@ impl Model<'_> {
         {
             let usable = self.of_type(of).into_iter().filter(|id| {
                 let leases = &self.rows[id.index()].leases;
-                let is_wished = || is_wish && self.hinders(leaf, skips, *id, Access::Exclusive, true).is_none();
                 self.outage(*id).is_none()
-                    && (leases.is_empty()
-                        || leases.iter().any(|held| self.is_own(leaf, skips, held.holder))
-                        || is_wished())
+                    && (leases.is_empty() || leases.iter().any(|held| self.is_own(leaf, skips, held.holder)))
             });
             count = usable.count();
             if count == 0 {
