@@ -10,6 +10,7 @@ use super::overtaking::Overtaken;
 use super::{Outbox, Root, TOP};
 use crate::behavior;
 use crate::world::View;
+use ambidex_model::state::Phase;
 use ambidex_model::{
     Cause, Consequences, ControllerId, Deadline, Fault, Grant, MissionEnd, NodeId, Reason, Record, Rejection, Reopened,
     ResourceId, Service, Time, match_claims,
@@ -78,7 +79,12 @@ impl Root {
         }
         if let Some((node, fault)) = retried {
             let reopened = self.attempt(node, fault);
-            self.edit(Record::Reopened { at: now, reopened }, out);
+            // What is done once more is done as often as it says, from now on.
+            let topology = self.state.topology();
+            let is_done = |above: NodeId| above > node && self.state.phase(above) == Phase::Done;
+            self.began.retain(|begun, _| !topology.is_within(*begun, node) || !topology.path(*begun).any(is_done));
+            // Waiting is counted from the turn: when answers have come is not told again.
+            self.edit(Record::Reopened { at: self.turned, reopened }, out);
         }
         if consequences.completed.is_some_and(|completed| completed.node == TOP) {
             self.finish(now, MissionEnd::Done, out);

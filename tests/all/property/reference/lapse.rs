@@ -41,7 +41,9 @@ impl Model<'_> {
     }
 
     fn helps_waiting(&self, refusal: &Refusal) -> bool {
+        let waits_for_anybody = matches!(refusal.reason, Reason::Reserved { .. } | Reason::TooEarly { .. });
         refusal.waits
+            || (waits_for_anybody && !self.running.is_empty())
             || refusal.resources.iter().any(|&id| self.is_run(id))
             || refusal.behaviors.iter().any(|leaf| self.running.contains_key(leaf))
     }
