@@ -152,7 +152,7 @@ impl Model<'_> {
         self.settle_done(skip);
         self.move_all(|holder| skip.contains(holder), Some(then), then);
         let mut fall = self.no_fall();
-        let Completion { node, heir } = self.complete_above(goal);
+        let Completion { node, heir } = self.complete_above(goal, true);
         let below = self.below(node);
         self.move_all(|holder| below.contains(holder), heir, node);
         self.settle_done(below);
@@ -164,7 +164,9 @@ impl Model<'_> {
         let completed = Some(Completion { node, heir });
         let consequences = Consequences { completed, failed: fall.failed, failing: fall.failing, cleaned: None };
         self.log.push(Step::Overtaken { leaf, skip, goal, consequences });
-        self.end_iteration_of_complete(node);
+        if node != goal {
+            self.end_iteration_of_complete(node);
+        }
         self.try_again(&fall);
         if node == TOP && self.done.contains(&TOP) {
             self.finish(MissionEnd::Done);

@@ -153,7 +153,7 @@ impl Model<'_> {
         match end {
             End::Succeeded => {
                 self.done.insert(leaf);
-                completed = Some(self.complete_above(leaf));
+                completed = Some(self.complete_above(leaf, false));
             }
             End::Failed(fault) => {
                 let failures = self.failures.entry(leaf).or_default();
@@ -173,9 +173,11 @@ impl Model<'_> {
     }
 
     /// The topmost node that is complete with one that is.
-    pub(super) fn complete_above(&mut self, node: NodeId) -> Completion {
+    pub(super) fn complete_above(&mut self, node: NodeId, is_by_others: bool) -> Completion {
         let mut completed = Completion { node, heir: None };
-        while completed.node != TOP && completed.heir.is_none() && !self.is_not_the_last(completed.node) {
+        // What others did is done as often as it says.
+        let is_last = |model: &Self, at: NodeId| (is_by_others && at == node) || !model.is_not_the_last(at);
+        while completed.node != TOP && completed.heir.is_none() && is_last(self, completed.node) {
             let parent = self.parent(completed.node);
             if self.is_canceling(parent) {
                 break;
@@ -186,7 +188,7 @@ impl Model<'_> {
             }
             completed = next;
         }
-        if self.is_not_the_last(completed.node) {
+        if !is_last(self, completed.node) {
             self.done.remove(&completed.node);
         }
         completed
