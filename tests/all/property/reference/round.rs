@@ -312,7 +312,7 @@ impl Model<'_> {
     }
 
     /// The cheapest way for the whole set, the first in resource order among equals; also what wishes take.
-    fn bind(&self, accepted: &[Ask]) -> (Vec<Grant>, Vec<(NodeId, Vec<ResourceId>)>) {
+    fn bind(&self, accepted: &[Ask]) -> (Vec<Grant>, Vec<Grant>) {
         let per_claim = accepted.iter().flat_map(|ask| ask.serving.iter().map(|_| ask.wish.as_ref()));
         let per_claim: Vec<_> = per_claim.collect();
         let mut best: Option<(u32, f64, Vec<ResourceId>)> = None;
@@ -334,7 +334,7 @@ impl Model<'_> {
                 grant.bindings.push(Binding { resource, access: claim.access, keep: claim.keep });
             }
             if ask.wish.is_some() {
-                taken.push((grant.leaf(), grant.bindings.iter().map(|binding| binding.resource).collect()));
+                taken.push(grant);
                 continue;
             }
             if self.is_serial {
