@@ -235,7 +235,7 @@ impl Settling<'_> {
         };
         if let Some(ends) = ends
             && state.running_below(node).all(|(other, _)| other == self.from)
-            && state.owed_cleanup(node, self.cleaned).is_none()
+            && state.owed_cleanups(node, self.cleaned).all(|owed| self.completes(owed))
             && (!ends.finishes || ordering.is_finished(state, node, now))
         {
             (self.failing, self.cause, self.fault) = (None, ends.cause, ends.fault);
@@ -247,6 +247,11 @@ impl Settling<'_> {
             self.failed = Some(node);
         }
         true
+    }
+
+    /// Whether a node is complete now, or below what is: nothing is to be cleaned up there.
+    fn completes(&self, node: NodeId) -> bool {
+        self.completed.is_some_and(|completed| self.tree.topology.is_within(node, completed.node))
     }
 
     /// Why a node cannot be complete any more; none while it can.

@@ -98,7 +98,7 @@ impl Model<'_> {
 
     /// Upwards through the THENs above a leaf, backwards through what stands before it in each.
     fn maker(&self, leaf: NodeId, condition: &Condition) -> Option<(NodeId, NodeId)> {
-        for pair in self.upward(leaf).windows(2) {
+        for pair in self.within(leaf).windows(2) {
             let [child, node] = *pair else { unreachable!() };
             if self.kind(node) != &NodeKind::Then {
                 continue;

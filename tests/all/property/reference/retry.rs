@@ -42,13 +42,12 @@ impl Model<'_> {
         let children = self.children(node);
         let is_done = |child: &NodeId| self.done.contains(child);
         let kept = match self.kind(node) {
-            NodeKind::Cleanup => unreachable!("no tree of the model has a cleanup"),
             NodeKind::Then => {
                 let mut before_last = children[..children.len() - 1].iter();
                 before_last.rposition(|child| is_done(child) && self.is_reached(*child))
             }
             NodeKind::Or => None,
-            NodeKind::And | NodeKind::Root | NodeKind::Behavior(_) => Some(children.len()),
+            NodeKind::Cleanup | NodeKind::And | NodeKind::Root | NodeKind::Behavior(_) => Some(children.len()),
         };
         for (index, child) in children.iter().enumerate() {
             if !is_done(child) {
@@ -73,6 +72,7 @@ impl Model<'_> {
         self.faults.remove(&node);
         self.failing.remove(&node);
         self.failures.remove(&node);
+        self.begun.remove(&node);
         self.committed.remove(&node);
         self.silent.remove(&node);
         self.unfit.retain(|(leaf, ..)| *leaf != node);
@@ -87,7 +87,7 @@ impl Model<'_> {
     pub(super) fn is_reached(&self, node: NodeId) -> bool {
         let children = self.children(node);
         match self.kind(node) {
-            NodeKind::Cleanup => unreachable!("no tree of the model has a cleanup"),
+            NodeKind::Cleanup => self.is_reached(self.body(node)),
             NodeKind::Behavior(spec) => !spec.is_drive() && self.is_satisfied(node, &[]),
             NodeKind::And => children.iter().all(|child| self.is_reached(*child)),
             NodeKind::Or => children.iter().any(|child| self.is_reached(*child)),
