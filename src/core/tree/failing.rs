@@ -119,7 +119,13 @@ impl Root {
         if tree.limits.is_empty() {
             return Vec::new();
         }
-        let above: BTreeSet<NodeId> = granted.flat_map(|grant| tree.topology.path(grant.leaf())).collect();
+        // A cleanup takes no time of those above it: what it cleans up has ended.
+        let below_cleanup = |grant: &Grant| {
+            let path: Vec<NodeId> = tree.topology.path(grant.leaf()).collect();
+            let top = path.iter().position(|node| tree.topology.is_cleanup(*node));
+            path.into_iter().take(top.map_or(usize::MAX, |top| top + 1))
+        };
+        let above: BTreeSet<NodeId> = granted.flat_map(below_cleanup).collect();
         let begun = above.into_iter().filter(|node| !self.state.is_timed(*node));
         begun.filter_map(|node| Some(Deadline { node, until: self.turned + tree.limits(node).timeout? })).collect()
     }

@@ -49,7 +49,8 @@ impl Model<'_> {
             NodeKind::Or => None,
             NodeKind::Cleanup | NodeKind::And | NodeKind::Root | NodeKind::Behavior(_) => Some(children.len()),
         };
-        for (index, child) in children.iter().enumerate() {
+        let is_asked = |child: &NodeId| !self.mission.tree.topology.is_cleanup(*child);
+        for (index, child) in children.iter().enumerate().filter(|(_, child)| is_asked(child)) {
             if !is_done(child) {
                 self.begins_anew(*child, reset);
             } else if kept.is_none_or(|kept| index > kept) {
