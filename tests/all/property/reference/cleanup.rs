@@ -146,6 +146,7 @@ impl Model<'_> {
         }
         let until = self.now + Duration::from_secs(10);
         self.ending = Some((end, until));
+        self.failing.retain(|node, failing| *node != TOP || !failing.finishes);
         self.awaited = None;
         self.log.push(Step::Ending { end, until });
     }

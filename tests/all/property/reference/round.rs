@@ -22,8 +22,10 @@ impl Model<'_> {
     /// Gives up what can never run, asks, grants, goes on, lapses; true if another round follows at once.
     pub fn round(&mut self) -> bool {
         if self.ending.is_none() {
-            self.begin_cleanups();
             self.give_up();
+            if self.end.is_none() {
+                self.begin_cleanups();
+            }
         }
         if self.end.is_some() || !self.goes_on_cleaning() {
             return false;
