@@ -259,7 +259,9 @@ impl Settling<'_> {
         let (tree, state) = (self.tree, self.state);
         let before = match state.phase(node) {
             Phase::Failing(failing) => Some(failing),
-            Phase::Pending | Phase::Done | Phase::Failed | Phase::Ending | Phase::Cleaning(_) => None,
+            // What is given up stays so until all there is cleaned up.
+            Phase::Ending => return None,
+            Phase::Pending | Phase::Done | Phase::Failed | Phase::Cleaning(_) => None,
         };
         if self.ended == Ended::OutOfTime && node == self.from {
             // What cannot be complete any more has failed already, and at something else.

@@ -103,6 +103,8 @@ impl Model<'_> {
         }
         fall.cleaned = Some(node);
         fall.failed = None;
+        // What was to finish what it can has failed too.
+        self.failing.entry(node).and_modify(|failing| failing.finishes = false);
         self.end_failing_above(node, fall);
         self.take_back(node, fall.failed);
     }

@@ -79,6 +79,10 @@ impl Model<'_> {
     /// What failed first counts.
     pub(super) fn begin_to_fail(&mut self, failing: Failing, fall: &mut Fall) {
         let node = failing.node;
+        // What is given up stays so until all there is cleaned up.
+        if self.is_given_up(node) {
+            return;
+        }
         let is_new = !self.failing.contains_key(&node);
         self.failing.entry(node).or_insert(failing);
         if is_new && failing.finishes && !self.has_ended(failing) {
