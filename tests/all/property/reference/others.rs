@@ -157,6 +157,9 @@ impl Model<'_> {
         let below = self.below(node);
         self.move_all(|holder| below.contains(holder), heir, node);
         self.settle_done(below);
+        if self.mission.tree.topology.is_cleanup(node) {
+            self.end_cleanup(self.parent(node), &mut fall);
+        }
         self.end_failing_above(goal, &mut fall);
         if let Some(failed) = fall.failed {
             self.take_back(failed, Some(failed));
