@@ -475,6 +475,9 @@ impl State {
             let from = consequences.completed.map_or(goal, |completed| self.topology.parent(completed.node));
             self.fall(from, Consequences { failed: Some(failed), ..Consequences::default() });
         }
+        if let Some(cleaned) = consequences.cleaned {
+            self.end_cleaning(cleaned);
+        }
         true
     }
 
