@@ -10,6 +10,7 @@ use super::overtaking::Overtaken;
 use super::{Outbox, Root, TOP};
 use crate::behavior;
 use crate::world::View;
+use ambidex_model::state::Phase;
 use ambidex_model::{
     Cause, Consequences, ControllerId, Deadline, Fault, Grant, MissionEnd, NodeId, Reason, Record, Rejection, Reopened,
     ResourceId, Service, Time, match_claims,
@@ -78,7 +79,12 @@ impl Root {
         }
         if let Some((node, fault)) = retried {
             let reopened = self.attempt(node, fault);
-            self.edit(Record::Reopened { at: now, reopened }, out);
+            // What is done once more is done as often as it says, from now on.
+            let topology = self.state.topology();
+            let is_done = |above: NodeId| above > node && self.state.phase(above) == Phase::Done;
+            self.began.retain(|begun, _| !topology.is_within(*begun, node) || !topology.path(*begun).any(is_done));
+            // Waiting is counted from the turn: when answers have come is not told again.
+            self.edit(Record::Reopened { at: self.turned, reopened }, out);
         }
         if consequences.completed.is_some_and(|completed| completed.node == TOP) {
             self.finish(now, MissionEnd::Done, out);
@@ -113,7 +119,13 @@ impl Root {
         if tree.limits.is_empty() {
             return Vec::new();
         }
-        let above: BTreeSet<NodeId> = granted.flat_map(|grant| tree.topology.path(grant.leaf())).collect();
+        // A cleanup takes no time of those above it: what it cleans up has ended.
+        let below_cleanup = |grant: &Grant| {
+            let path: Vec<NodeId> = tree.topology.path(grant.leaf()).collect();
+            let top = path.iter().position(|node| tree.topology.is_cleanup(*node));
+            path.into_iter().take(top.map_or(usize::MAX, |top| top + 1))
+        };
+        let above: BTreeSet<NodeId> = granted.flat_map(below_cleanup).collect();
         let begun = above.into_iter().filter(|node| !self.state.is_timed(*node));
         begun.filter_map(|node| Some(Deadline { node, until: self.turned + tree.limits(node).timeout? })).collect()
     }

@@ -235,7 +235,7 @@ impl Settling<'_> {
         };
         if let Some(ends) = ends
             && state.running_below(node).all(|(other, _)| other == self.from)
-            && state.owed_cleanup(node, self.cleaned).is_none()
+            && state.owed_cleanups(node, self.cleaned).all(|owed| self.completes(owed))
             && (!ends.finishes || ordering.is_finished(state, node, now))
         {
             (self.failing, self.cause, self.fault) = (None, ends.cause, ends.fault);
@@ -249,12 +249,19 @@ impl Settling<'_> {
         true
     }
 
+    /// Whether a node is complete now, or below what is: nothing is to be cleaned up there.
+    fn completes(&self, node: NodeId) -> bool {
+        self.completed.is_some_and(|completed| self.tree.topology.is_within(node, completed.node))
+    }
+
     /// Why a node cannot be complete any more; none while it can.
     fn ends(&mut self, node: NodeId, child: NodeId, ordering: Ordering) -> Option<Failing> {
         let (tree, state) = (self.tree, self.state);
         let before = match state.phase(node) {
             Phase::Failing(failing) => Some(failing),
-            Phase::Pending | Phase::Done | Phase::Failed | Phase::Ending | Phase::Cleaning(_) => None,
+            // What is given up stays so until all there is cleaned up.
+            Phase::Ending => return None,
+            Phase::Pending | Phase::Done | Phase::Failed | Phase::Cleaning(_) => None,
         };
         if self.ended == Ended::OutOfTime && node == self.from {
             // What cannot be complete any more has failed already, and at something else.

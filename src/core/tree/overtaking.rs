@@ -80,7 +80,11 @@ impl Overtaking<'_> {
         let skipped = (present.0..topology.end(goal).0).map(NodeId);
         let is_left =
             |leaf: &NodeId| topology.path(*leaf).take_while(|node| *node != then).all(|node| !self.state.is_done(node));
-        let mut left = skipped.filter(is_left);
+        // What cleans up below is passed over with what it would clean up.
+        let is_asked = |leaf: &NodeId| {
+            !topology.path(*leaf).take_while(|node| *node != then).any(|node| topology.is_cleanup(node))
+        };
+        let mut left = skipped.filter(is_left).filter(is_asked);
         left.all(|leaf| self.concerns(leaf, &concern)).then_some(goal)
     }
 
@@ -98,7 +102,7 @@ impl Overtaking<'_> {
     /// Whether a leaf is about the same, and puts nothing elsewhere; drives are about nothing.
     fn concerns(&self, leaf: NodeId, concern: &Concern) -> bool {
         let spec = self.tree.behavior_in(leaf, self.state.world());
-        let is_way = |spec: &&BehaviorSpec| !spec.is_drive() && !self.tree.topology.is_in_cleanup(leaf);
+        let is_way = |spec: &&BehaviorSpec| !spec.is_drive();
         let Some(spec) = spec.filter(is_way) else { return true };
         let is_elsewhere = |effect: &EffectTerm| match *effect {
             EffectTerm::Lies(object, place) => {

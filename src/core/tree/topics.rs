@@ -161,7 +161,10 @@ impl Touches {
                 self.touch(Topic::Own(reopened.up_to));
                 reopened.reset.iter().for_each(|node| self.touch(Topic::Own(*node)));
             }
-            Record::Overtaken { goal, .. } => self.touch(Topic::Own(*goal)),
+            Record::Overtaken { goal, consequences, .. } => {
+                self.touch(Topic::Own(*goal));
+                consequences.cleaned.into_iter().for_each(|node| self.touch_all(node));
+            }
             Record::Ending { .. } => self.touch(Topic::Own(TOP)),
             Record::Leaving { way, .. } => self.touch(Topic::Own(*way)),
             Record::Cleaning { node, .. } | Record::Cleaned { node, .. } => self.touch_all(*node),

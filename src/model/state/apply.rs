@@ -373,6 +373,13 @@ impl State {
     /// A node begins anew, but for what it keeps, when it has waited.
     fn try_again(&mut self, reopened: &Reopened, wait: Wait) {
         let top = reopened.node;
+        // What was done is done from its beginning, as often as it says.
+        let is_done = |node: NodeId| node > top && self.phase(node) == Phase::Done;
+        let is_again = |node: &NodeId| self.iterations.contains_key(node) && self.topology.path(*node).any(is_done);
+        let again: Vec<NodeId> = reopened.reset.iter().copied().filter(is_again).collect();
+        for node in again {
+            Arc::make_mut(&mut self.iterations).remove(&node);
+        }
         for &node in &reopened.reset {
             self.end_time(node);
             self.wake(node);
@@ -465,6 +472,9 @@ impl State {
         if let Some(failed) = consequences.failed {
             let from = consequences.completed.map_or(goal, |completed| self.topology.parent(completed.node));
             self.fall(from, Consequences { failed: Some(failed), ..Consequences::default() });
+        }
+        if let Some(cleaned) = consequences.cleaned {
+            self.end_cleaning(cleaned);
         }
         true
     }

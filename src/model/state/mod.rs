@@ -173,11 +173,16 @@ impl State {
     /// The first cleanup in tree order, at or below a node, that was begun and is not over or is yet to be done: its node;
     /// `but` is passed over.
     pub fn owed_cleanup(&self, top: NodeId, but: Option<NodeId>) -> Option<NodeId> {
+        self.owed_cleanups(top, but).next()
+    }
+
+    /// All of these.
+    pub fn owed_cleanups(&self, top: NodeId, but: Option<NodeId>) -> impl Iterator<Item = NodeId> {
         let below = top..self.topology.end(top);
         let nodes = self.topology.cleanups().range(below).map(|cleanup| self.topology.parent(*cleanup));
         let mut nodes: Vec<NodeId> = nodes.filter(|node| *node >= top && Some(*node) != but).collect();
         nodes.sort_unstable();
-        nodes.into_iter().find(|node| {
+        nodes.into_iter().filter(move |node| {
             let mut up_to_top = self.topology.path(*node).take_while(|above| *above >= top);
             let is_left = up_to_top.all(|node| !matches!(self.phase(node), Phase::Done | Phase::Failed));
             is_left && self.status(*node).is_begun

@@ -286,8 +286,8 @@ impl Watch {
         let topology = &self.mission.tree.topology;
         assert!(!self.granted.keys().any(|leaf| skip.contains(*leaf)), "what runs is passed over");
         self.done.extend(topology.children(topology.parent(goal)).filter(|child| skip.contains(*child)));
-        self.fail(consequences);
         self.complete(goal, consequences);
+        self.fail(consequences);
     }
 
     fn complete(&mut self, from: NodeId, consequences: &Consequences) {

@@ -1,7 +1,8 @@
 //! The core beside the reference model, event by event.
 
 use ambidex::model::{
-    Blocked, Consequences, Deadline, End, Grant, NodeId, NodeRange, Reason, Record, Reopened, ResourceId, Urged,
+    Blocked, Consequences, Deadline, End, Grant, MissionEnd, NodeId, NodeRange, Reason, Record, Reopened, ResourceId,
+    Urged,
 };
 
 use super::counts::{Counts, variant};
@@ -25,13 +26,16 @@ pub fn against_reference(case: &Case) -> Counts {
                 model.ended(*leaf, outcome);
                 true
             }
-            Some(Event::Cancel) => todo!("the model knows of no cancel"),
+            Some(Event::Cancel) => {
+                model.tell_to_finish(MissionEnd::Canceled);
+                true
+            }
             Some(Event::Nothing) => {
-                model.end_stalled();
-                false
+                model.end_stalled(true);
+                true
             }
         };
-        while goes_on && model.end.is_none() {
+        while model.goes_on_cleaning() && goes_on && model.end.is_none() {
             goes_on = model.round();
         }
         compare(case, driver, event, records, &mut model);
@@ -85,8 +89,11 @@ fn recorded(case: &Case, record: &Record) -> Option<String> {
         Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } => return None,
         Record::World { .. } | Record::Denied { .. } => return None,
         Record::Resource { .. } | Record::Woke { .. } | Record::Served { .. } => return None,
-        Record::Awaited { .. } | Record::Controller { .. } | Record::Ending { .. } => return None,
-        Record::Leaving { .. } | Record::Cleaning { .. } | Record::Cleaned { .. } => return None,
+        Record::Awaited { .. } | Record::Controller { .. } => return None,
+        Record::Ending { end, until, .. } => format!("ending {end:?} {until:?}"),
+        Record::Leaving { way, .. } => format!("leaving {way:?}"),
+        Record::Cleaning { node, .. } => format!("cleaning {node:?}"),
+        Record::Cleaned { node, is_done, consequences, .. } => cleaned(*node, *is_done, consequences),
     })
 }
 
@@ -103,6 +110,10 @@ fn stepped(case: &Case, step: &Step) -> String {
         Step::Infeasible { leaf, reason, consequences } => infeasible(*leaf, reason, consequences),
         Step::TimedOut { node, consequences } => timed_out(*node, consequences),
         Step::Reopened(reopened) => tried_again(reopened),
+        Step::Ending { end, until } => format!("ending {end:?} {until:?}"),
+        Step::Leaving { way } => format!("leaving {way:?}"),
+        Step::Cleaning { node } => format!("cleaning {node:?}"),
+        Step::Cleaned { node, is_done, consequences } => cleaned(*node, *is_done, consequences),
         Step::Overtaken { leaf, skip, goal, consequences } => overtaken(*leaf, *skip, *goal, consequences),
     }
 }
@@ -113,6 +124,10 @@ fn changed(urged: Option<&Vec<Urged>>) -> String {
 
 fn released(leaf: NodeId, end: End, consequences: &Consequences, unfit: &[ResourceId]) -> String {
     format!("{leaf:?} {end:?} {consequences:?} unfit {unfit:?}")
+}
+
+fn cleaned(node: NodeId, is_done: bool, consequences: &Consequences) -> String {
+    format!("cleaned {node:?} {is_done} {consequences:?}")
 }
 
 fn infeasible(leaf: NodeId, reason: &Reason, consequences: &Consequences) -> String {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use ambidex::model::{Cause, Consequences, MissionEnd, Reason, Record};
+use ambidex::model::{Cause, Consequences, End, MissionEnd, Reason, Record, StopCause};
 
 /// Sums over many trees.
 #[derive(Debug, Default)]
@@ -26,7 +26,7 @@ pub struct Counts {
 
 /// Made elsewhere: a leaf whose turn has not come is not activated.
 const NOT_OF_THE_CORE: [&str; 1] = ["NotItsTurn"];
-const REASONS: [&str; 22] = [
+const REASONS: [&str; 27] = [
     "Satisfied",
     "Held",
     "NoneFree",
@@ -49,10 +49,34 @@ const REASONS: [&str; 22] = [
     "Ending",
     "OutOfTime",
     "BackingOff",
+    "LessUrgent",
+    "DoneOftener",
+    "Reserved",
+    "NotYet",
+    "GivenUp",
 ];
 /// What happens beside rounds and ends.
-const OTHERS: [&str; 8] =
-    ["infeasible Missing", "timed out", "retry", "leave", "done by others", "unfit", "cancels", "finishes"];
+const OTHERS: [&str; 19] = [
+    "infeasible Missing",
+    "timed out",
+    "retry",
+    "leave",
+    "done by others",
+    "unfit",
+    "cancels",
+    "finishes",
+    "preempted",
+    "broken",
+    "interrupted",
+    "yields",
+    "urged",
+    "repeats",
+    "overdue",
+    "leaves after cleanup",
+    "cleanups begun",
+    "cleanups done",
+    "cleanups failed",
+];
 
 /// The name of a reason's variant.
 pub fn variant(reason: &Reason) -> String {
@@ -81,7 +105,9 @@ impl Counts {
 
     fn count(&mut self, record: &Record) {
         match record {
-            Record::Decided { granted, refused, reopened, .. } => {
+            Record::Decided { granted, refused, reopened, urged, overdue, .. } => {
+                self.count_other("urged", urged.as_ref().is_some_and(|urged| !urged.is_empty()));
+                self.count_other("overdue", overdue.as_ref().is_some_and(|overdue| !overdue.is_empty()));
                 self.rounds += 1;
                 self.grants += granted.len() as u64;
                 self.side_by_side += u64::from(granted.len() > 1);
@@ -94,7 +120,11 @@ impl Counts {
                     self.went_back += u64::from(reopened.lapsed().is_none());
                 }
             }
-            Record::Released { consequences, unfit, .. } => {
+            Record::Released { end, consequences, unfit, .. } => {
+                self.count_other("interrupted", *end == End::Interrupted);
+                let is_cleaned = consequences.cleaned.is_some();
+                self.count_other("cleanups done", is_cleaned && *end == End::Succeeded);
+                self.count_other("cleanups failed", is_cleaned && *end != End::Succeeded);
                 self.failures += u64::from(consequences.failed.is_some());
                 self.count_failing(consequences);
                 self.count_other("unfit", !unfit.is_empty());
@@ -108,14 +138,30 @@ impl Counts {
                 self.count_other("timed out", true);
             }
             Record::Reopened { reopened, .. } => {
-                let is_retry = matches!(reopened.cause, Cause::Retry { .. });
-                self.count_other("retry", is_retry);
-                self.count_other("leave", !is_retry);
+                let what = match reopened.cause {
+                    Cause::Retry { .. } => "retry",
+                    Cause::Repeat { .. } => "repeats",
+                    Cause::Yield => "yields",
+                    Cause::Leave | Cause::Lapse { .. } | Cause::Redo { .. } => "leave",
+                };
+                self.count_other(what, true);
             }
             Record::Overtaken { .. } => self.count_other("done by others", true),
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
-            Record::Stopped { .. } | Record::Ending { .. } | Record::Leaving { .. } => {}
-            Record::Cleaning { .. } | Record::Cleaned { .. } => {}
+            Record::Stopped { leaves, cause, .. } => {
+                let what = match cause {
+                    StopCause::Ends => "told to end",
+                    StopCause::Broken(_) => "broken",
+                    StopCause::Preempted { .. } => "preempted",
+                };
+                leaves.iter().for_each(|_| self.count_other(what, true));
+            }
+            Record::Ending { .. } => self.count_other("told to finish", true),
+            Record::Leaving { .. } => self.count_other("leaves after cleanup", true),
+            Record::Cleaning { .. } => self.count_other("cleanups begun", true),
+            Record::Cleaned { is_done, .. } => {
+                self.count_other(if *is_done { "cleanups done" } else { "cleanups failed" }, true);
+            }
             Record::Header(_)
             | Record::Sent { .. }
             | Record::World { .. }

@@ -2,6 +2,7 @@
 //!
 //! It imports the vocabulary alone, so that an error in the core cannot be in here by inheritance.
 
+mod cleanup;
 mod failing;
 mod feasible;
 mod lapse;
@@ -80,6 +81,14 @@ pub struct Model<'a> {
     iterated: BTreeMap<NodeId, u32>,
     began: BTreeMap<NodeId, Time>,
     resting: BTreeMap<NodeId, (Time, u64)>,
+    /// Nodes with a cleanup below whose body something was granted since they began.
+    begun: BTreeSet<NodeId>,
+    /// Nodes that clean up now.
+    cleaning: BTreeSet<NodeId>,
+    /// Ways that their ORs will leave, with these ORs.
+    leaving: BTreeMap<NodeId, NodeId>,
+    /// How the mission will end, and until when cleanups may take.
+    ending: Option<(MissionEnd, Time)>,
     progress: u64,
     ever_completed: BTreeSet<NodeId>,
     /// Behaviors that were sent back: in which progress, and for whom while that one needs it.
@@ -127,6 +136,10 @@ pub enum Step {
     Infeasible { leaf: NodeId, reason: Reason, consequences: Consequences },
     TimedOut { node: NodeId, consequences: Consequences },
     Reopened(Reopened),
+    Ending { end: MissionEnd, until: Time },
+    Leaving { way: NodeId },
+    Cleaning { node: NodeId },
+    Cleaned { node: NodeId, is_done: bool, consequences: Consequences },
     Overtaken { leaf: NodeId, skip: NodeRange, goal: NodeId, consequences: Consequences },
 }
 
@@ -171,6 +184,10 @@ impl<'a> Model<'a> {
             iterated: BTreeMap::new(),
             began: BTreeMap::new(),
             resting: BTreeMap::new(),
+            begun: BTreeSet::new(),
+            cleaning: BTreeSet::new(),
+            leaving: BTreeMap::new(),
+            ending: None,
             progress: 0,
             ever_completed: BTreeSet::new(),
             redone: BTreeMap::new(),
@@ -215,8 +232,14 @@ impl<'a> Model<'a> {
 
     /// Whether nothing is granted there any more.
     fn is_over(&self, node: NodeId) -> bool {
-        let is_it = |node: &NodeId| self.done.contains(node) || self.failed.contains(node) || self.is_canceling(*node);
-        self.upward(node).iter().any(is_it)
+        let is_it = |node: &NodeId| {
+            self.done.contains(node)
+                || self.failed.contains(node)
+                || self.is_canceling(*node)
+                || self.is_given_up(*node)
+        };
+        let is_asleep = self.cleans(node).is_some_and(|cleans| !self.cleaning.contains(&cleans));
+        is_asleep || self.within(node).iter().any(is_it)
     }
 
     /// Whether one that waits out a back-off is there.
@@ -227,7 +250,10 @@ impl<'a> Model<'a> {
 
     /// Who was told to end since the last time, what runs below a node that fails included.
     pub fn stops(&mut self) -> Vec<(NodeId, StopCause)> {
-        let is_ending = |leaf: &NodeId| self.upward(*leaf).into_iter().any(|node| self.is_canceling(node));
+        let is_ending = |leaf: &NodeId| {
+            let is_it = |node: NodeId| self.is_canceling(node) || self.is_given_up(node);
+            self.is_grace_over() || self.within(*leaf).into_iter().any(is_it)
+        };
         let told = |leaf: &NodeId| self.stopping.get(leaf) != Some(&StopCause::Ends) && is_ending(leaf);
         let now: Vec<NodeId> = self.running.keys().copied().filter(told).collect();
         now.into_iter().for_each(|leaf| self.tell_to_end(leaf, StopCause::Ends));

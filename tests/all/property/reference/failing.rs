@@ -13,6 +13,8 @@ pub(super) struct Fall {
     pub failed: Option<NodeId>,
     /// The lowest node that begins to fail, once all is settled.
     pub failing: Option<Failing>,
+    /// The node whose cleanup is over.
+    pub cleaned: Option<NodeId>,
     /// Nodes that were failing before.
     before: BTreeSet<NodeId>,
     /// The node that is tried again.
@@ -33,13 +35,21 @@ impl Model<'_> {
         }
         fall.failed = Some(node);
         if node == TOP {
-            self.end = Some(self.failed_at(cause));
+            self.end = self.ending.is_none().then(|| self.failed_at(cause));
             return;
         }
         let parent = self.parent(node);
         let failing = Failing { node: parent, child: node, cause, fault, finishes: false };
         match self.kind(parent) {
-            NodeKind::Cleanup => unreachable!("no tree of the model has a cleanup"),
+            NodeKind::Cleanup if node != self.body(parent) => self.end_cleanup(parent, fall),
+            NodeKind::Cleanup => {
+                // A body that did what it could has failed for good now.
+                let before = self.failing.remove(&parent);
+                fall.before.remove(&parent);
+                let failing =
+                    before.map_or(failing, |before| Failing { node: parent, child: node, finishes: false, ..before });
+                self.begin_to_fail(failing, fall);
+            }
             NodeKind::Or => {
                 if self.committed.get(&parent) == Some(&node) {
                     self.committed.remove(&parent);
@@ -70,6 +80,10 @@ impl Model<'_> {
     /// What failed first counts.
     pub(super) fn begin_to_fail(&mut self, failing: Failing, fall: &mut Fall) {
         let node = failing.node;
+        // What is given up stays so until all there is cleaned up.
+        if self.is_given_up(node) {
+            return;
+        }
         let is_new = !self.failing.contains_key(&node);
         self.failing.entry(node).or_insert(failing);
         if is_new && failing.finishes && !self.has_ended(failing) {
@@ -80,7 +94,7 @@ impl Model<'_> {
 
     /// All that is above it can be complete no more, and does the same.
     fn finish_above(&mut self, failing: Failing) {
-        for pair in self.upward(failing.node).windows(2) {
+        for pair in self.within(failing.node).windows(2) {
             let [child, node] = *pair else { unreachable!() };
             if node.0 > 0 {
                 self.failing.entry(node).or_insert(Failing { node, child, ..failing });
@@ -91,7 +105,7 @@ impl Model<'_> {
     /// Fails, or is tried again, if nothing is left that it waits for.
     pub(super) fn end_failing(&mut self, node: NodeId, fall: &mut Fall) {
         let Some(&failing) = self.failing.get(&node) else { return };
-        if !self.has_ended(failing) || self.runs_below(node) {
+        if !self.has_ended(failing) || self.runs_below(node) || self.owes(node, None) {
             return;
         }
         let is_over_above = self.is_over(self.parent(node));
@@ -107,6 +121,7 @@ impl Model<'_> {
         let is_over = |child: &NodeId| self.failed.contains(child) || self.done.contains(child);
         match self.kind(failing.node) {
             _ if !failing.finishes => true,
+            NodeKind::Cleanup => is_over(&self.body(failing.node)),
             NodeKind::Then => self.not_done(failing.node).first().is_some_and(|next| self.failed.contains(next)),
             _ => self.children(failing.node).iter().all(is_over),
         }
@@ -122,7 +137,7 @@ impl Model<'_> {
     pub(super) fn is_never(&self, node: NodeId) -> bool {
         let children = self.children(node);
         match self.kind(node) {
-            NodeKind::Cleanup => unreachable!("no tree of the model has a cleanup"),
+            NodeKind::Cleanup => self.is_never(self.body(node)),
             NodeKind::Behavior(_) => self.infeasible.contains_key(&node),
             NodeKind::And | NodeKind::Then => children.iter().any(|child| self.is_never(*child)),
             NodeKind::Or => children.iter().all(|child| self.is_never(*child)),
@@ -132,7 +147,7 @@ impl Model<'_> {
 
     /// Whether something is won by canceling what is below an AND; what never could run is not tried again.
     fn can_win(&self, node: NodeId, fault: Option<Fault>) -> bool {
-        let path = self.upward(node);
+        let path = self.within(node);
         let has_other_way = |pair: &[NodeId]| {
             let others = self.children(pair[1]).into_iter().filter(|other| *other != pair[0]);
             self.kind(pair[1]) == &NodeKind::Or && others.into_iter().any(|other| !self.failed.contains(&other))
@@ -167,7 +182,8 @@ impl Model<'_> {
             self.take_back(failed, Some(failed));
         }
         self.settle_fall(&mut fall);
-        let consequences = Consequences { completed: None, failed: fall.failed, failing: fall.failing, cleaned: None };
+        let cleaned = fall.cleaned;
+        let consequences = Consequences { completed: None, failed: fall.failed, failing: fall.failing, cleaned };
         self.log.push(Step::TimedOut { node, consequences });
         self.try_again(&fall);
     }

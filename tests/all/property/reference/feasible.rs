@@ -27,7 +27,7 @@ impl Model<'_> {
     }
 
     fn is_idle(&self, leaf: NodeId) -> bool {
-        !self.is_over(leaf) && !self.running.contains_key(&leaf)
+        !self.is_over(leaf) && !self.running.contains_key(&leaf) && self.cleans(leaf).is_none()
     }
 
     fn give_up_one(&mut self, leaf: NodeId, reason: Reason) {
@@ -37,7 +37,8 @@ impl Model<'_> {
         self.fail(leaf, leaf, None, &mut fall);
         self.take_back(leaf, fall.failed);
         self.settle_fall(&mut fall);
-        let consequences = Consequences { completed: None, failed: fall.failed, failing: fall.failing, cleaned: None };
+        let cleaned = fall.cleaned;
+        let consequences = Consequences { completed: None, failed: fall.failed, failing: fall.failing, cleaned };
         self.log.push(Step::Infeasible { leaf, reason, consequences });
         self.try_again(&fall);
     }
@@ -61,6 +62,7 @@ impl Model<'_> {
     /// What is left that makes something so.
     fn makers(&self) -> BTreeSet<NodeId> {
         let mut makers: BTreeSet<NodeId> = self.running.keys().copied().collect();
+        makers.retain(|leaf| self.cleans(*leaf).is_none());
         let is_left = |leaf: &NodeId| {
             let mut above = self.upward(*leaf).into_iter();
             let may_go_back = above.any(|node| self.kind(node) == &NodeKind::Then && self.is_still_left(node));
@@ -68,7 +70,8 @@ impl Model<'_> {
                 self.upward(*leaf).into_iter().any(|node| self.is_not_the_last(node) && self.is_still_left(node));
             self.is_still_left(*leaf) || (self.done.contains(leaf) && may_go_back) || comes_again
         };
-        let left: Vec<NodeId> = self.mission.tree.leaves().filter(is_left).collect();
+        let left: Vec<NodeId> =
+            self.mission.tree.leaves().filter(|leaf| self.cleans(*leaf).is_none()).filter(is_left).collect();
         loop {
             let can_run = |leaf: &NodeId| {
                 singles(&self.behavior(*leaf).precondition).iter().all(|part| self.can_be(part, &makers))
@@ -84,13 +87,14 @@ impl Model<'_> {
 
     /// Whether something may come of a node: it is not over, or what is canceled there is tried again.
     fn is_still_left(&self, node: NodeId) -> bool {
-        self.upward(node).into_iter().all(|node| {
+        self.within(node).into_iter().all(|node| {
             let begins_again = |fails: &ambidex::model::Failing| {
                 fails.fault.is_some()
                     && self.upward(node).into_iter().any(|node| node.0 > 0 && self.can_be_tried_again(node))
             };
             let is_going_on = self.failing.get(&node).is_none_or(|fails| fails.finishes || begins_again(fails));
-            !self.done.contains(&node) && !self.failed.contains(&node) && is_going_on
+            let is_left = !self.is_given_up(node) && !self.cleaning.contains(&node);
+            !self.done.contains(&node) && !self.failed.contains(&node) && is_going_on && is_left
         })
     }
 

@@ -41,7 +41,9 @@ impl Model<'_> {
     }
 
     fn helps_waiting(&self, refusal: &Refusal) -> bool {
+        let waits_for_anybody = matches!(refusal.reason, Reason::Reserved { .. } | Reason::TooEarly { .. });
         refusal.waits
+            || (waits_for_anybody && !self.running.is_empty())
             || refusal.resources.iter().any(|&id| self.is_run(id))
             || refusal.behaviors.iter().any(|leaf| self.running.contains_key(leaf))
     }
@@ -96,7 +98,7 @@ impl Model<'_> {
 
     /// Upwards through the THENs above a leaf, backwards through what stands before it in each.
     fn maker(&self, leaf: NodeId, condition: &Condition) -> Option<(NodeId, NodeId)> {
-        for pair in self.upward(leaf).windows(2) {
+        for pair in self.within(leaf).windows(2) {
             let [child, node] = *pair else { unreachable!() };
             if self.kind(node) != &NodeKind::Then {
                 continue;

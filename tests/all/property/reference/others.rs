@@ -12,7 +12,7 @@ use super::{Model, Step, TOP};
 impl Model<'_> {
     /// The lowest THEN above a blocked leaf that can go on behind a later child goes on; true if there is one.
     pub(super) fn overtake(&mut self, leaf: NodeId) -> bool {
-        let path = self.upward(leaf);
+        let path = self.within(leaf);
         let is_chosen =
             |pair: &[NodeId]| self.kind(pair[1]) != &NodeKind::Or || self.committed.get(&pair[1]) == Some(&pair[0]);
         if !path.windows(2).all(is_chosen) {
@@ -31,7 +31,7 @@ impl Model<'_> {
     fn is_chosen(&self, leaf: NodeId) -> bool {
         let is_way =
             |pair: &[NodeId]| self.kind(pair[1]) != &NodeKind::Or || self.committed.get(&pair[1]) == Some(&pair[0]);
-        self.upward(leaf).windows(2).all(is_way)
+        self.within(leaf).windows(2).all(is_way)
     }
 
     /// The last child behind `child` whose goal holds, if all that is passed over is about that goal.
@@ -52,7 +52,8 @@ impl Model<'_> {
         let mut parts = Vec::new();
         self.goal_parts(goal, &mut parts);
         let passed = NodeRange { from: child, to: self.below(goal).to };
-        let leaves = self.mission.tree.leaves().filter(|leaf| passed.contains(*leaf));
+        let is_in_cleanup = |leaf: &NodeId| self.cleans(*leaf) != self.cleans(then);
+        let leaves = self.mission.tree.leaves().filter(|leaf| passed.contains(*leaf) && !is_in_cleanup(leaf));
         let is_left = |leaf: &NodeId| {
             let between = self.upward(*leaf).into_iter().take_while(|node| *node != then);
             !self.behavior(*leaf).is_drive() && between.into_iter().all(|node| !self.done.contains(&node))
@@ -62,7 +63,7 @@ impl Model<'_> {
 
     /// Whether others may do the work of a leaf: a THEN above could go on behind a child whose goal they can reach.
     pub(super) fn may_be_overtaken(&self, leaf: NodeId, makers: &BTreeSet<NodeId>) -> bool {
-        let path = self.upward(leaf);
+        let path = self.within(leaf);
         let mut pairs = path.windows(2).take_while(|_| self.is_chosen(leaf));
         pairs.any(|pair| {
             let [child, then] = *pair else { unreachable!() };
@@ -82,7 +83,7 @@ impl Model<'_> {
     fn can_be_reached(&self, node: NodeId, makers: &BTreeSet<NodeId>) -> bool {
         let children = self.children(node);
         match self.kind(node) {
-            NodeKind::Cleanup => unreachable!("no tree of the model has a cleanup"),
+            NodeKind::Cleanup => self.can_be_reached(self.body(node), makers),
             NodeKind::Behavior(spec) => {
                 !spec.is_drive() && singles(&spec.satisfied).into_iter().all(|part| self.can_be(part, makers))
             }
@@ -96,7 +97,7 @@ impl Model<'_> {
     fn goal_parts<'a>(&'a self, node: NodeId, parts: &mut Vec<&'a Condition>) {
         let children = self.children(node);
         match self.kind(node) {
-            NodeKind::Cleanup => unreachable!("no tree of the model has a cleanup"),
+            NodeKind::Cleanup => self.goal_parts(self.body(node), parts),
             NodeKind::Behavior(spec) => parts.extend(singles(&spec.satisfied)),
             NodeKind::And | NodeKind::Or => children.iter().for_each(|child| self.goal_parts(*child, parts)),
             NodeKind::Then => self.goal_parts(*children.last().expect("a child"), parts),
@@ -152,19 +153,25 @@ impl Model<'_> {
         self.settle_done(skip);
         self.move_all(|holder| skip.contains(holder), Some(then), then);
         let mut fall = self.no_fall();
-        let Completion { node, heir } = self.complete_above(goal);
+        let Completion { node, heir } = self.complete_above(goal, true);
         let below = self.below(node);
         self.move_all(|holder| below.contains(holder), heir, node);
         self.settle_done(below);
+        if self.mission.tree.topology.is_cleanup(node) {
+            self.end_cleanup(self.parent(node), &mut fall);
+        }
         self.end_failing_above(goal, &mut fall);
         if let Some(failed) = fall.failed {
             self.take_back(failed, Some(failed));
         }
         self.settle_fall(&mut fall);
         let completed = Some(Completion { node, heir });
-        let consequences = Consequences { completed, failed: fall.failed, failing: fall.failing, cleaned: None };
+        let cleaned = fall.cleaned;
+        let consequences = Consequences { completed, failed: fall.failed, failing: fall.failing, cleaned };
         self.log.push(Step::Overtaken { leaf, skip, goal, consequences });
-        self.end_iteration_of_complete(node);
+        if node != goal {
+            self.end_iteration_of_complete(node);
+        }
         self.try_again(&fall);
         if node == TOP && self.done.contains(&TOP) {
             self.finish(MissionEnd::Done);

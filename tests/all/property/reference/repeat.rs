@@ -1,6 +1,6 @@
 //! Work that is done more than once (`semantics` 6, "Work that repeats").
 
-use ambidex::model::{Cause, NodeId, Reason, Reopened};
+use ambidex::model::{Cause, NodeId, NodeKind, Reason, Reopened};
 
 use super::{Model, Refusal, Step};
 
@@ -31,6 +31,12 @@ impl Model<'_> {
     /// The first grant below a node begins its first iteration.
     pub(super) fn begin_first_time(&mut self, leaf: NodeId) {
         for node in self.upward(leaf) {
+            if self.mission.tree.topology.is_cleanup(node) {
+                break;
+            }
+            if self.kind(node) == &NodeKind::Cleanup {
+                self.begun.insert(node);
+            }
             if self.mission.tree.repeats.contains_key(&node) {
                 self.began.entry(node).or_insert(self.now);
             }
@@ -67,7 +73,7 @@ impl Model<'_> {
     }
 
     /// Nothing is known of earlier iterations.
-    fn begin_anew(&mut self, node: NodeId) {
+    pub(super) fn begin_anew(&mut self, node: NodeId) {
         self.iterated.remove(&node);
         self.began.remove(&node);
         self.resting.remove(&node);

@@ -42,15 +42,15 @@ impl Model<'_> {
         let children = self.children(node);
         let is_done = |child: &NodeId| self.done.contains(child);
         let kept = match self.kind(node) {
-            NodeKind::Cleanup => unreachable!("no tree of the model has a cleanup"),
             NodeKind::Then => {
                 let mut before_last = children[..children.len() - 1].iter();
                 before_last.rposition(|child| is_done(child) && self.is_reached(*child))
             }
             NodeKind::Or => None,
-            NodeKind::And | NodeKind::Root | NodeKind::Behavior(_) => Some(children.len()),
+            NodeKind::Cleanup | NodeKind::And | NodeKind::Root | NodeKind::Behavior(_) => Some(children.len()),
         };
-        for (index, child) in children.iter().enumerate() {
+        let is_asked = |child: &NodeId| !self.mission.tree.topology.is_cleanup(*child);
+        for (index, child) in children.iter().enumerate().filter(|(_, child)| is_asked(child)) {
             if !is_done(child) {
                 self.begins_anew(*child, reset);
             } else if kept.is_none_or(|kept| index > kept) {
@@ -73,6 +73,7 @@ impl Model<'_> {
         self.faults.remove(&node);
         self.failing.remove(&node);
         self.failures.remove(&node);
+        self.begun.remove(&node);
         self.committed.remove(&node);
         self.silent.remove(&node);
         self.unfit.retain(|(leaf, ..)| *leaf != node);
@@ -87,7 +88,7 @@ impl Model<'_> {
     pub(super) fn is_reached(&self, node: NodeId) -> bool {
         let children = self.children(node);
         match self.kind(node) {
-            NodeKind::Cleanup => unreachable!("no tree of the model has a cleanup"),
+            NodeKind::Cleanup => self.is_reached(self.body(node)),
             NodeKind::Behavior(spec) => !spec.is_drive() && self.is_satisfied(node, &[]),
             NodeKind::And => children.iter().all(|child| self.is_reached(*child)),
             NodeKind::Or => children.iter().any(|child| self.is_reached(*child)),

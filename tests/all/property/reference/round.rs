@@ -13,14 +13,21 @@ struct Answer {
     wishes: Vec<Ask>,
     /// Repeating nodes of which all is satisfied.
     over: Vec<NodeId>,
+    /// Nodes that clean up and of which the cleanup is satisfied.
+    clean: Vec<NodeId>,
     refused: Vec<(NodeId, Refusal)>,
 }
 
 impl Model<'_> {
     /// Gives up what can never run, asks, grants, goes on, lapses; true if another round follows at once.
     pub fn round(&mut self) -> bool {
-        self.give_up();
-        if self.end.is_some() {
+        if self.ending.is_none() {
+            self.give_up();
+            if self.end.is_none() {
+                self.begin_cleanups();
+            }
+        }
+        if self.end.is_some() || !self.goes_on_cleaning() {
             return false;
         }
         let answer = self.ask(NodeId(1), &[]);
@@ -66,6 +73,10 @@ impl Model<'_> {
         if let Some(node) = over {
             self.end_iteration(node);
         }
+        let clean = answer.clean.iter().min().copied().filter(|_| over.is_none() && self.end.is_none());
+        if let Some(node) = clean {
+            self.end_cleanup_alone(node, true);
+        }
         if decision.urged.is_some() || decision.reopened.is_some() || is_overtaken || has_yielded {
             self.hidden.clear();
         }
@@ -74,6 +85,7 @@ impl Model<'_> {
             || is_overtaken
             || decision.urged.is_some()
             || over.is_some()
+            || clean.is_some()
             || has_yielded
             || is_hiding;
         self.awaited = self.awaited.filter(|_| decision.granted.is_empty());
@@ -83,7 +95,7 @@ impl Model<'_> {
     /// The time of every node above runs from the first grant.
     fn begin_times(&mut self, leaf: NodeId) -> Vec<Deadline> {
         let mut begun = Vec::new();
-        for node in self.upward(leaf) {
+        for node in self.within(leaf) {
             let timeout = self.mission.tree.limits(node).timeout;
             if let Some(timeout) = timeout.filter(|_| !self.deadlines.contains_key(&node)) {
                 let until = self.now + timeout;
@@ -95,22 +107,18 @@ impl Model<'_> {
     }
 
     fn ask(&self, node: NodeId, skips: &[NodeRange]) -> Answer {
-        if self.is_canceling(node) {
-            let failed = self.failing[&node].child;
-            let reason = if failed == node { Reason::OutOfTime { node } } else { Reason::Ending { failed } };
-            return self.same_answer(node, &reason.into());
+        if self.cleaning.contains(&node) {
+            let mut answer = self.ask(self.children(node)[1], skips);
+            if std::mem::take(&mut answer.is_satisfied) {
+                answer.clean.push(node);
+            }
+            return answer;
         }
-        if let Some(&(_, wait_ms, fault)) = self.waits.get(&node)
-            && !matches!(self.kind(node), NodeKind::Behavior(_))
-        {
-            let refusal = Refusal { waits: true, ..Reason::BackingOff { wait_ms, fault }.into() };
-            return self.same_answer(node, &refusal);
-        }
-        if let Some(refusal) = self.not_yet(node) {
-            return self.same_answer(node, &refusal);
+        if let Some(refusal) = self.silence(node) {
+            return self.same_answer(node, &refusal, skips);
         }
         let mut answer = match self.kind(node) {
-            NodeKind::Cleanup => unreachable!("no tree of the model has a cleanup"),
+            NodeKind::Cleanup => self.ask(self.body(node), skips),
             NodeKind::Root => unreachable!("root is asked by nobody"),
             NodeKind::Behavior(_) => self.ask_leaf(node, skips),
             NodeKind::And => self.ask_and(node, skips),
@@ -166,6 +174,7 @@ impl Model<'_> {
             whole.asks.extend(answer.asks);
             whole.wishes.extend(answer.wishes);
             whole.over.extend(answer.over);
+            whole.clean.extend(answer.clean);
             whole.refused.extend(answer.refused);
         }
         let (accepted, refused) = self.merge(std::mem::take(&mut whole.asks));
@@ -195,6 +204,7 @@ impl Model<'_> {
             whole.refused.append(&mut answer.refused);
             whole.wishes.append(&mut answer.wishes);
             whole.over.append(&mut answer.over);
+            whole.clean.append(&mut answer.clean);
             for ask in answer.asks.drain(..) {
                 match winner {
                     Some(chosen) if chosen != *child => {
@@ -226,6 +236,7 @@ impl Model<'_> {
             whole.asks = answer.asks;
             whole.wishes.extend(answer.wishes);
             whole.over.extend(answer.over);
+            whole.clean.extend(answer.clean);
             whole.is_satisfied = answer.is_satisfied;
             if !answer.is_satisfied {
                 break;
@@ -234,12 +245,28 @@ impl Model<'_> {
         whole
     }
 
-    /// Every leaf below that does not run says the same.
-    fn same_answer(&self, node: NodeId, refusal: &Refusal) -> Answer {
-        let below = self.below(node);
-        let leaves = self.mission.tree.leaves().filter(|leaf| below.contains(*leaf));
-        let idle = leaves.filter(|leaf| !self.running.contains_key(leaf));
-        Answer { refused: idle.map(|leaf| (leaf, refusal.clone())).collect(), ..Answer::default() }
+    /// Every leaf below that does not run says the same, but for cleanups that go on.
+    fn same_answer(&self, node: NodeId, refusal: &Refusal, skips: &[NodeRange]) -> Answer {
+        let mut whole = Answer::default();
+        if matches!(self.kind(node), NodeKind::Behavior(_)) {
+            let idle = (!self.running.contains_key(&node)).then(|| (node, refusal.clone()));
+            return Answer { refused: idle.into_iter().collect(), ..whole };
+        }
+        for child in self.children(node) {
+            let below = self.below(child);
+            if self.cleaning.iter().any(|cleaning| below.contains(*cleaning)) {
+                let answer = self.ask(child, skips);
+                whole.asks.extend(answer.asks);
+                whole.wishes.extend(answer.wishes);
+                whole.clean.extend(answer.clean);
+                whole.refused.extend(answer.refused);
+                continue;
+            }
+            let leaves = self.mission.tree.leaves().filter(|leaf| below.contains(*leaf));
+            let idle = leaves.filter(|leaf| !self.running.contains_key(leaf));
+            whole.refused.extend(idle.map(|leaf| (leaf, refusal.clone())));
+        }
+        whole
     }
 
     pub(super) fn not_done(&self, node: NodeId) -> Vec<NodeId> {
@@ -320,7 +347,7 @@ impl Model<'_> {
     }
 
     /// The cheapest way for the whole set, the first in resource order among equals; also what wishes take.
-    fn bind(&self, accepted: &[Ask]) -> (Vec<Grant>, Vec<(NodeId, Vec<ResourceId>)>) {
+    fn bind(&self, accepted: &[Ask]) -> (Vec<Grant>, Vec<Grant>) {
         let per_claim = accepted.iter().flat_map(|ask| ask.serving.iter().map(|_| ask.wish.as_ref()));
         let per_claim: Vec<_> = per_claim.collect();
         let mut best: Option<(u32, f64, Vec<ResourceId>)> = None;
@@ -343,7 +370,7 @@ impl Model<'_> {
                 grant.bindings.push(Binding { resource, access: claim.access, keep: claim.keep });
             }
             if ask.wish.is_some() {
-                taken.push((grant.leaf(), grant.bindings.iter().map(|binding| binding.resource).collect()));
+                taken.push(grant);
                 continue;
             }
             if self.is_serial {

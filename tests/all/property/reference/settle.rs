@@ -76,9 +76,12 @@ impl Model<'_> {
         if let Some(Completion { node, heir }) = completed {
             self.hand_over(&grant, node, heir);
             self.settle_done(self.below(node));
-            self.progress += u64::from(self.ever_completed.insert(leaf));
+            self.progress += u64::from(self.ever_completed.insert(leaf) && self.cleans(leaf).is_none());
+            if self.mission.tree.topology.is_cleanup(node) {
+                self.end_cleanup(self.parent(node), &mut fall);
+            }
         }
-        if completed.is_none() || fall.failed.is_some() {
+        if fall.cleaned.is_none() && (completed.is_none() || fall.failed.is_some()) {
             self.take_back(leaf, fall.failed);
         }
         self.settle_fall(&mut fall);
@@ -86,7 +89,8 @@ impl Model<'_> {
         if self.end == Some(MissionEnd::Done) {
             self.finish(MissionEnd::Done);
         }
-        let consequences = Consequences { completed, failed: fall.failed, failing: fall.failing, cleaned: None };
+        let cleaned = fall.cleaned;
+        let consequences = Consequences { completed, failed: fall.failed, failing: fall.failing, cleaned };
         self.log.push(Step::Released { leaf, end, consequences, unfit });
         if let Some(completed) = completed {
             self.end_iteration_of_complete(completed.node);
@@ -153,7 +157,7 @@ impl Model<'_> {
         match end {
             End::Succeeded => {
                 self.done.insert(leaf);
-                completed = Some(self.complete_above(leaf));
+                completed = Some(self.complete_above(leaf, false));
             }
             End::Failed(fault) => {
                 let failures = self.failures.entry(leaf).or_default();
@@ -173,11 +177,13 @@ impl Model<'_> {
     }
 
     /// The topmost node that is complete with one that is.
-    pub(super) fn complete_above(&mut self, node: NodeId) -> Completion {
+    pub(super) fn complete_above(&mut self, node: NodeId, is_by_others: bool) -> Completion {
         let mut completed = Completion { node, heir: None };
-        while completed.node != TOP && completed.heir.is_none() && !self.is_not_the_last(completed.node) {
+        // What others did is done as often as it says.
+        let is_last = |model: &Self, at: NodeId| (is_by_others && at == node) || !model.is_not_the_last(at);
+        while completed.node != TOP && completed.heir.is_none() && is_last(self, completed.node) {
             let parent = self.parent(completed.node);
-            if self.is_canceling(parent) {
+            if self.is_canceling(parent) || self.mission.tree.topology.is_cleanup(completed.node) {
                 break;
             }
             let next = self.complete_child(parent, completed.node);
@@ -186,7 +192,7 @@ impl Model<'_> {
             }
             completed = next;
         }
-        if self.is_not_the_last(completed.node) {
+        if !is_last(self, completed.node) {
             self.done.remove(&completed.node);
         }
         completed
@@ -200,7 +206,8 @@ impl Model<'_> {
     }
 
     fn complete_child(&mut self, node: NodeId, child: NodeId) -> Completion {
-        let all = self.children(node).iter().all(|child| self.done.contains(child));
+        let is_done = |child: &NodeId| self.done.contains(child) || self.mission.tree.topology.is_cleanup(*child);
+        let all = self.children(node).iter().all(is_done);
         let is_then = self.kind(node) == &NodeKind::Then;
         if all || self.kind(node) == &NodeKind::Or {
             self.done.insert(node);

@@ -9,13 +9,16 @@ use super::{Decision, Model, Step, TOP};
 impl Model<'_> {
     /// True if another round follows at once.
     pub(super) fn stall(&mut self, decision: &Decision) -> bool {
+        if let Some(node) = self.cleaning.first().copied() {
+            self.end_cleanup_alone(node, false);
+            return true;
+        }
         // Who is away is awaited for ten seconds.
         if self.away.iter().any(|(id, (_, is_awaited))| *is_awaited && self.moves_something(*id)) {
             self.awaited.get_or_insert(self.now + Duration::from_secs(10));
             return false;
         }
-        if let Some(reopened) = self.leave() {
-            self.log.push(Step::Reopened(reopened));
+        if self.leave() {
             return true;
         }
         if !self.resting.is_empty() {
@@ -24,13 +27,13 @@ impl Model<'_> {
         let world = &self.mission.world;
         let is_outside = |reason: &Reason| matches!(reason, Reason::Fact { fact, .. } if world.is_outside(*fact));
         if !decision.refused.values().any(|refusal| is_outside(refusal.reason.root_cause())) {
-            self.end_stalled();
+            self.end_stalled(false);
         }
-        false
+        self.ending.is_some()
     }
 
     /// Nothing can come any more: what has failed already has failed, then whoever was awaited in vain is the cause.
-    pub fn end_stalled(&mut self) {
+    pub fn end_stalled(&mut self, is_told: bool) {
         let moves = |id: &ControllerId| self.mission.robot.moved_by(*id).next();
         let first = self.away.keys().filter_map(|id| Some((moves(id)?, *id))).min();
         let end = match (self.failing.get(&TOP), first) {
@@ -38,6 +41,12 @@ impl Model<'_> {
             (None, Some((_, id))) => MissionEnd::ControllerLost(id),
             (None, None) => MissionEnd::Stalled,
         };
+        self.ending = Some((end, self.now + Duration::from_secs(10)));
+        if self.owes(TOP, None) || is_told {
+            self.ending = None;
+            return self.tell_to_finish(end);
+        }
+        self.ending = None;
         self.finish(end);
     }
 
@@ -46,23 +55,38 @@ impl Model<'_> {
     }
 
     /// The last OR that can leave its way does.
-    fn leave(&mut self) -> Option<Reopened> {
+    fn leave(&mut self) -> bool {
         let nodes = (1..self.mission.tree.nodes.len()).rev().map(NodeId::from);
-        let (or, way) = nodes.filter(|node| self.kind(*node) == &NodeKind::Or).find_map(|or| {
+        let found = nodes.filter(|node| self.kind(*node) == &NodeKind::Or).find_map(|or| {
             let way = *self.committed.get(&or)?;
             let others = self.children(or).into_iter().filter(|other| *other != way);
             let has_other = others.into_iter().any(|other| !self.failed.contains(&other));
             let was_left = self.left.get(&way) == Some(&self.progress);
             (!self.is_over(or) && !self.done.contains(&way) && has_other && !was_left).then_some((or, way))
-        })?;
+        });
+        let Some((or, way)) = found else { return false };
+        self.leaving.insert(way, or);
+        if self.owes(way, None) {
+            self.log.push(Step::Leaving { way });
+        } else {
+            self.leaving.remove(&way);
+            self.leave_at_last(or, way);
+        }
+        true
+    }
+
+    pub(super) fn leave_at_last(&mut self, or: NodeId, way: NodeId) {
+        self.hidden.clear();
         self.committed.remove(&or);
         self.rechoices += 1;
         self.left.insert(way, self.progress);
         let below = self.below(way);
         self.gather(or, |holder| below.contains(holder));
         self.deadlines.retain(|node, _| !below.contains(*node));
+        self.begun.retain(|node| !below.contains(*node));
         let (undecided, ended, reset) = (Vec::new(), Vec::new(), Vec::new());
-        Some(Reopened { node: way, up_to: or, cause: Cause::Leave, undecided, ended, reset })
+        let reopened = Reopened { node: way, up_to: or, cause: Cause::Leave, undecided, ended, reset };
+        self.log.push(Step::Reopened(reopened));
     }
 
     /// A controller is away, or back; a round follows.

@@ -3,14 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use ambidex::model::{
-    Access, Cause, Kept, LeaseKind, NodeId, NodeKind, NodeRange, Reason, Reopened, ResourceId, StopCause, Urged,
+    Access, Binding, Cause, Grant, Kept, LeaseKind, NodeId, NodeKind, NodeRange, Reason, Reopened, ResourceId,
+    StopCause, Urged,
 };
 
 use super::round::order;
 use super::{Ask, Decision, Held, Model, Refusal, Row};
-
-/// What an accepted wish has taken, by its behavior.
-pub(super) type Taken = [(NodeId, Vec<ResourceId>)];
 
 impl Model<'_> {
     /// How urgent a node is, with who waits for what it or a node above holds.
@@ -132,49 +130,56 @@ impl Model<'_> {
         }
     }
 
+    /// What a wish has taken and others hold in another way.
+    fn in_the_way_of(&self, wish: &Grant) -> Vec<ResourceId> {
+        let is_held = |binding: &&Binding| {
+            self.in_the_way(wish.leaf(), &wish.request.skips, binding.resource, binding.access).is_some()
+        };
+        wish.bindings.iter().filter(is_held).map(|binding| binding.resource).collect()
+    }
+
     /// What a wish waits for is told to end, if it is less urgent and may be interrupted.
-    pub(super) fn preempt(&mut self, taken: &Taken) {
-        for (wish, resources) in taken {
-            let changes = self.behavior(*wish).changes.clone();
+    pub(super) fn preempt(&mut self, taken: &[Grant]) {
+        for wish in taken {
+            let (by, resources) = (wish.leaf(), self.in_the_way_of(wish));
             for leaf in self.running.keys().copied().collect::<Vec<_>>() {
                 let holds = resources.iter().any(|id| {
                     let leases = &self.rows[id.index()].leases;
                     leases.iter().any(|held| held.holder == leaf && held.kind == LeaseKind::Running)
                 });
-                let changes_same = self.behavior(leaf).changes.iter().any(|object| changes.contains(object));
-                let is_told = self.stopping.contains_key(&leaf) || !self.may_be_preempted(leaf, *wish);
+                let mut changed = self.behavior(leaf).changes.iter();
+                let changes_same = changed.any(|object| wish.request.changes.contains(object));
+                let is_told = self.stopping.contains_key(&leaf) || !self.may_be_preempted(leaf, by);
                 if (!holds && !changes_same) || is_told {
                     continue;
                 }
-                if self.preempted.insert((leaf, *wish, self.progress)) {
-                    self.tell_to_end(leaf, StopCause::Preempted { by: *wish });
+                if self.preempted.insert((leaf, by, self.progress)) {
+                    self.tell_to_end(leaf, StopCause::Preempted { by });
                 }
             }
         }
     }
 
     /// Idle leases for intentions of who is less urgent end; whoever kept them stays done.
-    pub(super) fn give_way(&mut self, taken: &Taken) -> Vec<Reopened> {
+    pub(super) fn give_way(&mut self, taken: &[Grant]) -> Vec<Reopened> {
         let mut yields = Vec::new();
-        for (wish, resources) in taken {
-            let mut ended = Vec::new();
-            for &resource in resources {
-                let leases = self.rows[resource.index()].leases.clone();
+        for wish in taken {
+            let (node, mut ended) = (wish.leaf(), Vec::new());
+            for resource in self.in_the_way_of(wish) {
                 let is_idle = |held: &&Held| {
                     held.kind == LeaseKind::Intention
-                        && !self.is_own(*wish, &[], held.holder)
-                        && self.told_priority(held.holder) < self.priority(*wish)
+                        && !self.is_own(node, &wish.request.skips, held.holder)
+                        && self.told_priority(held.holder) < self.priority(node)
                 };
-                let idle: Vec<Held> = leases.iter().filter(is_idle).copied().collect();
+                let idle: Vec<Held> = self.rows[resource.index()].leases.iter().filter(is_idle).copied().collect();
                 for Held { holder, behavior, .. } in idle {
                     ended.push(Kept { resource, holder, behavior });
                     self.end_intention(resource, holder);
                 }
             }
             if !ended.is_empty() {
-                let (undecided, reset) = (Vec::new(), Vec::new());
-                let (node, up_to, cause) = (*wish, NodeId(0), Cause::Yield);
-                yields.push(Reopened { node, up_to, cause, undecided, ended, reset });
+                let (undecided, reset, cause) = (Vec::new(), Vec::new(), Cause::Yield);
+                yields.push(Reopened { node, up_to: NodeId(0), cause, undecided, ended, reset });
             }
         }
         yields
