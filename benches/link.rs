@@ -242,7 +242,8 @@ fn goals_by_turns() -> MissionSpec {
     let kind = ControllerKind::Head(HeadSpec { neck: [0.0; 3].into(), speed: 1.0, acceleration: 1.0 });
     let controllers =
         NAMES.map(|name| ControllerSpec { name: name.into(), kind, cancel_grace: Duration::from_secs(5) });
-    let resource = |index: usize| ResourceSpec { ty: TypeId::from(index), controller: Some(ControllerId::from(index)) };
+    let resource =
+        |index: usize| ResourceSpec { ty: TypeId::from(index), controller: Some(ControllerId::from(index)), at: None };
     let goal = |index: usize| {
         let claim = Claim {
             selector: Selector::Named(ResourceId::from(index % 2)),

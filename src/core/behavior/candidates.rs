@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::world::View;
 use ambidex_model::state::State;
 use ambidex_model::{
-    Access, BehaviorSpec, Candidate, Claim, ClaimOptions, Lineage, Location, NodeId, ObjectId, Reason, ResourceId,
+    Access, BehaviorSpec, Candidate, Claim, ClaimOptions, HeldBy, Hold, Lineage, NodeId, ObjectId, Reason, ResourceId,
     RobotSpec, Selector, Service, TypeId, match_claims,
 };
 
@@ -22,8 +22,23 @@ pub(super) fn options(claims: &[Claim], view: &View, line: &Lineage<'_>) -> Resu
     let resources: Vec<_> = options.iter().map(ClaimOptions::resources).collect();
     match match_claims(&resources) {
         Ok(()) => Ok(options),
-        Err(short) => Err(too_few(&resources, resources[short][0], &view.mission.robot)),
+        Err(short) => Err(too_few_holders(claims, &resources, short)
+            .unwrap_or_else(|| too_few(&resources, resources[short][0], &view.mission.robot))),
     }
+}
+
+/// Why claims on what holds an object cannot all be served, if fewer hold it.
+fn too_few_holders(claims: &[Claim], options: &[Vec<ResourceId>], short: usize) -> Option<Reason> {
+    let Selector::Holding { object, of, .. } = claims[short].selector else { return None };
+    let is_for_it = |claim: &Claim| matches!(claim.selector, Selector::Holding { object: held, .. } if held == object);
+    let holding = std::iter::zip(claims, options).filter(|(claim, _)| is_for_it(claim));
+    let (mut hands, mut found) = (0, BTreeSet::<&ResourceId>::new());
+    for (_, options) in holding {
+        hands += 1;
+        found.extend(options);
+    }
+    let found = found.len() as u32;
+    (found < hands).then(|| Hold { object, by: HeldBy::Type(of), hands }.reason(found))
 }
 
 /// Why claims cannot all be served though each alone could: those that want what a contested resource is of.
@@ -37,15 +52,17 @@ pub(crate) fn too_few(options: &[Vec<ResourceId>], contested: ResourceId, robot:
 
 /// The resources that could serve a claim, whatever they hold and whoever has them.
 pub(crate) fn could_serve(claim: &Claim, state: &State, robot: &RobotSpec) -> Vec<ResourceId> {
-    let holders = match claim.selector {
-        Selector::Holding(object) => match state.world().objects[object.index()] {
-            Location::In(holder) => vec![holder],
-            // Whatever it will be in.
-            Location::At(_) | Location::Unknown => state.table().iter().map(|(id, _)| id).collect(),
-        },
-        Selector::Named(_) | Selector::AnyEmpty { .. } | Selector::Empty { .. } | Selector::Any(_) => Vec::new(),
-    };
-    robot.could_serve(claim.selector, &holders)
+    let all = robot.could_serve(claim.selector);
+    let holding = holding(claim, &all, state);
+    // What holds nothing of it now may later.
+    if holding.is_empty() { all } else { holding }
+}
+
+/// Those of the resources that a claim is on that hold what it wants held; none for any other claim.
+fn holding(claim: &Claim, all: &[ResourceId], state: &State) -> Vec<ResourceId> {
+    let Selector::Holding { object, .. } = claim.selector else { return Vec::new() };
+    let holders = state.world().objects[object.index()].holders();
+    all.iter().copied().filter(|id| holders.contains(id)).collect()
 }
 
 /// What a robot lacks of what a behavior claims, whatever comes: it has none of the type, too few, or what it has is gone
@@ -55,9 +72,7 @@ pub(crate) fn lacks_for_good(spec: &BehaviorSpec, state: &State, robot: &RobotSp
         Service::Gone { why, .. } => Some(Reason::Unavailable { resource: *id, why }),
         Service::Available | Service::Unavailable { .. } => None,
     };
-    // What holds an object may be another thing later, unless that is gone with it.
-    let everything: Vec<ResourceId> = state.table().iter().map(|(id, _)| id).collect();
-    let all: Vec<_> = spec.claims.iter().map(|claim| robot.could_serve(claim.selector, &everything)).collect();
+    let all: Vec<_> = spec.claims.iter().map(|claim| robot.could_serve(claim.selector)).collect();
     for (claim, _) in std::iter::zip(&spec.claims, &all).filter(|(_, serving)| serving.is_empty()) {
         if let Selector::Any(of) | Selector::AnyEmpty { of, .. } = claim.selector {
             return Some(Reason::Missing { of });
@@ -66,15 +81,13 @@ pub(crate) fn lacks_for_good(spec: &BehaviorSpec, state: &State, robot: &RobotSp
     if let Err(short) = match_claims(&all) {
         return Some(too_few(&all, all[short][0], robot));
     }
-    let holder = |claim: &Claim| match claim.selector {
-        Selector::Holding(object) => match state.world().objects[object.index()] {
-            Location::In(holder) => gone(&holder).map(|_| holder),
-            Location::At(_) | Location::Unknown => None,
-        },
-        Selector::Named(_) | Selector::AnyEmpty { .. } | Selector::Empty { .. } | Selector::Any(_) => None,
-    };
-    if let Some(holder) = spec.claims.iter().find_map(holder) {
-        return gone(&holder);
+    // What holds an object may be another thing later, unless all that does is gone with it.
+    let gone_with_it = std::iter::zip(&spec.claims, &all).find_map(|(claim, all)| {
+        let holding = holding(claim, all, state);
+        holding.first().filter(|_| holding.iter().all(|id| gone(id).is_some())).and_then(gone)
+    });
+    if gone_with_it.is_some() {
+        return gone_with_it;
     }
     let is_there = |id: &ResourceId| gone(id).is_none();
     let there: Vec<Vec<_>> = all.iter().map(|all| all.iter().copied().filter(is_there).collect()).collect();
@@ -85,10 +98,10 @@ pub(crate) fn lacks_for_good(spec: &BehaviorSpec, state: &State, robot: &RobotSp
 fn options_of(claim: &Claim, view: &View, line: &Lineage<'_>) -> Result<ClaimOptions, Reason> {
     let candidates = match claim.selector {
         Selector::Named(resource) => one(resource, claim.access, view, line)?,
-        Selector::Holding(object) => match view.state.world().objects[object.index()] {
-            Location::In(resource) => one(resource, claim.access, view, line)?,
-            Location::At(_) | Location::Unknown => return Err(Reason::NotHeld { object }),
-        },
+        Selector::Holding { object, of, resource } => {
+            let by = resource.map_or(HeldBy::Type(of), HeldBy::Resource);
+            any_of_holders(claim, Hold { object, by, hands: 1 }, view, line)?
+        }
         Selector::Any(of) => any(of, claim.access, view, line)?,
         Selector::AnyEmpty { of, reaches } => {
             let all: Vec<_> = view.mission.robot.of_type(of).collect();
@@ -106,6 +119,20 @@ fn one(id: ResourceId, access: Access, view: &View, line: &Lineage<'_>) -> Resul
     match held(id, access, view, line) {
         Some(reason) => Err(reason),
         None => Ok(vec![candidate(id, view, line)]),
+    }
+}
+
+/// Those that hold an object, of which any will do.
+fn any_of_holders(claim: &Claim, hold: Hold, view: &View, line: &Lineage<'_>) -> Result<Vec<Candidate>, Reason> {
+    let holding = holding(claim, &view.mission.robot.could_serve(claim.selector), &view.state);
+    let fitting = holding.iter().filter(|id| held(**id, claim.access, view, line).is_none());
+    let candidates: Vec<_> = fitting.map(|id| candidate(*id, view, line)).collect();
+    let is_held = !view.state.world().objects[hold.object.index()].holders().is_empty();
+    match (candidates.is_empty(), holding.first().and_then(|first| held(*first, claim.access, view, line))) {
+        (false, _) => Ok(candidates),
+        (true, Some(reason)) => Err(reason),
+        (true, None) if is_held => Err(hold.reason(0)),
+        (true, None) => Err(Reason::NotHeld { object: hold.object }),
     }
 }
 

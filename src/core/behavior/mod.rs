@@ -3,6 +3,7 @@
 mod candidates;
 mod condition;
 mod goal;
+mod holding;
 
 pub(crate) use candidates::{could_serve, lacks_for_good, too_few};
 pub use condition::check;
@@ -70,6 +71,7 @@ fn request(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>, known: &mut Kno
             return Err(Reason::OutOfReach { object });
         }
     }
+    holding::check(spec, view, line)?;
     let claims = candidates::options(&spec.claims, view, line)?;
     Ok(Request {
         leaf: line.node,

@@ -58,6 +58,10 @@ impl RoundEnd<'_> {
             | Reason::Missing { .. }
             | Reason::OutOfReach { .. }
             | Reason::NotHeld { .. }
+            | Reason::NotSoHeld { .. }
+            | Reason::HeldToo { .. }
+            | Reason::LastHolder { .. }
+            | Reason::NoRoom { .. }
             | Reason::Taken { .. }
             | Reason::Elsewhere { .. }
             | Reason::Nowhere { .. }

@@ -83,6 +83,7 @@ fn is_of_precondition(reason: &Reason) -> bool {
         Reason::NotAt { .. }
         | Reason::Nowhere { .. }
         | Reason::NotHeld { .. }
+        | Reason::NotSoHeld { .. }
         | Reason::Taken { .. }
         | Reason::Elsewhere { .. }
         | Reason::NoPath { .. }
@@ -94,6 +95,9 @@ fn is_of_precondition(reason: &Reason) -> bool {
         | Reason::TooFew { .. }
         | Reason::Missing { .. }
         | Reason::OutOfReach { .. }
+        | Reason::HeldToo { .. }
+        | Reason::LastHolder { .. }
+        | Reason::NoRoom { .. }
         | Reason::Driving { .. }
         | Reason::Unavailable { .. }
         | Reason::Unfit { .. }

@@ -316,12 +316,19 @@ impl Root {
     fn understood(&self, change: Change) -> Change {
         let Change::Emptied(gripper) = change else { return change };
         let Some(held) = self.state.world().held_by(gripper) else { return change };
+        if self.state.world().objects[held.index()] != Location::held(gripper) {
+            return change;
+        }
         let running = self.state.running().iter();
         let running =
             running.filter_map(|(leaf, grant)| Some(self.mission.tree.behavior(*leaf)?.at(grant.request.place)));
         let put_down = running.flat_map(|spec| &spec.effects).find_map(|effect| match effect {
             EffectTerm::Lies(object, place) if *object == held => Some(*place),
-            EffectTerm::Lies(..) | EffectTerm::Taken(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
+            EffectTerm::Lies(..)
+            | EffectTerm::Taken(..)
+            | EffectTerm::LetGo(..)
+            | EffectTerm::Stands(_)
+            | EffectTerm::Fact(..) => None,
         });
         put_down.map_or(change, |place| Change::Object(held, Location::At(place)))
     }

@@ -1,5 +1,6 @@
 //! The terms of a declared behavior: what they look like in a file, and what they are read as.
 
+use super::hands::{GRASPED, Grasped, HELD, HeldTerm, ObjectBy, PutTerm};
 use super::{Claims, NameOrParam, Piece, Text};
 use crate::describe::{At, Custom, Described, Each, Flag, Map, Reads, Vector, Word, described};
 use crate::document::Node;
@@ -12,8 +13,8 @@ use crate::template::{self, Piece::Parameter};
 use crate::types::Type;
 use ambidex_model::{Mode, suggestion};
 
-const PLACE: NameOf = NameOf(Type::Place);
-const OBJECT: NameOf = NameOf(Type::Object);
+pub(super) const PLACE: NameOf = NameOf(Type::Place);
+pub(super) const OBJECT: NameOf = NameOf(Type::Object);
 const HIGH: [&str; 1] = ["high"];
 const PHYSICAL: [&str; 1] = ["physical"];
 const STANDING: [&str; 1] = ["stand"];
@@ -140,8 +141,8 @@ described! {
     pub(super) enum ConditionTerm: "a condition", "Something that is so or not." {
         At(Stand) = ("at", "The base is at rest at the stand of this place.", STAND),
         Path(Stand) = ("path", "A free path leads to the stand of this place.", STAND),
-        Held(NameOrParam) = ("held", "The object is in a gripper of this task.", OBJECT),
-        Free(NameOrParam) = ("free", "The object is in no gripper.", OBJECT),
+        Held(HeldTerm) = ("held", "The object is in a gripper of this task, or in so many.", HELD),
+        Free(NameOrParam) = ("free", "Nothing holds the object.", OBJECT),
         Lies(ObjectAt) = ("lies", "The object lies at the place.", Map::<ObjectAt>::new()),
         Fact(Text) = ("fact", "The fact holds.", TEMPLATE),
         NotFact(Text) = ("not_fact", "The fact does not hold.", TEMPLATE),
@@ -159,21 +160,20 @@ described! {
 described! {
     /// An entry of `effects`.
     pub(super) enum Effect: "an effect", "Something that is so when the behavior succeeded." {
-        Taken(Taken) = (TAKEN, "The object is in the resource of a claim.", Map::<Taken>::new()),
-        Lies(ObjectAt) = ("lies", "The object lies at the place.", Map::<ObjectAt>::new()),
+        Taken(Written<ObjectBy>) =
+            ("taken", "The resource of a claim holds the object too.", At(Map::<ObjectBy>::new())),
+        LetGo(Written<ObjectBy>) = (
+            "let_go",
+            "The resource of a claim holds the object no more; something else does.",
+            At(Map::<ObjectBy>::new())
+        ),
+        Lies(Written<ObjectAt>) = (
+            "lies",
+            "The object lies at the place, and nothing holds it.",
+            At(Map::<ObjectAt>::new())
+        ),
         Set(Text) = ("set", "The fact holds.", TEMPLATE),
         Clear(Text) = ("clear", "The fact does not hold.", TEMPLATE),
-    }
-}
-
-/// The key of the effect that an object is taken.
-pub(super) const TAKEN: &str = "taken";
-
-described! {
-    /// `taken`.
-    pub(super) struct Taken: "a taken object", "An object and the claim whose resource holds it." {
-        object: NameOrParam = required("object", "The object.", OBJECT),
-        claim: usize = required("by", "The name of the claim.", CLAIMED),
     }
 }
 
@@ -201,13 +201,13 @@ described! {
     }
 }
 
-/// What a controller does; none is to stand still.
+/// What a controller does; none is to keep still.
 pub(super) type TaskTerm = Option<Doing>;
 
 described! {
     /// What a controller does and is told with a map.
     pub(super) struct Doing: "a task of a controller",
-    "What a controller does; `stand` alone is to stand still." {
+    "What a controller does; `stand` alone is to keep still." {
         action: Action = one(Action),
         with: Vec<(Name, Option<CallValue>)> = maybe_all(
             WITH,
@@ -235,8 +235,16 @@ described! {
     /// What a controller does.
     pub(super) enum Action: "a task of a controller", "What a controller does." {
         DriveTo(Stand) = ("drive_to", "Base: to the stand of a place.", STAND),
-        Grasp(NameOrParam) = ("grasp", "Arm: take the object.", OBJECT),
-        Put(ObjectAt) = ("put", "Arm: set the object down at the place.", Map::<ObjectAt>::new()),
+        Grasp(Written<Grasped>) = (
+            "grasp",
+            "Arm: take the object where it lies, or `from` what holds it.",
+            At(GRASPED)
+        ),
+        Put(Written<PutTerm>) = (
+            "put",
+            "Arm: set the object down `at` a place, or let it go `into` another hand or a slot.",
+            At(Map::<PutTerm>::new())
+        ),
         LookAt(NameOrParam) = ("look_at", "Head or camera: look at the surface of the place.", PLACE),
         Call(Name) = ("call", "Any: what its robot file says that it offers.", Word("the name of a call")),
     }
@@ -300,7 +308,7 @@ pub(super) const POTENTIAL_TERM: Custom<PotentialTerm> = Custom(
 );
 
 /// The name of a claim, as which one it is.
-const CLAIMED: Custom<usize> = Custom(
+pub(super) const CLAIMED: Custom<usize> = Custom(
     || Form::Word,
     |item, reading| {
         let name = item.name("the name of a claim", reading.faults)?;
@@ -446,7 +454,7 @@ const CALL_VALUE: Custom<CallValue> = Custom(
 );
 
 /// A name, or a parameter of that type.
-struct NameOf(Type);
+pub(super) struct NameOf(pub(super) Type);
 
 impl<'a> Reads<'a> for NameOf {
     type Out = NameOrParam;

@@ -9,7 +9,7 @@ use ambidex_model::{ARGUMENTS_MAX, NAME_MAX};
 use iceoryx2::prelude::ZeroCopySend;
 
 /// Version of everything in this file; also part of every type's and service's name.
-pub const WIRE_VERSION: u32 = 2;
+pub const WIRE_VERSION: u32 = 3;
 
 /// Way points that fit into one message.
 pub const PATH_MAX: usize = 64;
@@ -50,9 +50,9 @@ pub mod command {
     pub const DRIVE: u32 = 1;
     /// `Command::Stand`.
     pub const STAND: u32 = 2;
-    /// `Command::Grasp`: `object`, `at`, `place`.
+    /// `Command::Grasp`: `object`, `at`, and `place` or `holder`.
     pub const GRASP: u32 = 3;
-    /// `Command::Put`: `object`, `at`, `place`.
+    /// `Command::Put`: `object`, `at`, and `place` or `holder`.
     pub const PUT: u32 = 4;
     /// `Command::Look`: `at`, `place`.
     pub const LOOK: u32 = 5;
@@ -139,7 +139,7 @@ pub mod state_kind {
 /// Identity of a request, over all lives of daemon and controller.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
-#[type_name("ambidex.Id.v2")]
+#[type_name("ambidex.Id.v3")]
 pub struct WireId {
     /// The life of the daemon.
     pub epoch: u64,
@@ -152,7 +152,7 @@ pub struct WireId {
 /// A pose in the map frame.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("ambidex.Pose.v2")]
+#[type_name("ambidex.Pose.v3")]
 pub struct WirePose {
     /// Map frame, meters.
     pub x: f64,
@@ -162,10 +162,10 @@ pub struct WirePose {
     pub heading: f64,
 }
 
-/// Name of an object, a place or a call: UTF-8, without a zero at its end.
+/// Name of an object, a place, a resource or a call: UTF-8, without a zero at its end.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ZeroCopySend)]
-#[type_name("ambidex.Name.v2")]
+#[type_name("ambidex.Name.v3")]
 pub struct WireName {
     /// Bytes of `text` that are used; 0 for none.
     pub len: u32,
@@ -176,7 +176,7 @@ pub struct WireName {
 /// State of a controller.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("ambidex.State.v2")]
+#[type_name("ambidex.State.v3")]
 pub struct WireState {
     /// One of [`state_kind`]; says what the numbers are.
     pub kind: u32,
@@ -191,7 +191,7 @@ pub struct WireState {
 /// From the daemon to a controller.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
-#[type_name("ambidex.ToController.v2")]
+#[type_name("ambidex.ToController.v3")]
 pub struct WireRequest {
     /// [`WIRE_VERSION`].
     pub version: u32,
@@ -215,12 +215,12 @@ pub struct WireRequest {
     pub place: WireName,
     /// `GOAL`: what `CALL` calls.
     pub call: WireName,
+    /// `GOAL`: the gripper or slot that `GRASP` takes from and `PUT` lets go into; empty for none.
+    pub holder: WireName,
     /// `GOAL`: way points of `DRIVE`.
     pub path_len: u32,
     /// `GOAL`: bytes of `with` that are used.
     pub with_len: u32,
-    /// Always 0; keeps what follows aligned.
-    pub reserved: u32,
     /// `GOAL`: how long `CALL` takes as the robot file says, seconds of robot time.
     pub takes: f64,
     /// `GOAL`: the point of `GRASP`, `PUT` and `LOOK`, base frame, meters.
@@ -236,7 +236,7 @@ pub struct WireRequest {
 /// From a controller to the daemon.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("ambidex.FromController.v2")]
+#[type_name("ambidex.FromController.v3")]
 pub struct WireResponse {
     /// [`WIRE_VERSION`].
     pub version: u32,
@@ -265,7 +265,7 @@ pub struct WireResponse {
 /// Published by a controller: sign of life and state.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("ambidex.Pulse.v2")]
+#[type_name("ambidex.Pulse.v3")]
 pub struct WirePulse {
     /// [`WIRE_VERSION`].
     pub version: u32,
@@ -288,7 +288,7 @@ pub struct WirePulse {
 /// Published by the daemon to each controller: sign of life.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
-#[type_name("ambidex.Beat.v2")]
+#[type_name("ambidex.Beat.v3")]
 pub struct WireBeat {
     /// [`WIRE_VERSION`].
     pub version: u32,
@@ -320,9 +320,9 @@ impl Default for WireRequest {
             object: WireName::default(),
             place: WireName::default(),
             call: WireName::default(),
+            holder: WireName::default(),
             path_len: 0,
             with_len: 0,
-            reserved: 0,
             takes: 0.0,
             at: [0.0; 3],
             path: [WirePose::default(); PATH_MAX],
@@ -345,7 +345,7 @@ mod tests {
         assert_eq!(size_of::<WirePose>(), 24);
         assert_eq!(size_of::<WireName>(), 68);
         assert_eq!(size_of::<WireState>(), 120);
-        assert_eq!(size_of::<WireRequest>(), 3064);
+        assert_eq!(size_of::<WireRequest>(), 3128);
         assert_eq!(size_of::<WireResponse>(), 184);
         assert_eq!(size_of::<WirePulse>(), 160);
         assert_eq!(size_of::<WireBeat>(), 24);
@@ -358,9 +358,9 @@ mod tests {
         let names = (offset_of!(WireRequest, object), offset_of!(WireRequest, place), offset_of!(WireRequest, call));
         assert_eq!((offset_of!(WireRequest, mode), names), (160, (168, 236, 304)));
         let lengths = (offset_of!(WireRequest, path_len), offset_of!(WireRequest, with_len));
-        assert_eq!((lengths, offset_of!(WireRequest, takes)), ((372, 376), 384));
+        assert_eq!((lengths, offset_of!(WireRequest, takes)), ((440, 444), 448));
         let arrays = (offset_of!(WireRequest, path), offset_of!(WireRequest, limits), offset_of!(WireRequest, with));
-        assert_eq!((offset_of!(WireRequest, at), arrays), (392, (416, 1952, 2040)));
+        assert_eq!((offset_of!(WireRequest, at), arrays), (456, (480, 2016, 2104)));
         assert_eq!((offset_of!(WireResponse, inhibited), offset_of!(WireResponse, state)), (32, 64));
         assert_eq!((offset_of!(WirePulse, inhibited), offset_of!(WirePulse, state)), (20, 40));
     }

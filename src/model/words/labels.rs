@@ -1,23 +1,24 @@
-//! Objects and places between daemon and controllers: ids on the one side, names on the other. The one place where either
+//! Objects, places and resources between daemon and controllers: ids on the one side, names on the other. The one place where either
 //! becomes the other.
 
 use std::collections::BTreeMap;
 
 use arrayvec::ArrayString;
 
-use super::{Command, ControllerState, FromController, Names, ObjectId, PlaceId, Rejection, ToController};
+use super::{Command, ControllerState, FromController, Names, ObjectId, PlaceId, Rejection, ResourceId, ToController};
 
-/// Longest name of an object or a place, bytes: mission files know none that is longer.
+/// Longest name of an object, a place or a resource, bytes: files know none that is longer.
 pub const NAME_MAX: usize = 64;
 
-/// Name of an object or a place as a controller knows it.
+/// Name of an object, a place or a resource as a controller knows it.
 pub type Name = ArrayString<NAME_MAX>;
 
-/// What the objects and places of a mission are called.
+/// What the objects and places of a mission and the resources of its robot are called.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Labels {
     objects: Vec<Name>,
     places: Vec<Name>,
+    resources: Vec<Name>,
     by_name: BTreeMap<Name, ObjectId>,
 }
 
@@ -27,11 +28,11 @@ impl Labels {
         let labels = |names: &[String]| names.iter().map(|name| shortened(name)).collect::<Vec<_>>();
         let objects = labels(&names.objects);
         let by_name = objects.iter().enumerate().map(|(index, name)| (*name, ObjectId::from(index))).collect();
-        Self { objects, places: labels(&names.places), by_name }
+        Self { objects, places: labels(&names.places), resources: labels(&names.resources), by_name }
     }
 
     /// A message as the controller is to read it.
-    pub fn told(&self, message: &ToController) -> ToController<Name, Name> {
+    pub fn told(&self, message: &ToController) -> ToController<Name, Name, Name> {
         match *message {
             ToController::Configure { generation, speed, limits, start } => {
                 let start = self.named(start);
@@ -74,16 +75,22 @@ impl Labels {
         self.places.get(id.index()).copied().unwrap_or_default()
     }
 
-    fn command(&self, command: &Command) -> Command<Name, Name> {
+    /// The name of a resource; empty for one that is not of this robot.
+    pub fn resource(&self, id: ResourceId) -> Name {
+        self.resources.get(id.index()).copied().unwrap_or_default()
+    }
+
+    fn command(&self, command: &Command) -> Command<Name, Name, Name> {
         let place = |place: Option<PlaceId>| place.map(|place| self.place(place));
+        let holder = |holder: Option<ResourceId>| holder.map(|holder| self.resource(holder));
         match *command {
             Command::Drive { ref path, place: to } => Command::Drive { path: path.clone(), place: place(to) },
             Command::Stand => Command::Stand,
-            Command::Grasp { object, at, place: from } => {
-                Command::Grasp { object: self.object(object), at, place: place(from) }
+            Command::Grasp { object, at, place: from, holder: by } => {
+                Command::Grasp { object: self.object(object), at, place: place(from), holder: holder(by) }
             }
-            Command::Put { object, at, place: to } => {
-                Command::Put { object: self.object(object), at, place: place(to) }
+            Command::Put { object, at, place: to, holder: into } => {
+                Command::Put { object: self.object(object), at, place: place(to), holder: holder(into) }
             }
             Command::Look { at, place: to } => Command::Look { at, place: place(to) },
             Command::Call(ref call) => Command::Call(call.clone()),

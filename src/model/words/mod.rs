@@ -6,6 +6,7 @@ mod deadlock;
 mod failure;
 mod goal;
 mod header;
+mod holders;
 mod ids;
 mod labels;
 mod lineage;
@@ -23,6 +24,7 @@ mod service;
 mod source;
 mod spec;
 mod suggestion;
+mod terms;
 mod time;
 mod world_state;
 
@@ -32,6 +34,7 @@ pub use deadlock::{Deadlock, Standstill};
 pub use failure::{Failures, Flaw, FlawKind, Mishap};
 pub use goal::{ARGUMENTS_MAX, Call, Command, End, Fault, Goal, Mode, NO_ARGUMENTS, Outcome, Part};
 pub use header::{EntryKind, Header, JOURNAL_VERSION, NodeEntry};
+pub use holders::{HOLDERS_MAX, HeldBy, Hold, Holders};
 pub use ids::{ChannelId, CommandId, ControllerId, FactId, NodeId, ObjectId, PlaceId, ResourceId, TypeId};
 pub use labels::{Labels, NAME_MAX, Name};
 pub use lineage::{Lineage, NodeRange};
@@ -48,10 +51,10 @@ pub use resource::{Heir, Lease, LeaseKind, Resource, ResourceTable};
 pub use service::Service;
 pub use source::{Source, SourceFile};
 pub use spec::{
-    ArmSpec, BaseSpec, BehaviorSpec, CommandTerm, Condition, ControllerKind, ControllerSpec, EffectTerm, Elsewhere,
-    HeadSpec, Limits, MissionSpec, NodeKind, Obstacle, PlaceSpec, Potential, ResourceSpec, RobotSpec, Task, Topology,
-    TreeSpec, WorldSpec,
+    ArmSpec, BaseSpec, BehaviorSpec, ControllerKind, ControllerSpec, Elsewhere, HeadSpec, Limits, MissionSpec,
+    NodeKind, Obstacle, PlaceSpec, Potential, ResourceSpec, RobotSpec, Topology, TreeSpec, WorldSpec,
 };
 pub use suggestion::{nearest, suggestion};
+pub use terms::{CommandTerm, Condition, EffectTerm, Task};
 pub use time::Time;
 pub use world_state::{Change, Location, WorldState};

@@ -8,8 +8,8 @@ use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Call, Claim, ControllerId, FactId, Location, Mode, Names, NodeId, ObjectId, PlaceId, Pose, ResourceId, Retention,
-    Selector, Source, TypeId, WorldState,
+    Claim, CommandTerm, Condition, ControllerId, EffectTerm, FactId, HeldBy, Location, Names, NodeId, ObjectId,
+    PlaceId, Pose, ResourceId, Retention, Selector, Source, TypeId, WorldState,
 };
 
 /// A mission that can be run.
@@ -45,12 +45,14 @@ pub struct RobotSpec {
 }
 
 /// The fixed part of a resource.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResourceSpec {
     /// What it can be claimed as.
     pub ty: TypeId,
     /// Who moves it; none for one that only counts.
     pub controller: Option<ControllerId>,
+    /// Where what it holds is, base frame, meters; none where nothing tells, or where its controller does.
+    pub at: Option<Point3<f64>>,
 }
 
 /// A controller process.
@@ -399,82 +401,6 @@ pub enum Potential {
     },
 }
 
-/// A condition over world and line as data.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Condition {
-    /// Every one of them; true if there are none.
-    All(Vec<Condition>),
-    /// Never met: for a behavior that is done only by running.
-    Never,
-    /// The base is at rest within a distance of a stand.
-    At {
-        /// The place that the stand belongs to.
-        place: PlaceId,
-        /// The stand, map frame.
-        stand: Pose,
-        /// The distance, meters.
-        tolerance_m: f64,
-    },
-    /// A free path leads to a stand.
-    Path {
-        /// The place that the stand belongs to.
-        place: PlaceId,
-        /// The stand, map frame.
-        stand: Pose,
-    },
-    /// The object is in a gripper of the behavior's own line.
-    Held(ObjectId),
-    /// The object is in no gripper.
-    Free(ObjectId),
-    /// The object lies at some place.
-    Somewhere(ObjectId),
-    /// The object lies at the place.
-    Lies(ObjectId, PlaceId),
-    /// The fact holds, or does not.
-    Fact(FactId, bool),
-}
-
-/// What success changes, as data.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum EffectTerm {
-    /// The object lies at the place.
-    Lies(ObjectId, PlaceId),
-    /// The object is in the resource of that claim.
-    Taken(ObjectId, usize),
-    /// The base stands here, map frame.
-    Stands(Pose),
-    /// The fact holds, or does not.
-    Fact(FactId, bool),
-}
-
-/// What a controller does while a behavior runs, as data.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CommandTerm {
-    /// The claim whose resource it moves.
-    pub claim: usize,
-    /// Whether it ends the behavior.
-    pub mode: Mode,
-    /// What to do.
-    pub task: Task,
-}
-
-/// What a controller is to do, before positions are filled in.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Task {
-    /// Drive to a stand of a place, map frame.
-    DriveTo(PlaceId, Pose),
-    /// Stand still.
-    Stand,
-    /// Take an object where it is.
-    Grasp(ObjectId),
-    /// Set an object down at a place.
-    Put(ObjectId, PlaceId),
-    /// Look at the surface of a place.
-    LookAt(PlaceId),
-    /// Something of its own.
-    Call(Call),
-}
-
 impl RobotSpec {
     /// Resources that a controller moves, in resource order.
     pub fn moved_by(&self, controller: ControllerId) -> impl Iterator<Item = ResourceId> + '_ {
@@ -482,14 +408,38 @@ impl RobotSpec {
         ids.filter(move |id| self.resources[id.index()].controller == Some(controller))
     }
 
-    /// The resources that could ever serve a claim, in resource order; `holders` are those that could hold an object
-    /// that is wanted held.
-    pub fn could_serve(&self, selector: Selector, holders: &[ResourceId]) -> Vec<ResourceId> {
+    /// The resources that could ever serve a claim, in resource order.
+    pub fn could_serve(&self, selector: Selector) -> Vec<ResourceId> {
         match selector {
-            Selector::Named(resource) | Selector::Empty { resource, .. } => vec![resource],
-            Selector::Any(of) | Selector::AnyEmpty { of, .. } => self.of_type(of).collect(),
-            Selector::Holding(_) => holders.to_vec(),
+            Selector::Named(resource)
+            | Selector::Empty { resource, .. }
+            | Selector::Holding { resource: Some(resource), .. } => vec![resource],
+            Selector::Any(of) | Selector::AnyEmpty { of, .. } | Selector::Holding { of, resource: None, .. } => {
+                self.of_type(of).collect()
+            }
         }
+    }
+
+    /// Whether a resource is one of those that count as holders.
+    pub fn counts(&self, by: HeldBy, resource: ResourceId) -> bool {
+        match by {
+            HeldBy::Any => true,
+            HeldBy::Type(of) => self.resources[resource.index()].ty == of,
+            HeldBy::Resource(only) => only == resource,
+        }
+    }
+
+    /// The arm that moves a resource.
+    pub fn arm(&self, resource: ResourceId) -> Option<&ArmSpec> {
+        match &self.controllers[self.resources[resource.index()].controller?.index()].kind {
+            ControllerKind::Arm(arm) => Some(arm),
+            ControllerKind::Base(_) | ControllerKind::Head(_) | ControllerKind::Device => None,
+        }
+    }
+
+    /// Where what a resource holds is, base frame, meters: where an arm carries it, or where a slot is.
+    pub fn carried_at(&self, resource: ResourceId) -> Option<Point3<f64>> {
+        self.arm(resource).map(|arm| arm.tuck).or(self.resources[resource.index()].at)
     }
 
     /// Resources of a type, in resource order.

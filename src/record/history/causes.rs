@@ -49,6 +49,10 @@ fn waits_for(reason: &Reason) -> Option<NodeId> {
         | Reason::Missing { .. }
         | Reason::OutOfReach { .. }
         | Reason::NotHeld { .. }
+        | Reason::NotSoHeld { .. }
+        | Reason::HeldToo { .. }
+        | Reason::LastHolder { .. }
+        | Reason::NoRoom { .. }
         | Reason::Taken { .. }
         | Reason::Elsewhere { .. }
         | Reason::Nowhere { .. }

@@ -1,8 +1,8 @@
 //! Whom and what a record speaks of.
 
 use ambidex_model::{
-    Blocked, Change, CommandId, Consequences, ControllerId, ControllerMessage, FromController, Location, Message,
-    MissionEnd, NodeId, Reason, Record, Request, ResourceId, ToController, Told,
+    Blocked, Change, CommandId, Consequences, ControllerId, ControllerMessage, FromController, Message, MissionEnd,
+    NodeId, Reason, Record, Request, ResourceId, ToController, Told,
 };
 
 use ambidex_record::History;
@@ -150,7 +150,7 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
     match reason {
         Reason::Held { resource, .. } | Reason::Outbid { resource, .. } => *resource == wanted,
         Reason::Unavailable { resource, .. } | Reason::Unfit { resource } => *resource == wanted,
-        Reason::Taken { by, .. } => *by == wanted,
+        Reason::Taken { by, .. } | Reason::HeldToo { by, .. } => *by == wanted,
         Reason::AlreadyDone { lacks: inner, .. } => lacks(inner, wanted),
         Reason::WouldDeadlock { deadlock } => {
             [deadlock.other, deadlock.own].iter().any(|one| one.holds == Some(wanted))
@@ -163,6 +163,9 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
         | Reason::Missing { .. }
         | Reason::OutOfReach { .. }
         | Reason::NotHeld { .. }
+        | Reason::NotSoHeld { .. }
+        | Reason::LastHolder { .. }
+        | Reason::NoRoom { .. }
         | Reason::Elsewhere { .. }
         | Reason::Nowhere { .. }
         | Reason::NotAt { .. }
@@ -184,7 +187,8 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
 
 fn moves(change: &Change, wanted: ResourceId) -> bool {
     match change {
-        Change::Object(_, Location::In(resource)) | Change::Emptied(resource) => *resource == wanted,
-        Change::Object(_, Location::At(_) | Location::Unknown) | Change::Base(_) | Change::Fact(..) => false,
+        Change::Object(_, at) => at.holders().contains(&wanted),
+        Change::Taken(_, resource) | Change::Emptied(resource) => *resource == wanted,
+        Change::Base(_) | Change::Fact(..) => false,
     }
 }

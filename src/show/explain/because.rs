@@ -46,6 +46,10 @@ pub(super) fn because(reason: &Reason, history: &History) -> Because {
         | Reason::Missing { .. }
         | Reason::OutOfReach { .. }
         | Reason::NotHeld { .. }
+        | Reason::NotSoHeld { .. }
+        | Reason::HeldToo { .. }
+        | Reason::LastHolder { .. }
+        | Reason::NoRoom { .. }
         | Reason::Taken { .. }
         | Reason::Elsewhere { .. }
         | Reason::Nowhere { .. }

@@ -46,12 +46,12 @@ fn outage(history: &History, service: Service) -> Option<Outage> {
 pub(super) fn world(history: &History) -> WorldRow {
     let (names, world) = (history.names(), history.world());
     let object = |(name, at): (&String, &Location)| {
-        let (at, held_by) = match *at {
-            Location::At(place) => (Some(names.place(place).to_owned()), None),
-            Location::In(resource) => (None, Some(names.resource(resource).to_owned())),
-            Location::Unknown => (None, None),
+        let holders = at.holders().iter().map(|resource| names.resource(*resource).to_owned()).collect();
+        let at = match *at {
+            Location::At(place) => Some(names.place(place).to_owned()),
+            Location::In(_) | Location::Unknown => None,
         };
-        ObjectRow { name: name.clone(), at, held_by }
+        ObjectRow { name: name.clone(), at, held_by: holders }
     };
     let fact = |(name, holds): (&String, &bool)| FactRow { name: name.clone(), holds: *holds };
     WorldRow {

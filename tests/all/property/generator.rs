@@ -163,7 +163,7 @@ impl<'a> Maker<'a> {
         let count = if body.grippers == 0 { rng.below(2) } else { 1 + rng.below(4) };
         let objects = (0..count).map(|_| match rng.below(20) {
             0 if is_wild => Location::Unknown,
-            1 if is_wild && body.grippers > 0 => Location::In(ResourceId(0)),
+            1 if is_wild && body.grippers > 0 => Location::held(ResourceId(0)),
             _ => Location::At(rng.below(places).into()),
         });
         let objects: Vec<_> = objects.collect();
@@ -343,7 +343,8 @@ impl<'a> Maker<'a> {
                 Selector::AnyEmpty { of: GRIPPER, reaches: Some(self.rng.below(self.objects.len()).into()) }
             }
             11 if self.is_wild && !self.objects.is_empty() => {
-                Selector::Holding(self.rng.below(self.objects.len()).into())
+                let object = self.rng.below(self.objects.len()).into();
+                Selector::Holding { object, of: GRIPPER, resource: None }
             }
             _ => Selector::Any(of),
         }
@@ -356,7 +357,7 @@ impl<'a> Maker<'a> {
                 Some(self.body.spec().resources[resource.index()].ty)
             }
             Selector::AnyEmpty { of, .. } | Selector::Any(of) => Some(of),
-            Selector::Holding(_) => None,
+            Selector::Holding { .. } => None,
         }
     }
 

@@ -4,6 +4,7 @@
 
 mod failing;
 mod feasible;
+mod holding;
 mod lapse;
 mod leases;
 mod others;

@@ -23,7 +23,7 @@ const LYING: ObjectId = ObjectId(0);
 const GRIPPED: ObjectId = ObjectId(1);
 
 fn run(tree: Tree, settings: Settings, events: &[Event]) -> Run {
-    let objects = vec![Location::At(PlaceId(0)), Location::In(ResourceId(1))];
+    let objects = vec![Location::At(PlaceId(0)), Location::held(ResourceId(1))];
     let mut mission = mission(robot(2, 1), PLACES, objects, vec![false; 2], &tree);
     mission.world.outside = vec![true; 2];
     let walled = mission.world.places[3].stand.at;
@@ -85,7 +85,7 @@ fn of_the_world() {
     let walled = it(move_to(robot(2, 1), PlaceId(3), PLACES));
     check(walled, &[], "no free path leads to place3");
     check(needs(Condition::Fact(FactId(0), true)), &[], "\"fact0\" does not hold");
-    check(needs(Condition::Held(LYING)), &[], "object0 is not held by this branch of the task");
+    check(needs(Condition::Held(LYING.into())), &[], "object0 is not held by this branch of the task");
     check(needs(Condition::Free(GRIPPED)), &[], "object1 is in gripper#1 already");
     check(needs(Condition::Lies(LYING, place)), &[], "object0 is not at place1");
     let tree = and([it(fact(FactId(0))), leaf("other", blank("other"))]);
@@ -111,7 +111,8 @@ fn of_resources() {
     check(both, &[], "gripper#0 is held by first");
     let never = BehaviorSpec { potential: Potential::Constant(0.0), ..blank("never") };
     check(it(never), &[], "its potential is 0, which means that it is not to run");
-    check(it(wants(Selector::Holding(LYING))), &[], "object0 is not held by this branch of the task");
+    let holding = Selector::Holding { object: LYING, of: GRIPPER, resource: None };
+    check(it(wants(holding)), &[], "object0 is not held by this branch of the task");
     let far = Selector::AnyEmpty { of: GRIPPER, reaches: Some(LYING) };
     check(it(wants(far)), &[], "no free resource reaches object0");
     // Of claims that cannot be served together the type that is short is named.

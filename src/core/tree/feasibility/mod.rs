@@ -15,7 +15,9 @@ use super::overtaking::Overtaking;
 use crate::behavior;
 use crate::world::{FreeSpace, KnownPaths, NoPath, Unconstrained, View};
 use ambidex_model::state::{Phase, State};
-use ambidex_model::{Change, Condition, Location, MissionSpec, NodeId, NodeRange, Reason, Record, Reopened, Time};
+use ambidex_model::{
+    Change, Condition, Hold, Location, MissionSpec, NodeId, NodeRange, Reason, Record, Reopened, RobotSpec, Time,
+};
 use terms::{About, Terms};
 
 /// Steps of a proof that are looked at before everything is proved anew.
@@ -89,7 +91,9 @@ impl Feasibility {
                     self.suspects.extend(self.terms.about(About::Path));
                     self.suspect_change(*change);
                 }
-                Change::Object(..) | Change::Fact(..) | Change::Emptied(_) => self.suspect_change(*change),
+                Change::Object(..) | Change::Taken(..) | Change::Fact(..) | Change::Emptied(_) => {
+                    self.suspect_change(*change);
+                }
             },
             Record::Began { .. } | Record::Served { .. } | Record::Infeasible { .. } => self.is_stale = true,
             Record::TimedOut { .. } | Record::Reopened { .. } | Record::Overtaken { .. } => self.is_stale = true,
@@ -122,7 +126,7 @@ impl Feasibility {
         let about = match change {
             Change::Base(_) => About::Base,
             Change::Fact(fact, _) => About::Fact(fact),
-            Change::Object(object, _) => About::Object(object),
+            Change::Object(object, _) | Change::Taken(object, _) => About::Object(object),
             // Of what was in it.
             Change::Emptied(_) => {
                 self.is_stale = true;
@@ -180,7 +184,7 @@ impl Feasibility {
         let first = *promise.precondition.iter().find(is_out)?;
         let is_reachable = promise.goal.as_ref().is_some_and(|goal| !goal.iter().any(|term| is_out(&term)));
         let is_spared = is_reachable || self.can_be_overtaken(&view.state, leaf);
-        (!is_spared).then(|| reason(&self.terms.all[first].condition, &view.state))
+        (!is_spared).then(|| reason(&self.terms.all[first].condition, &view.state, &self.mission.robot))
     }
 
     /// Whether others may do what a leaf is to do, so that the THEN goes on behind that.
@@ -356,8 +360,8 @@ impl Feasibility {
                     found != Some(NoPath::Closed)
                 })
             }
-            Condition::Held(object) => matches!(world.objects[object.index()], Location::In(_)),
-            Condition::Free(object) => !matches!(world.objects[object.index()], Location::In(_)),
+            Condition::Held(hold) => holders(hold, state, &self.mission.robot) >= hold.hands,
+            Condition::Free(object) => world.objects[object.index()].holders().is_empty(),
             Condition::Somewhere(object) => matches!(world.objects[object.index()], Location::At(_)),
             Condition::Lies(object, place) => world.objects[object.index()] == Location::At(place),
             Condition::Fact(fact, holds) => world.facts[fact.index()] == holds || self.mission.world.is_outside(fact),
@@ -393,18 +397,26 @@ pub fn infeasible_at_start(mission: &MissionSpec) -> Vec<(NodeId, Reason)> {
     Feasibility::new(&mission, &free_space).infeasible(&view)
 }
 
+/// How many that count hold an object, whoever has them.
+fn holders(hold: Hold, state: &State, robot: &RobotSpec) -> u32 {
+    let holders = state.world().objects[hold.object.index()].holders().iter();
+    holders.filter(|holder| robot.counts(hold.by, **holder)).count() as u32
+}
+
 /// Why a single condition is not so, which is not.
-fn reason(single: &Condition, state: &State) -> Reason {
+fn reason(single: &Condition, state: &State, robot: &RobotSpec) -> Reason {
     match *single {
         Condition::At { place, .. } => Reason::NotAt { place },
         Condition::Path { place, .. } => Reason::NoPath { place },
-        Condition::Held(object) => Reason::NotHeld { object },
+        Condition::Held(hold) => hold.reason(holders(hold, state, robot)),
         Condition::Lies(object, place) => Reason::Elsewhere { object, place },
         Condition::Fact(fact, holds) => Reason::Fact { fact, holds },
-        Condition::Free(object) | Condition::Somewhere(object) => match state.world().objects[object.index()] {
-            Location::In(by) => Reason::Taken { object, by },
-            Location::At(_) | Location::Unknown => Reason::Nowhere { object },
-        },
+        Condition::Free(object) | Condition::Somewhere(object) => {
+            match state.world().objects[object.index()].holders().first() {
+                Some(&by) => Reason::Taken { object, by },
+                None => Reason::Nowhere { object },
+            }
+        }
         Condition::All(_) | Condition::Never => Reason::Unwanted,
     }
 }
