@@ -232,7 +232,7 @@ fn with_robot(
     let robot_names = robot.as_ref().map(|robot| RobotNames::of(&robot.names));
     let world_names = file.world.as_ref().map(WorldNames::of);
     let world = file.world.zip(world_names.as_ref()).and_then(|(raw, names)| {
-        let robot = robot.as_ref();
+        let robot = robot.as_ref().map(|file| (&file.robot, &file.names));
         world::build(raw, names, robot, faults)
     });
     let around = Surroundings {

@@ -9,10 +9,10 @@ use crate::fault::Faults;
 use crate::names::{Register, refuse_argument};
 use crate::quantity::{COORDINATE, EXTENT, HEADING, NEAR, TOLERANCE};
 use crate::reader::Name;
-use crate::robot::RobotFile;
 use crate::shape::Form;
 use ambidex_model::{
-    HOLDERS_MAX, Holders, Location, Obstacle, PlaceId, PlaceSpec, Pose, ResourceId, WorldSpec, WorldState,
+    HOLDERS_MAX, Holders, Location, Names, Obstacle, PlaceId, PlaceSpec, Pose, ResourceId, RobotSpec, WorldSpec,
+    WorldState,
 };
 
 /// A height that nothing of a robot reaches over: that of obstacles given as areas, meters.
@@ -197,7 +197,12 @@ impl WorldNames {
 }
 
 /// Checks the world; `None` when it has faults.
-pub(crate) fn build(raw: World, names: &WorldNames, robot: Option<&RobotFile>, faults: &mut Faults) -> Option<Built> {
+pub(crate) fn build(
+    raw: World,
+    names: &WorldNames,
+    robot: Option<(&RobotSpec, &Names)>,
+    faults: &mut Faults,
+) -> Option<Built> {
     let own = raw.places.iter().map(|(name, _)| name).chain(raw.objects.iter().map(|(name, _)| name));
     own.chain(raw.facts.iter().map(|(name, _)| name)).for_each(|name| refuse_argument(name, faults));
     let count = raw.objects.len();
@@ -232,7 +237,7 @@ pub(crate) fn build(raw: World, names: &WorldNames, robot: Option<&RobotFile>, f
 /// Where objects are at the start.
 struct Starts<'a> {
     names: &'a WorldNames,
-    robot: Option<&'a RobotFile>,
+    robot: Option<(&'a RobotSpec, &'a Names)>,
     /// What each resource holds.
     held: BTreeMap<ResourceId, String>,
     found: Vec<Location>,
@@ -249,13 +254,13 @@ impl Starts<'_> {
 
     /// The resources of those names, each of which can hold something and holds nothing else.
     fn held(&mut self, object: &Name, holders: &[Name], faults: &mut Faults) -> Option<Holders> {
-        let robot = self.robot?;
-        let names = Register::of("resource", robot.names.resources.iter().map(String::as_str));
+        let (robot, names) = self.robot?;
+        let names = Register::of("resource", names.resources.iter().map(String::as_str));
         let mut found = Vec::new();
         for holder in holders {
             let Some(resource) = names.find(holder, faults).map(ResourceId::from) else { continue };
-            let is_moved = robot.robot.resources[resource.index()].controller.is_some();
-            if is_moved && robot.robot.arm(resource).is_none() {
+            let is_moved = robot.resources[resource.index()].controller.is_some();
+            if is_moved && robot.arm(resource).is_none() {
                 faults.push(holder, format!("`{}` is no gripper and no slot, so that it holds nothing", holder.value));
             } else if let Some(other) = self.held.insert(resource, object.value.clone()) {
                 faults.push(holder, format!("`{}` holds `{other}` already", holder.value));

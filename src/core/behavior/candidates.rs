@@ -74,7 +74,7 @@ pub(crate) fn lacks_for_good(spec: &BehaviorSpec, state: &State, robot: &RobotSp
     };
     let all: Vec<_> = spec.claims.iter().map(|claim| robot.could_serve(claim.selector)).collect();
     for (claim, _) in std::iter::zip(&spec.claims, &all).filter(|(_, serving)| serving.is_empty()) {
-        if let Selector::Any(of) | Selector::AnyEmpty { of, .. } = claim.selector {
+        if let Selector::Any(of) | Selector::AnyEmpty { of, .. } | Selector::Holding { of, .. } = claim.selector {
             return Some(Reason::Missing { of });
         }
     }

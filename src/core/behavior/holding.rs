@@ -1,7 +1,9 @@
 //! Objects in several hands: what is put down is let go by all that hold it, and what is let go is held by others.
 
 use crate::world::View;
-use ambidex_model::{BehaviorSpec, EffectTerm, HOLDERS_MAX, Lineage, ObjectId, Reason, ResourceId, Selector, Task};
+use ambidex_model::{
+    BehaviorSpec, EffectTerm, HOLDERS_MAX, Lineage, Misheld, ObjectId, Reason, ResourceId, Selector, Task,
+};
 
 /// Whether what a behavior takes, lets go and puts down can be so, as things are held now.
 ///
@@ -18,7 +20,7 @@ fn check_one(spec: &BehaviorSpec, object: ObjectId, view: &View, line: &Lineage<
     }
     if spec.effects.iter().any(|effect| matches!(effect, EffectTerm::Lies(put, _) if *put == object)) {
         return match keeper(spec, object, holders, view, line) {
-            Some(by) => Err(Reason::HeldToo { object, by }),
+            Some(by) => Err(Reason::Misheld(Misheld::Too { object, by })),
             None => Ok(()),
         };
     }
@@ -37,8 +39,10 @@ fn check_one(spec: &BehaviorSpec, object: ObjectId, view: &View, line: &Lineage<
         }
     }
     match (holders.len() + more).saturating_sub(fewer) {
-        0 => Err(Reason::LastHolder { object }),
-        HOLDERS_MAX.. if more > 0 && holders.len() + more > HOLDERS_MAX + fewer => Err(Reason::NoRoom { object }),
+        0 => Err(Reason::Misheld(Misheld::Last { object })),
+        HOLDERS_MAX.. if more > 0 && holders.len() + more > HOLDERS_MAX + fewer => {
+            Err(Reason::Misheld(Misheld::Full { object }))
+        }
         _ => Ok(()),
     }
 }

@@ -58,10 +58,7 @@ impl RoundEnd<'_> {
             | Reason::Missing { .. }
             | Reason::OutOfReach { .. }
             | Reason::NotHeld { .. }
-            | Reason::NotSoHeld { .. }
-            | Reason::HeldToo { .. }
-            | Reason::LastHolder { .. }
-            | Reason::NoRoom { .. }
+            | Reason::Misheld(_)
             | Reason::Taken { .. }
             | Reason::Elsewhere { .. }
             | Reason::Nowhere { .. }

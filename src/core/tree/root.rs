@@ -15,8 +15,8 @@ use crate::behavior;
 use crate::world::{Compatible, FreeSpace, Unconstrained, View};
 use ambidex_model::state::{Phase, Stage, State};
 use ambidex_model::{
-    Blocked, Change, EffectTerm, End, Grant, Header, Location, MissionEnd, MissionSpec, NodeId, Outcome, Reason,
-    Record, ResourceTable, Time, Told,
+    Blocked, Change, End, Grant, Header, Location, MissionEnd, MissionSpec, NodeId, Outcome, Reason, Record,
+    ResourceTable, Time, Told,
 };
 
 /// How long a controller is awaited by default, robot time.
@@ -315,21 +315,11 @@ impl Root {
     /// An object that has left its gripper while somebody was putting it down lies there, though nobody was told.
     fn understood(&self, change: Change) -> Change {
         let Change::Emptied(gripper) = change else { return change };
-        let Some(held) = self.state.world().held_by(gripper) else { return change };
-        if self.state.world().objects[held.index()] != Location::held(gripper) {
-            return change;
-        }
+        let Some(held) = self.state.world().held_only_by(gripper) else { return change };
         let running = self.state.running().iter();
         let running =
             running.filter_map(|(leaf, grant)| Some(self.mission.tree.behavior(*leaf)?.at(grant.request.place)));
-        let put_down = running.flat_map(|spec| &spec.effects).find_map(|effect| match effect {
-            EffectTerm::Lies(object, place) if *object == held => Some(*place),
-            EffectTerm::Lies(..)
-            | EffectTerm::Taken(..)
-            | EffectTerm::LetGo(..)
-            | EffectTerm::Stands(_)
-            | EffectTerm::Fact(..) => None,
-        });
+        let put_down = running.flat_map(|spec| &spec.effects).find_map(|effect| effect.lays(held));
         put_down.map_or(change, |place| Change::Object(held, Location::At(place)))
     }
 

@@ -144,7 +144,9 @@ impl<'a> Binder<'a> {
             elsewhere: None,
         };
         bound.commands(&mut behavior);
-        bound.check_holders(&behavior);
+        if bound.faults.errors() == before {
+            bound.check_holders(&behavior);
+        }
         bound.check_claims(&behavior.claims);
         (faults.errors() == before).then_some(behavior)
     }

@@ -1,7 +1,7 @@
 //! Terms about what is held: by how many, taken from where, let go into what.
 
 use super::NameOrParam;
-use super::terms::{CLAIMED, NameOf, OBJECT, PLACE};
+use super::named::{CLAIMED, NameOf, OBJECT, PLACE};
 use crate::describe::{Count, Custom, Described, Reads, described};
 use crate::shape::Form;
 use crate::types::Type;

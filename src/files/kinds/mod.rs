@@ -8,6 +8,7 @@ mod commands;
 mod declare;
 mod hands;
 mod holding;
+mod named;
 mod terms;
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,7 +1,8 @@
 //! The terms of a declared behavior: what they look like in a file, and what they are read as.
 
 use super::hands::{GRASPED, Grasped, HELD, HeldTerm, ObjectBy, PutTerm};
-use super::{Claims, NameOrParam, Piece, Text};
+use super::named::{CLAIMED, NameOf, OBJECT, PLACE, TEMPLATE};
+use super::{Claims, NameOrParam, Text};
 use crate::describe::{At, Custom, Described, Each, Flag, Map, Reads, Vector, Word, described};
 use crate::document::Node;
 use crate::fault::Faults;
@@ -11,10 +12,8 @@ use crate::scope::Reading;
 use crate::shape::Form;
 use crate::template::{self, Piece::Parameter};
 use crate::types::Type;
-use ambidex_model::{Mode, suggestion};
+use ambidex_model::Mode;
 
-pub(super) const PLACE: NameOf = NameOf(Type::Place);
-pub(super) const OBJECT: NameOf = NameOf(Type::Object);
 const HIGH: [&str; 1] = ["high"];
 const PHYSICAL: [&str; 1] = ["physical"];
 const STANDING: [&str; 1] = ["stand"];
@@ -307,21 +306,6 @@ pub(super) const POTENTIAL_TERM: Custom<PotentialTerm> = Custom(
     },
 );
 
-/// The name of a claim, as which one it is.
-pub(super) const CLAIMED: Custom<usize> = Custom(
-    || Form::Word,
-    |item, reading| {
-        let name = item.name("the name of a claim", reading.faults)?;
-        let claims = reading.scope.claims.iter().map(|claim| claim.value.as_str());
-        let found = claims.clone().position(|claim| claim == name.value);
-        if found.is_none() {
-            let help = suggestion(&name.value, "claim", claims);
-            reading.faults.push_with(&name, format!("there is no claim `{}`", name.value), help);
-        }
-        found
-    },
-);
-
 /// A word or a map.
 const KEPT: Custom<KeepTerm> = Custom(
     || Form::Either(vec![Form::Words(&PHYSICAL), Form::Map(Kept::shape)]),
@@ -420,22 +404,6 @@ const TO_MAINTAIN: Custom<TaskTerm> = Custom(
     },
 );
 
-/// Text in which `$name` stands for an argument.
-pub(super) const TEMPLATE: Custom<Text> = Custom(
-    || Form::Word,
-    |item, reading| {
-        let written = item.name("a text", reading.faults)?;
-        let mut pieces = Vec::new();
-        for piece in template::pieces(&written.value) {
-            pieces.push(match piece {
-                template::Piece::Plain(text) => Piece::Plain(text.to_owned()),
-                template::Piece::Parameter(name) => Piece::Parameter(reading.parameter(name, &written)?),
-            });
-        }
-        Some(Text { pieces, written })
-    },
-);
-
 /// A value of any type, which the call knows.
 const CALL_VALUE: Custom<CallValue> = Custom(
     || Form::Arguments,
@@ -452,31 +420,6 @@ const CALL_VALUE: Custom<CallValue> = Custom(
         }
     },
 );
-
-/// A name, or a parameter of that type.
-pub(super) struct NameOf(pub(super) Type);
-
-impl<'a> Reads<'a> for NameOf {
-    type Out = NameOrParam;
-
-    fn form(&self) -> Form {
-        Form::Word
-    }
-
-    fn read(&self, item: Item<'a>, reading: &mut Reading<'_>) -> Option<NameOrParam> {
-        let written = item.name(self.0.what(), reading.faults)?;
-        let Some(name) = template::parameter(&written.value) else {
-            return Some(NameOrParam { written, parameter: None });
-        };
-        let index = reading.parameter(name, &written)?;
-        let found = reading.scope.parameters[index].1;
-        if found != self.0 {
-            reading.faults.push(&written, format!("`${name}` is {}, not {}", found.what(), self.0.what()));
-            return None;
-        }
-        Some(NameOrParam { written, parameter: Some(index) })
-    }
-}
 
 fn claims(item: Item<'_>, reading: &mut Reading<'_>) -> Option<Claims> {
     const WHAT: &str = "a map of claims, or `all`";

@@ -99,9 +99,54 @@ impl From<ObjectId> for Hold {
     }
 }
 
+/// What is wrong with who holds an object.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Misheld {
+    /// It is not held by so many of the own line, or not by what it should be.
+    NotSo {
+        /// What is wanted.
+        hold: Hold,
+        /// How many of the own line hold it that count.
+        found: u32,
+    },
+    /// Something else holds what is to be put down, and would not let go of it.
+    Too {
+        /// What is to be put down.
+        object: ObjectId,
+        /// What holds it too.
+        by: ResourceId,
+    },
+    /// What is to let go of it is the last that holds it.
+    Last {
+        /// What would fall.
+        object: ObjectId,
+    },
+    /// As many hold it as can.
+    Full {
+        /// What no more can take.
+        object: ObjectId,
+    },
+}
+
+impl Misheld {
+    pub(super) fn sentence(&self, names: &Names) -> String {
+        match *self {
+            Self::NotSo { hold, found } => hold.denial(found, names),
+            Self::Too { object, by } => {
+                format!("{} is in {} too, which would not let go of it", names.thing(object), names.resource(by))
+            }
+            Self::Last { object } => format!("nothing else holds {}, which must not fall", names.thing(object)),
+            Self::Full { object } => {
+                format!("{} is held by {HOLDERS_MAX} already, and no more can", names.thing(object))
+            }
+        }
+    }
+}
+
 impl Hold {
     /// That it is not so, when so many of those that count hold it: "tray is in 1 of 2 hands".
-    pub(super) fn denial(&self, found: u32, names: &Names) -> String {
+    fn denial(&self, found: u32, names: &Names) -> String {
         let (object, wanted) = (names.thing(self.object), self.hands);
         match self.by {
             HeldBy::Any if wanted > 1 => {

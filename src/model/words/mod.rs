@@ -34,7 +34,7 @@ pub use deadlock::{Deadlock, Standstill};
 pub use failure::{Failures, Flaw, FlawKind, Mishap};
 pub use goal::{ARGUMENTS_MAX, Call, Command, End, Fault, Goal, Mode, NO_ARGUMENTS, Outcome, Part};
 pub use header::{EntryKind, Header, JOURNAL_VERSION, NodeEntry};
-pub use holders::{HOLDERS_MAX, HeldBy, Hold, Holders};
+pub use holders::{HOLDERS_MAX, HeldBy, Hold, Holders, Misheld};
 pub use ids::{ChannelId, CommandId, ControllerId, FactId, NodeId, ObjectId, PlaceId, ResourceId, TypeId};
 pub use labels::{Labels, NAME_MAX, Name};
 pub use lineage::{Lineage, NodeRange};

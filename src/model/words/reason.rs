@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    ChannelId, Deadlock, FactId, Fault, HOLDERS_MAX, Hold, Loss, Names, NodeId, ObjectId, PlaceId, ResourceId, TypeId,
+    ChannelId, Deadlock, FactId, Fault, Hold, Loss, Misheld, Names, NodeId, ObjectId, PlaceId, ResourceId, TypeId,
 };
 
 /// Why a request was refused or not made. It speaks of the behavior that it is said of.
@@ -50,30 +50,8 @@ pub enum Reason {
         /// What is needed and in no gripper of the line.
         object: ObjectId,
     },
-    /// The object is not held by so many of its own line, or not by what it should be.
-    NotSoHeld {
-        /// What is wanted.
-        hold: Hold,
-        /// How many of its own line hold it that count.
-        found: u32,
-    },
-    /// Something else holds what it puts down, and would not let go of it.
-    HeldToo {
-        /// What is to be put down.
-        object: ObjectId,
-        /// What holds it too.
-        by: ResourceId,
-    },
-    /// It lets go of what nothing else holds.
-    LastHolder {
-        /// What would fall.
-        object: ObjectId,
-    },
-    /// As many hold the object as can.
-    NoRoom {
-        /// What no more can take.
-        object: ObjectId,
-    },
+    /// It is not held as it must be for what it needs, or for what it does.
+    Misheld(Misheld),
     /// The object is in a gripper already.
     Taken {
         /// What somebody was faster with.
@@ -219,7 +197,11 @@ impl Hold {
     /// Why it is not so, when so many of the own line hold it that count.
     pub fn reason(self, found: u32) -> Reason {
         let object = self.object;
-        if self == Self::from(object) { Reason::NotHeld { object } } else { Reason::NotSoHeld { hold: self, found } }
+        if self == Self::from(object) {
+            Reason::NotHeld { object }
+        } else {
+            Reason::Misheld(Misheld::NotSo { hold: self, found })
+        }
     }
 }
 
@@ -265,16 +247,7 @@ impl Reason {
                 format!("{} is not held by this branch of the task", names.thing(*object))
             }
             Self::Taken { object, by } => format!("{} is in {} already", names.thing(*object), names.resource(*by)),
-            Self::NotSoHeld { hold, found } => hold.denial(*found, names),
-            Self::HeldToo { object, by } => {
-                format!("{} is in {} too, which would not let go of it", names.thing(*object), names.resource(*by))
-            }
-            Self::LastHolder { object } => {
-                format!("nothing else holds {}, which must not fall", names.thing(*object))
-            }
-            Self::NoRoom { object } => {
-                format!("{} is held by {HOLDERS_MAX} already, and no more can", names.thing(*object))
-            }
+            Self::Misheld(misheld) => misheld.sentence(names),
             Self::Elsewhere { object, place } => {
                 format!("{} is not at {}", names.thing(*object), names.place(*place))
             }

@@ -84,6 +84,16 @@ pub enum Task {
     Call(Call),
 }
 
+impl EffectTerm {
+    /// The place where an object lies by it.
+    pub fn lays(&self, object: ObjectId) -> Option<PlaceId> {
+        match *self {
+            Self::Lies(laid, place) if laid == object => Some(place),
+            Self::Lies(..) | Self::Taken(..) | Self::LetGo(..) | Self::Stands(_) | Self::Fact(..) => None,
+        }
+    }
+}
+
 impl Task {
     /// The object that the resource of its claim takes.
     pub fn grasped(&self) -> Option<ObjectId> {

@@ -64,6 +64,11 @@ impl WorldState {
         self.objects.iter().position(|at| at.holders().contains(&resource)).map(ObjectId::from)
     }
 
+    /// What the resource holds and nothing else does.
+    pub fn held_only_by(&self, resource: ResourceId) -> Option<ObjectId> {
+        self.held_by(resource).filter(|object| self.objects[object.index()] == Location::held(resource))
+    }
+
     /// Applies a change; true if anything is different now.
     pub fn apply(&mut self, change: Change) -> bool {
         match change {

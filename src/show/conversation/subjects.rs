@@ -1,8 +1,8 @@
 //! Whom and what a record speaks of.
 
 use ambidex_model::{
-    Blocked, Change, CommandId, Consequences, ControllerId, ControllerMessage, FromController, Message, MissionEnd,
-    NodeId, Reason, Record, Request, ResourceId, ToController, Told,
+    Blocked, Change, CommandId, Consequences, ControllerId, ControllerMessage, FromController, Message, Misheld,
+    MissionEnd, NodeId, Reason, Record, Request, ResourceId, ToController, Told,
 };
 
 use ambidex_record::History;
@@ -150,7 +150,7 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
     match reason {
         Reason::Held { resource, .. } | Reason::Outbid { resource, .. } => *resource == wanted,
         Reason::Unavailable { resource, .. } | Reason::Unfit { resource } => *resource == wanted,
-        Reason::Taken { by, .. } | Reason::HeldToo { by, .. } => *by == wanted,
+        Reason::Taken { by, .. } | Reason::Misheld(Misheld::Too { by, .. }) => *by == wanted,
         Reason::AlreadyDone { lacks: inner, .. } => lacks(inner, wanted),
         Reason::WouldDeadlock { deadlock } => {
             [deadlock.other, deadlock.own].iter().any(|one| one.holds == Some(wanted))
@@ -163,9 +163,7 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
         | Reason::Missing { .. }
         | Reason::OutOfReach { .. }
         | Reason::NotHeld { .. }
-        | Reason::NotSoHeld { .. }
-        | Reason::LastHolder { .. }
-        | Reason::NoRoom { .. }
+        | Reason::Misheld(Misheld::NotSo { .. } | Misheld::Last { .. } | Misheld::Full { .. })
         | Reason::Elsewhere { .. }
         | Reason::Nowhere { .. }
         | Reason::NotAt { .. }

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use ambidex::model::{
-    Access, BehaviorSpec, Change, ChannelId, Condition, ControllerKind, EffectTerm, FactId, Location, MissionSpec,
-    NodeId, ObjectId, Obstacle, PlaceId, Potential, Reason, ResourceId, Retention, Selector, WorldState,
+    Access, BehaviorSpec, Change, ChannelId, Condition, ControllerKind, EffectTerm, FactId, HeldBy, Hold, Location,
+    MissionSpec, NodeId, ObjectId, Obstacle, PlaceId, Potential, Reason, ResourceId, Retention, Selector, WorldState,
 };
 use ambidex::tree::{Serial, Settings};
 use ambidex::world::{Compatible, Use};
@@ -124,6 +124,32 @@ fn of_resources() {
     let holds = first(BehaviorSpec { claims, ..blank("holds") });
     let late = then([leaf("begin", blank("begin")), it(move_to(robot(2, 1), PlaceId(0), PLACES))]);
     check(and([holds, late]), &[Succeeds("begin")], "no gripper would be available to it there");
+}
+
+#[test]
+fn of_holders() {
+    let changing =
+        |effect, claims| BehaviorSpec { effects: vec![effect], changes: vec![GRIPPED], claims, ..blank("it") };
+    let gripper = claim(Selector::Named(ResourceId(1)), X, FREE);
+    let put = EffectTerm::Lies(GRIPPED, PlaceId(0));
+    // Whoever puts it down claims all that hold it, and tells them.
+    let kept = "object1 is in gripper#1 too, which would not let go of it";
+    check(it(changing(put, Vec::new())), &[], kept);
+    check(it(changing(put, vec![gripper])), &[], kept);
+    let last = EffectTerm::LetGo(GRIPPED, 0);
+    check(it(changing(last, vec![gripper])), &[], "nothing else holds object1, which must not fall");
+    let two = Hold { object: GRIPPED, by: HeldBy::Any, hands: 2 };
+    let few = "object1 is held by 1 of this branch of the task, and has to be by 2";
+    check(needs(Condition::Held(two)), &[], few);
+    let other = Hold { object: GRIPPED, by: HeldBy::Resource(ResourceId(0)), hands: 1 };
+    let with = "object1 is not held by this branch of the task with gripper#0";
+    check(needs(Condition::Held(other)), &[], with);
+    let tool = Hold { object: GRIPPED, by: HeldBy::Type(TOOL), hands: 1 };
+    check(needs(Condition::Held(tool)), &[], "object1 is in no tool of this branch of the task");
+    let holding = Selector::Holding { object: GRIPPED, of: GRIPPER, resource: None };
+    let claims = vec![claim(holding, X, FREE); 2];
+    let short = "object1 is held by 1 gripper of this branch of the task, and has to be by 2";
+    check(it(BehaviorSpec { claims, ..blank("both") }), &[], short);
 }
 
 #[test]

@@ -116,7 +116,7 @@ impl Model<'_> {
         let all: Vec<Vec<ResourceId>> = all.collect();
         let empty = std::iter::zip(claims, &all).find(|(_, serving)| serving.is_empty());
         if let Some((claim, _)) = empty
-            && let Selector::Any(of) | Selector::AnyEmpty { of, .. } = claim.selector
+            && let Selector::Any(of) | Selector::AnyEmpty { of, .. } | Selector::Holding { of, .. } = claim.selector
         {
             return Some(Reason::Missing { of });
         }

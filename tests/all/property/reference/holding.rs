@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use ambidex::model::{
-    BehaviorSpec, Claim, EffectTerm, HeldBy, Hold, NodeId, NodeRange, Reason, ResourceId, Selector, Task,
+    BehaviorSpec, Claim, EffectTerm, HeldBy, Hold, Misheld, NodeId, NodeRange, Reason, ResourceId, Selector, Task,
 };
 
 use super::{Model, Refusal};
@@ -45,7 +45,7 @@ impl Model<'_> {
                     };
                     let last = left.pop().expect("one is left");
                     let by = left.into_iter().chain([last]).find(is_strange).unwrap_or(last);
-                    return Err(Reason::HeldToo { object, by }.into());
+                    return Err(Reason::Misheld(Misheld::Too { object, by }).into());
                 }
                 continue;
             }
@@ -61,10 +61,10 @@ impl Model<'_> {
                 claims.filter(|claim| is_holder(*claim) && spec.effects.contains(&EffectTerm::LetGo(object, *claim)));
             let (more, fewer) = (more.count(), fewer.count());
             if holders.len() + more <= fewer {
-                return Err(Reason::LastHolder { object }.into());
+                return Err(Reason::Misheld(Misheld::Last { object }).into());
             }
             if more > 0 && holders.len() + more - fewer > 4 {
-                return Err(Reason::NoRoom { object }.into());
+                return Err(Reason::Misheld(Misheld::Full { object }).into());
             }
         }
         Ok(())
@@ -88,5 +88,6 @@ pub(super) fn too_few_holders(claims: &[Claim], serving: &[Vec<(ResourceId, f64)
     let wanting: Vec<_> = (0..claims.len()).filter(|index| is_for(&claims[*index])).collect();
     let holders: BTreeSet<_> = wanting.iter().flat_map(|index| &serving[*index]).map(|(id, _)| *id).collect();
     let (hands, found) = (wanting.len() as u32, holders.len() as u32);
-    (found < hands).then_some(Reason::NotSoHeld { hold: Hold { object, by: HeldBy::Type(of), hands }, found })
+    (found < hands)
+        .then_some(Reason::Misheld(Misheld::NotSo { hold: Hold { object, by: HeldBy::Type(of), hands }, found }))
 }

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use ambidex::model::{
-    BehaviorSpec, Claim, Condition, ControllerKind, Grant, HeldBy, Hold, LeaseKind, Location, Loss, NodeId, NodeRange,
-    ObjectId, PlaceId, Pose, Potential, Reason, Request, ResourceId, Selector, Task, TypeId,
+    BehaviorSpec, Claim, Condition, ControllerKind, Grant, HeldBy, Hold, LeaseKind, Location, Loss, Misheld, NodeId,
+    NodeRange, ObjectId, PlaceId, Pose, Potential, Reason, Request, ResourceId, Selector, Task, TypeId,
 };
 
 use super::holding::too_few_holders;
@@ -107,7 +107,7 @@ impl Model<'_> {
                 let reason = if is_plain {
                     Reason::NotHeld { object: hold.object }
                 } else {
-                    Reason::NotSoHeld { hold: *hold, found }
+                    Reason::Misheld(Misheld::NotSo { hold: *hold, found })
                 };
                 (found >= hold.hands, reason)
             }
@@ -243,7 +243,9 @@ impl Model<'_> {
                     None if self.world_state.objects[object.index()].holders().is_empty() => {
                         Err(Reason::NotHeld { object }.into())
                     }
-                    None => Err(Reason::NotSoHeld { hold: Hold { object, by, hands: 1 }, found: 0 }.into()),
+                    None => {
+                        Err(Reason::Misheld(Misheld::NotSo { hold: Hold { object, by, hands: 1 }, found: 0 }).into())
+                    }
                 };
             }
             Selector::Any(of) => (of, false, None),
