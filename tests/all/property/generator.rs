@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use ambidex::model::{
-    Access, BehaviorSpec, ChannelId, Claim, Condition, EffectTerm, FactId, Limits, Location, MissionSpec, NodeId,
-    NodeKind, ObjectId, Obstacle, PlaceId, Potential, ResourceId, Retention, Selector, TypeId,
+    Access, BehaviorSpec, ChannelId, Claim, CommandTerm, Condition, EffectTerm, FactId, HeldBy, Hold, Limits, Location,
+    MissionSpec, NodeId, NodeKind, ObjectId, Obstacle, PlaceId, Potential, ResourceId, Retention, Selector, TypeId,
 };
 use ambidex::tree::{Allocator, Greedy, Serial};
 use nalgebra::Point3;
@@ -50,6 +50,7 @@ impl Case {
         }));
         add_limits(seed, &mut mission);
         add_shortcuts(seed, &mut mission);
+        add_hands(seed, body, &mut mission);
         // Rules speak of behaviors on resources: what claims none is in nobody's way.
         let claims = |leaf: &NodeId| !mission.tree.behavior(*leaf).expect("a leaf").claims.is_empty();
         let leaves: Vec<_> = mission.tree.leaves().filter(claims).collect();
@@ -131,6 +132,52 @@ fn add_shortcuts(seed: u64, mission: &mut MissionSpec) {
         }
         if let NodeKind::Behavior(spec) = &mut mission.tree.nodes[gadgets[1].index()] {
             spec.satisfied = Condition::Fact(reached, true);
+        }
+    }
+}
+
+/// In some missions things are taken with two hands, put down with two, and handed over.
+fn add_hands(seed: u64, body: Body, mission: &mut MissionSpec) {
+    let mut rng = Rng::of(&[seed, 17]);
+    if body.grippers < 2 || !rng.is(20) {
+        return;
+    }
+    let objects = mission.start.objects.len();
+    for node in &mut mission.tree.nodes {
+        let NodeKind::Behavior(spec) = node else { continue };
+        let both = |object| Condition::Held(Hold { object, by: HeldBy::Any, hands: 2 });
+        match (spec.kind.as_str(), spec.changes.first().copied()) {
+            ("pick", Some(object)) if rng.is(60) => {
+                spec.claims.push(spec.claims[2]);
+                spec.effects.push(EffectTerm::Taken(object, 3));
+                spec.commands.push(CommandTerm { claim: 3, ..spec.commands[2].clone() });
+                spec.satisfied = if rng.is(80) { both(object) } else { Condition::Held(object.into()) };
+            }
+            ("place", Some(object)) if rng.is(60) => {
+                spec.claims.push(spec.claims[2]);
+                spec.commands.push(CommandTerm { claim: 3, ..spec.commands[2].clone() });
+                if rng.is(60) {
+                    let precondition = std::mem::replace(&mut spec.precondition, Condition::Never);
+                    spec.precondition = Condition::All(vec![precondition, both(object)]);
+                }
+            }
+            ("gadget", _) if objects > 0 && rng.is(30) => {
+                let object = ObjectId::from(rng.below(objects));
+                let kept = Retention::Physical(Access::Exclusive);
+                let holder = Selector::Holding { object, of: GRIPPER, resource: None };
+                let taker = Selector::AnyEmpty { of: GRIPPER, reaches: Some(object) };
+                spec.claims = vec![support::claim(holder, Access::Exclusive, rng.one(&[kept, Retention::Release]))];
+                spec.effects.retain(|effect| matches!(effect, EffectTerm::Fact(..)));
+                if rng.is(70) {
+                    spec.claims.push(support::claim(taker, Access::Exclusive, kept));
+                    spec.effects.push(EffectTerm::Taken(object, 1));
+                }
+                if rng.is(70) {
+                    spec.effects.push(EffectTerm::LetGo(object, 0));
+                }
+                spec.changes = vec![object];
+            }
+            (_, _) => {}
         }
     }
 }

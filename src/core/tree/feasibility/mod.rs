@@ -103,6 +103,8 @@ impl Feasibility {
                 let is_less = |reopened: &Reopened| reopened.lapsed().is_none() || !reopened.undecided.is_empty();
                 self.is_stale |= reopened.as_ref().is_some_and(is_less);
                 self.returned.extend(reopened.as_ref().map(|reopened| reopened.node));
+                // What nobody had a lease of was everybody's own.
+                self.is_stale |= !granted.is_empty() && self.spared.iter().any(|leaf| self.is_to_hold(*leaf));
                 for skip in granted.iter().flat_map(|grant| &grant.request.skips) {
                     self.suspect_below(skip.from..skip.to);
                 }
@@ -171,6 +173,12 @@ impl Feasibility {
     fn is_out_of_reach(&self, leaf: NodeId) -> bool {
         let mut precondition = self.terms.promises[&leaf].precondition.iter();
         self.lacking.contains_key(&leaf) || precondition.any(|term| self.proofs[*term] == Proof::Nothing)
+    }
+
+    /// Whether the goal of a behavior is to hold something.
+    fn is_to_hold(&self, leaf: NodeId) -> bool {
+        let mut goal = self.terms.promises[&leaf].goal.iter().flatten();
+        goal.any(|term| matches!(self.terms.all[*term].condition, Condition::Held(_)))
     }
 
     /// What a behavior lacks that can never run.

@@ -56,6 +56,11 @@ impl Model<'_> {
             found.iter_mut().filter(|(id, _)| self.bad.contains(&(leaf, *id))).for_each(|(_, cost)| *cost += 1e6);
             serving.push(found);
         }
+        if let Some(short) = first_short(spec.claims.len(), &serving)
+            && let Some(reason) = too_few_holders(&spec.claims, &serving, short - 1)
+        {
+            return Err(reason.into());
+        }
         self.all_at_once(&spec.claims, &serving)?;
         let is_heir = self
             .rows
@@ -298,19 +303,9 @@ impl Model<'_> {
 
     /// Two claims of one behavior never get the same resource.
     pub(super) fn all_at_once(&self, claims: &[Claim], serving: &[Serving]) -> Result<(), Refusal> {
-        fn can(serving: &[Serving], taken: &[ResourceId]) -> bool {
-            let Some((first, rest)) = serving.split_first() else {
-                return true;
-            };
-            let mut free = first.iter().filter(|(id, _)| !taken.contains(id));
-            free.any(|(id, _)| can(rest, &[taken, &[*id]].concat()))
-        }
-        let Some(short) = (1..=claims.len()).find(|&upto| !can(&serving[..upto], &[])) else {
+        let Some(short) = first_short(claims.len(), serving) else {
             return Ok(());
         };
-        if let Some(reason) = too_few_holders(claims, serving, short - 1) {
-            return Err(reason.into());
-        }
         let of = self.mission.robot.resources[serving[short - 1][0].0.index()].ty;
         let all = self.of_type(of);
         let wanted = serving.iter().filter(|serving| serving.iter().any(|(id, _)| all.contains(id))).count() as u32;
@@ -360,6 +355,18 @@ impl Model<'_> {
         let (sin, cos) = place.stand.heading.sin_cos();
         [place.stand.at.x + cos * local.x - sin * local.y, place.stand.at.y + sin * local.x + cos * local.y, local.z]
     }
+}
+
+/// How many of the claims cannot be served together with those before them.
+fn first_short(count: usize, serving: &[Serving]) -> Option<usize> {
+    fn can(serving: &[Serving], taken: &[ResourceId]) -> bool {
+        let Some((first, rest)) = serving.split_first() else {
+            return true;
+        };
+        let mut free = first.iter().filter(|(id, _)| !taken.contains(id));
+        free.any(|(id, _)| can(rest, &[taken, &[*id]].concat()))
+    }
+    (1..=count).find(|&upto| !can(&serving[..upto], &[]))
 }
 
 pub(super) fn singles(condition: &Condition) -> Vec<&Condition> {
