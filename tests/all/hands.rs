@@ -131,11 +131,11 @@ task: {then: [{move: kitchen}, {pick_both: tray}, tap, tip]}";
         (told.end, told.steps.as_str()),
         (MissionEnd::Done, "move to kitchen, pick tray with both hands, tap, tip")
     );
-    let grants = told.records.iter().filter_map(|record| match record {
+    let mut grants = told.records.iter().filter_map(|record| match record {
         Record::Decided { granted, .. } => granted.iter().find(|grant| told.mission.names.node(grant.leaf()) == "tip"),
         _ => None,
     });
-    let tip = grants.last().expect("it was granted");
+    let tip = grants.next_back().expect("it was granted");
     let hands: Vec<_> = tip.bindings.iter().map(|binding| binding.resource).collect();
     assert_eq!(hands, [RIGHT, LEFT], "each claim has a holder of its own");
 }

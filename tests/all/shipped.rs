@@ -68,6 +68,48 @@ const STEPS: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "tray",
+        &[
+            "look at window + move to kitchen",
+            "look at table",
+            "pick tray with both hands",
+            "move to table",
+            "place tray with both hands",
+            "fetch cup",
+            "pick cup",
+            "bring cup",
+            "place cup",
+        ],
+    ),
+    (
+        "pass-on",
+        &[
+            "move to left shelf",
+            "pick bottle with left_gripper",
+            "take over bottle with right_gripper",
+            "leave bottle to right_gripper",
+            "move to right shelf",
+            "place bottle",
+        ],
+    ),
+    (
+        "crate",
+        &[
+            "move to depot",
+            "pick red",
+            "stow red",
+            "pick green",
+            "stow green",
+            "pick blue",
+            "move to door #3",
+            "place blue",
+            "unstow red",
+            "place red",
+            "unstow green",
+            "place green",
+        ],
+    ),
+    (
         "two-hands",
         &[
             "go to the jam",
