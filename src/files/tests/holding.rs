@@ -164,3 +164,17 @@ fn only_a_slot_has_a_position() {
     assert_eq!(said.len(), 1, "{said:#?}");
     assert!(said[0].contains("at: only what has no controller has a fixed position"), "{said:#?}");
 }
+
+#[test]
+fn what_is_full_at_the_start_is_not_there_to_take_more() {
+    let picks = |cup: &str| {
+        let text = GOOD.replace("cup: {at: shelf, offset: [0, 0.1]}", &format!("cup: {cup}"));
+        let text = format!("{}task:\n  then: [{{move: shelf}}, {{pick: pot}}]\n", &text[..text.find("task:").unwrap()]);
+        let files = super::written(text, super::ROBOT);
+        let loaded = super::super::load_mission(&files, super::PATH.as_ref(), None, &[]).expect("no mistake");
+        loaded.warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+    };
+    assert_eq!(picks("{at: shelf}"), "");
+    let said = picks("{held: hand}");
+    assert!(said.contains("it must run out: 2 of `hand` would be in use, and the robot has 1"), "{said}");
+}
