@@ -1,8 +1,10 @@
 //! From a grant to a goal, and from an outcome to what is different in the world.
 
+use super::slots;
 use crate::world::{KnownPaths, View};
 use ambidex_model::{
-    BehaviorSpec, Change, Command, EffectTerm, End, Fault, Goal, Grant, Location, Outcome, Part, ResourceId, Task,
+    BehaviorSpec, Change, Command, EffectTerm, End, Fault, Goal, Grant, Location, Outcome, Part, ResourceId, RobotSpec,
+    Task,
 };
 
 /// The goal of a granted behavior, with positions as of the view it asked in and the path that it asked with.
@@ -85,11 +87,14 @@ fn contradicts(said: Change, effect: &EffectTerm, grant: &Grant) -> Option<Resou
     }
 }
 
-/// What is different after a behavior: its effects where it succeeded, then what its controllers say.
-pub fn changes(spec: &BehaviorSpec, grant: &Grant, outcome: &Outcome) -> Vec<Change> {
-    let effects: &[EffectTerm] = match outcome.end {
-        End::Succeeded => &spec.effects,
-        End::Failed(_) | End::Canceled | End::Interrupted => &[],
+/// What is different after a behavior: its effects where it succeeded, else what follows for slots; then what its controllers
+/// say.
+pub fn changes(spec: &BehaviorSpec, grant: &Grant, outcome: &Outcome, robot: &RobotSpec) -> Vec<Change> {
+    let (effects, of_slots): (&[EffectTerm], _) = match outcome.end {
+        End::Succeeded => (&spec.effects, Vec::new()),
+        End::Failed(_) | End::Canceled | End::Interrupted => {
+            (&[], slots::follows(spec, grant, &outcome.changes, robot))
+        }
     };
     let effects = effects.iter().map(|effect| match *effect {
         EffectTerm::Lies(object, place) => Change::Object(object, Location::At(place)),
@@ -98,5 +103,5 @@ pub fn changes(spec: &BehaviorSpec, grant: &Grant, outcome: &Outcome) -> Vec<Cha
         EffectTerm::Stands(pose) => Change::Base(pose),
         EffectTerm::Fact(fact, holds) => Change::Fact(fact, holds),
     });
-    effects.chain(outcome.changes.iter().copied()).collect()
+    effects.chain(of_slots).chain(outcome.changes.iter().copied()).collect()
 }

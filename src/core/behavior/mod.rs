@@ -4,11 +4,13 @@ mod candidates;
 mod condition;
 mod goal;
 mod holding;
+mod slots;
 
 pub(crate) use candidates::{could_serve, lacks_for_good, too_few};
 pub use condition::check;
 pub(crate) use condition::{becomes_so, is_needed, lacking, makes_so, promised, singles};
 pub use goal::{believed, changes, goal};
+pub(crate) use slots::understood;
 
 use crate::world::{KnownPaths, View};
 use ambidex_model::{BehaviorSpec, Lineage, NodeId, Potential, Reason, Request, Task, TypeId};

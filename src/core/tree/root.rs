@@ -15,8 +15,8 @@ use crate::behavior;
 use crate::world::{Compatible, FreeSpace, Unconstrained, View};
 use ambidex_model::state::{Phase, Stage, State};
 use ambidex_model::{
-    Blocked, Change, End, Grant, Header, Location, MissionEnd, MissionSpec, NodeId, Outcome, Reason, Record,
-    ResourceTable, Time, Told,
+    Blocked, Change, End, Grant, Header, MissionEnd, MissionSpec, NodeId, Outcome, Reason, Record, ResourceTable, Time,
+    Told,
 };
 
 /// How long a controller is awaited by default, robot time.
@@ -298,7 +298,9 @@ impl Root {
             return;
         }
         for change in changes {
-            self.change_world(now, self.understood(change), out);
+            for change in behavior::understood(change, &self.state, &self.mission) {
+                self.change_world(now, change, out);
+            }
         }
         self.serve_all(now, out);
         self.interrupt(now, out);
@@ -310,17 +312,6 @@ impl Root {
         for leaf in self.state.running().keys().copied().collect::<Vec<_>>() {
             self.release(now, leaf, Outcome { end: End::Interrupted, changes: Vec::new() }, out);
         }
-    }
-
-    /// An object that has left its gripper while somebody was putting it down lies there, though nobody was told.
-    fn understood(&self, change: Change) -> Change {
-        let Change::Emptied(gripper) = change else { return change };
-        let Some(held) = self.state.world().held_only_by(gripper) else { return change };
-        let running = self.state.running().iter();
-        let running =
-            running.filter_map(|(leaf, grant)| Some(self.mission.tree.behavior(*leaf)?.at(grant.request.place)));
-        let put_down = running.flat_map(|spec| &spec.effects).find_map(|effect| effect.lays(held));
-        put_down.map_or(change, |place| Change::Object(held, Location::At(place)))
     }
 
     fn open_round(&mut self, now: Time, out: &mut Outbox) {
@@ -409,7 +400,7 @@ impl Root {
         let Some(grant) = self.state.running().get(&leaf) else { return };
         let spec = mission.tree.behavior(leaf).expect("only leaves run").at(grant.request.place);
         let end = behavior::believed(spec, grant, &outcome);
-        let changes = behavior::changes(spec, grant, &Outcome { end, ..outcome });
+        let changes = behavior::changes(spec, grant, &Outcome { end, ..outcome }, &self.mission.robot);
         let has_failed = matches!(end, End::Failed(_));
         let failures = self.state.status(leaf).failures;
         let unfit = match end {
