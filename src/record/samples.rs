@@ -283,9 +283,15 @@ fn blocked() -> Vec<Blocked> {
         Reason::Taken { object, by: resource },
         Reason::Elsewhere { object, place },
         Reason::NotAt { place },
-        Reason::Misheld(Misheld::NotSo { hold: Hold { object, by: HeldBy::Any, hands: 2 }, found: 1 }),
-        Reason::Misheld(Misheld::NotSo { hold: Hold { object, by: HeldBy::Type(of), hands: 1 }, found: 0 }),
-        Reason::Misheld(Misheld::NotSo { hold: Hold { object, by: HeldBy::Resource(resource), hands: 1 }, found: 0 }),
+        Reason::Misheld(Misheld::NotSo { hold: Hold { object, by: HeldBy::Any, hands: 2, alone: false }, found: 1 }),
+        Reason::Misheld(Misheld::NotSo {
+            hold: Hold { object, by: HeldBy::Type(of), hands: 1, alone: false },
+            found: 0,
+        }),
+        Reason::Misheld(Misheld::NotSo {
+            hold: Hold { object, by: HeldBy::Resource(resource), hands: 1, alone: false },
+            found: 0,
+        }),
         Reason::Misheld(Misheld::Too { object, by: resource }),
         Reason::Misheld(Misheld::Last { object }),
         Reason::Misheld(Misheld::Full { object }),

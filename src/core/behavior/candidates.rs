@@ -38,7 +38,7 @@ fn too_few_holders(claims: &[Claim], options: &[Vec<ResourceId>], short: usize) 
         found.extend(options);
     }
     let found = found.len() as u32;
-    (found < hands).then(|| Hold { object, by: HeldBy::Type(of), hands }.reason(found))
+    (found < hands).then(|| Hold { object, by: HeldBy::Type(of), hands, alone: false }.reason(found))
 }
 
 /// Why claims cannot all be served though each alone could: those that want what a contested resource is of.
@@ -100,7 +100,7 @@ fn options_of(claim: &Claim, view: &View, line: &Lineage<'_>) -> Result<ClaimOpt
         Selector::Named(resource) => one(resource, claim.access, view, line)?,
         Selector::Holding { object, of, resource } => {
             let by = resource.map_or(HeldBy::Type(of), HeldBy::Resource);
-            any_of_holders(claim, Hold { object, by, hands: 1 }, view, line)?
+            any_of_holders(claim, Hold { object, by, hands: 1, alone: false }, view, line)?
         }
         Selector::Any(of) => any(of, claim.access, view, line)?,
         Selector::AnyEmpty { of, reaches } => {

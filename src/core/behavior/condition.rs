@@ -25,7 +25,8 @@ pub fn check(condition: &Condition, view: &View, line: &Lineage<'_>, known: &mut
         }
         Condition::Held(hold) => {
             let found = held(*hold, view, line);
-            met(found >= hold.hands, || hold.reason(found))
+            let is_alone = !hold.alone || view.mission.robot.is_held_alone(*hold, world_state);
+            met(found >= hold.hands && is_alone, || hold.reason(found))
         }
         Condition::Free(object) => not_taken(*object, view),
         Condition::Somewhere(object) => {
@@ -102,6 +103,7 @@ pub(crate) fn becomes_so(effect: EffectTerm, condition: &Condition) -> bool {
     match (effect, condition) {
         (EffectTerm::Stands(pose), Condition::At { stand, tolerance_m, .. }) => is_at(pose, *stand, *tolerance_m),
         (EffectTerm::Taken(object, _), Condition::Held(wanted)) => object == wanted.object,
+        (EffectTerm::LetGo(object, _), Condition::Held(wanted)) => wanted.alone && object == wanted.object,
         (EffectTerm::Lies(object, _), Condition::Free(wanted) | Condition::Somewhere(wanted)) => object == *wanted,
         (EffectTerm::Lies(object, place), Condition::Lies(wanted, at)) => (object, place) == (*wanted, *at),
         (EffectTerm::Fact(fact, holds), Condition::Fact(wanted, so)) => (fact, holds) == (*wanted, *so),

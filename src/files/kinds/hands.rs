@@ -2,7 +2,7 @@
 
 use super::NameOrParam;
 use super::named::{CLAIMED, NameOf, OBJECT, PLACE};
-use crate::describe::{Count, Custom, Described, Reads, described};
+use crate::describe::{Count, Custom, Described, Flag, Reads, described};
 use crate::shape::Form;
 use crate::types::Type;
 use ambidex_model::HOLDERS_MAX;
@@ -15,6 +15,7 @@ described! {
     pub(super) struct HeldTerm: "what is held", "That an object is held by this task, by how many, and with what." {
         object: NameOrParam = required("object", "The object.", OBJECT),
         hands: u32 = or("hands", "How many hold it at least; 1.", HANDS, 1),
+        alone: bool = or("alone", "Whether nothing else may hold it; `false`.", Flag, false),
         of: Option<NameOrParam> =
             optional("type", "Only resources of this type count.", NameOf(Type::Kind)),
         resource: Option<NameOrParam> =
@@ -27,7 +28,13 @@ pub(super) const HELD: Custom<HeldTerm> = Custom(
     || Form::Either(vec![Form::Word, Form::Map(HeldTerm::shape)]),
     |item, reading| {
         if !item.is_map() {
-            return Some(HeldTerm { object: OBJECT.read(item, reading)?, hands: 1, of: None, resource: None });
+            return Some(HeldTerm {
+                object: OBJECT.read(item, reading)?,
+                hands: 1,
+                alone: false,
+                of: None,
+                resource: None,
+            });
         }
         let held = HeldTerm::read(item, reading)?;
         let wrong = match (&held.of, &held.resource, held.hands) {

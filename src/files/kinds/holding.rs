@@ -16,7 +16,7 @@ impl Bound<'_, '_> {
             (None, Some(resource)) => HeldBy::Resource(self.resource(resource, false)?),
             (None, None) => HeldBy::Any,
         };
-        Some(Hold { object: self.object(&term.object)?, by, hands: term.hands })
+        Some(Hold { object: self.object(&term.object)?, by, hands: term.hands, alone: term.alone })
     }
 
     /// What is taken, and from what: the claim there is for what holds it.

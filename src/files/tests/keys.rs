@@ -50,7 +50,7 @@ behaviors:
       from: {resource: left, holds: $what}
       to: {resource: right, reaches: $what, keep: physical}
     potential: 1
-    goal: [{held: {object: $what, resource: right}}]
+    goal: [{held: {object: $what, resource: right, alone: true}}]
     precondition: [{held: {object: $what, hands: 1, type: gripper}}]
     effects: [{taken: {object: $what, by: to}}, {let_go: {object: $what, by: from}}]
     commands:

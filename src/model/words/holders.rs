@@ -78,6 +78,9 @@ pub struct Hold {
     pub by: HeldBy,
     /// How many of them hold it at least.
     pub hands: u32,
+    /// Whether nothing else may hold it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub alone: bool,
 }
 
 /// Which resources count as holders.
@@ -95,7 +98,7 @@ pub enum HeldBy {
 impl From<ObjectId> for Hold {
     /// Held by one, whichever it is.
     fn from(object: ObjectId) -> Self {
-        Self { object, by: HeldBy::Any, hands: 1 }
+        Self { object, by: HeldBy::Any, hands: 1, alone: false }
     }
 }
 
@@ -148,6 +151,9 @@ impl Hold {
     /// That it is not so, when so many of those that count hold it: "tray is in 1 of 2 hands".
     fn denial(&self, found: u32, names: &Names) -> String {
         let (object, wanted) = (names.thing(self.object), self.hands);
+        if self.alone && found >= wanted {
+            return format!("{object} is held by something else too");
+        }
         match self.by {
             HeldBy::Any if wanted > 1 => {
                 format!("{object} is held by {found} of this branch of the task, and has to be by {wanted}")

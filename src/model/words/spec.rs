@@ -8,7 +8,7 @@ use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Claim, CommandTerm, Condition, ControllerId, EffectTerm, FactId, HeldBy, Location, Names, NodeId, ObjectId,
+    Claim, CommandTerm, Condition, ControllerId, EffectTerm, FactId, HeldBy, Hold, Location, Names, NodeId, ObjectId,
     PlaceId, Pose, ResourceId, Retention, Selector, Source, TypeId, WorldState,
 };
 
@@ -427,6 +427,11 @@ impl RobotSpec {
             HeldBy::Type(of) => self.resources[resource.index()].ty == of,
             HeldBy::Resource(only) => only == resource,
         }
+    }
+
+    /// Whether nothing holds an object but what counts.
+    pub fn is_held_alone(&self, hold: Hold, world_state: &WorldState) -> bool {
+        world_state.objects[hold.object.index()].holders().iter().all(|holder| self.counts(hold.by, *holder))
     }
 
     /// The arm that moves a resource.

@@ -145,7 +145,7 @@ fn add_hands(seed: u64, body: Body, mission: &mut MissionSpec) {
     let objects = mission.start.objects.len();
     for node in &mut mission.tree.nodes {
         let NodeKind::Behavior(spec) = node else { continue };
-        let both = |object| Condition::Held(Hold { object, by: HeldBy::Any, hands: 2 });
+        let both = |object| Condition::Held(Hold { object, by: HeldBy::Any, hands: 2, alone: false });
         match (spec.kind.as_str(), spec.changes.first().copied()) {
             ("pick", Some(object)) if rng.is(60) => {
                 spec.claims.push(spec.claims[2]);

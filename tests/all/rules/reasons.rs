@@ -138,13 +138,13 @@ fn of_holders() {
     check(it(changing(put, vec![gripper])), &[], kept);
     let last = EffectTerm::LetGo(GRIPPED, 0);
     check(it(changing(last, vec![gripper])), &[], "nothing else holds object1, which must not fall");
-    let two = Hold { object: GRIPPED, by: HeldBy::Any, hands: 2 };
+    let two = Hold { object: GRIPPED, by: HeldBy::Any, hands: 2, alone: false };
     let few = "object1 is held by 1 of this branch of the task, and has to be by 2";
     check(needs(Condition::Held(two)), &[], few);
-    let other = Hold { object: GRIPPED, by: HeldBy::Resource(ResourceId(0)), hands: 1 };
+    let other = Hold { object: GRIPPED, by: HeldBy::Resource(ResourceId(0)), hands: 1, alone: false };
     let with = "object1 is not held by this branch of the task with gripper#0";
     check(needs(Condition::Held(other)), &[], with);
-    let tool = Hold { object: GRIPPED, by: HeldBy::Type(TOOL), hands: 1 };
+    let tool = Hold { object: GRIPPED, by: HeldBy::Type(TOOL), hands: 1, alone: false };
     check(needs(Condition::Held(tool)), &[], "object1 is in no tool of this branch of the task");
     let holding = Selector::Holding { object: GRIPPED, of: GRIPPER, resource: None };
     let claims = vec![claim(holding, X, FREE); 2];

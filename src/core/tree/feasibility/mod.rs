@@ -368,7 +368,10 @@ impl Feasibility {
                     found != Some(NoPath::Closed)
                 })
             }
-            Condition::Held(hold) => holders(hold, state, &self.mission.robot) >= hold.hands,
+            Condition::Held(hold) => {
+                let robot = &self.mission.robot;
+                holders(hold, state, robot) >= hold.hands && (!hold.alone || robot.is_held_alone(hold, world))
+            }
             Condition::Free(object) => world.objects[object.index()].holders().is_empty(),
             Condition::Somewhere(object) => matches!(world.objects[object.index()], Location::At(_)),
             Condition::Lies(object, place) => world.objects[object.index()] == Location::At(place),

@@ -24,7 +24,7 @@ impl Model<'_> {
     pub(super) fn holders_for(&self, selector: Selector) -> Vec<ResourceId> {
         let Selector::Holding { object, of, resource } = selector else { return Vec::new() };
         let by = resource.map_or(HeldBy::Type(of), HeldBy::Resource);
-        self.holding(&Hold { object, by, hands: 1 })
+        self.holding(&Hold { object, by, hands: 1, alone: false })
     }
 
     /// What is put down is let go by all that hold it, and what is let go is held by others still.
@@ -88,6 +88,8 @@ pub(super) fn too_few_holders(claims: &[Claim], serving: &[Vec<(ResourceId, f64)
     let wanting: Vec<_> = (0..claims.len()).filter(|index| is_for(&claims[*index])).collect();
     let holders: BTreeSet<_> = wanting.iter().flat_map(|index| &serving[*index]).map(|(id, _)| *id).collect();
     let (hands, found) = (wanting.len() as u32, holders.len() as u32);
-    (found < hands)
-        .then_some(Reason::Misheld(Misheld::NotSo { hold: Hold { object, by: HeldBy::Type(of), hands }, found }))
+    (found < hands).then_some(Reason::Misheld(Misheld::NotSo {
+        hold: Hold { object, by: HeldBy::Type(of), hands, alone: false },
+        found,
+    }))
 }

@@ -107,14 +107,15 @@ impl Model<'_> {
                     let leases = &self.rows[gripper.index()].leases;
                     leases.is_empty() || leases.iter().any(|held| self.is_own(leaf, skips, held.holder))
                 };
+                let is_alone = !hold.alone || self.holding(hold).len() == whereabouts(&hold.object).holders().len();
                 let found = self.holding(hold).into_iter().filter(is_own).count() as u32;
-                let is_plain = hold.by == HeldBy::Any && hold.hands == 1;
+                let is_plain = hold.by == HeldBy::Any && hold.hands == 1 && !hold.alone;
                 let reason = if is_plain {
                     Reason::NotHeld { object: hold.object }
                 } else {
                     Reason::Misheld(Misheld::NotSo { hold: *hold, found })
                 };
-                (found >= hold.hands, reason)
+                (found >= hold.hands && is_alone, reason)
             }
             Condition::Free(object) => match whereabouts(object).holders().first() {
                 Some(&by) => (false, Reason::Taken { object: *object, by }),
@@ -248,9 +249,11 @@ impl Model<'_> {
                     None if self.world_state.objects[object.index()].holders().is_empty() => {
                         Err(Reason::NotHeld { object }.into())
                     }
-                    None => {
-                        Err(Reason::Misheld(Misheld::NotSo { hold: Hold { object, by, hands: 1 }, found: 0 }).into())
-                    }
+                    None => Err(Reason::Misheld(Misheld::NotSo {
+                        hold: Hold { object, by, hands: 1, alone: false },
+                        found: 0,
+                    })
+                    .into()),
                 };
             }
             Selector::Any(of) => (of, false, None),
