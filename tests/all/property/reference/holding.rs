@@ -27,6 +27,16 @@ impl Model<'_> {
         self.holding(&Hold { object, by, hands: 1, alone: false })
     }
 
+    /// Why nothing serves a claim on what holds an object.
+    pub(super) fn no_holder(&self, selector: Selector) -> Reason {
+        let Selector::Holding { object, of, resource } = selector else { unreachable!("it wants a holder") };
+        if self.world_state.objects[object.index()].holders().is_empty() {
+            return Reason::NotHeld { object };
+        }
+        let by = resource.map_or(HeldBy::Type(of), HeldBy::Resource);
+        Reason::Misheld(Misheld::NotSo { hold: Hold { object, by, hands: 1, alone: false }, found: 0 })
+    }
+
     /// What is put down is let go by all that hold it, and what is let go is held by others still.
     pub(super) fn let_go(&self, spec: &BehaviorSpec, leaf: NodeId, skips: &[NodeRange]) -> Result<(), Refusal> {
         for &object in &spec.changes {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use ambidex::model::{
-    BehaviorSpec, Claim, Condition, ControllerKind, Grant, HeldBy, Hold, LeaseKind, Location, Loss, Misheld, NodeId,
+    BehaviorSpec, Claim, Condition, ControllerKind, Grant, HeldBy, LeaseKind, Location, Loss, Misheld, NodeId,
     NodeRange, ObjectId, PlaceId, Pose, Potential, Reason, Request, ResourceId, Selector, Task, TypeId,
 };
 
@@ -239,21 +239,13 @@ impl Model<'_> {
             Selector::Named(resource) => {
                 return held(resource).map_or(Ok(vec![(resource, 0.0)]), Err);
             }
-            Selector::Holding { object, of, resource } => {
+            Selector::Holding { .. } => {
                 let holders = self.holders_for(claim.selector);
                 let usable: Serving = holders.iter().copied().filter(fits).map(|id| (id, 0.0)).collect();
-                let by = resource.map_or(HeldBy::Type(of), HeldBy::Resource);
                 return match holders.first() {
                     Some(_) if !usable.is_empty() => Ok(usable),
                     Some(first) => Err(held(*first).expect("it does not fit")),
-                    None if self.world_state.objects[object.index()].holders().is_empty() => {
-                        Err(Reason::NotHeld { object }.into())
-                    }
-                    None => Err(Reason::Misheld(Misheld::NotSo {
-                        hold: Hold { object, by, hands: 1, alone: false },
-                        found: 0,
-                    })
-                    .into()),
+                    None => Err(self.no_holder(claim.selector).into()),
                 };
             }
             Selector::Any(of) => (of, false, None),
