@@ -108,9 +108,12 @@ fn tasks(n: usize) -> Arc<MissionSpec> {
         let potential = 1.0 + (index * 7919 % 1009) as f64;
         nodes.push((then, leaf(empty, kept, vec![EffectTerm::Taken(object, 0)], potential)));
         let put = vec![EffectTerm::Lies(object, PlaceId(0))];
-        nodes.push((then, leaf(Selector::Holding(object), Retention::Release, put, potential)));
+        nodes.push((
+            then,
+            leaf(Selector::Holding { object, of: TypeId(0), resource: None }, Retention::Release, put, potential),
+        ));
     }
-    let gripper = ResourceSpec { ty: TypeId(0), controller: None };
+    let gripper = ResourceSpec { ty: TypeId(0), controller: None, at: None };
     let mut mission = mission::build(vec![gripper; 2], Vec::new(), nodes, 0);
     mission.start.objects = vec![Location::At(PlaceId(0)); n];
     Arc::new(mission)
@@ -197,7 +200,7 @@ fn requests(n: usize) -> Vec<Arc<Request>> {
 }
 
 fn view() -> View {
-    let resources = vec![ResourceSpec { ty: TypeId(0), controller: None }; GRIPPERS as usize + 2];
+    let resources = vec![ResourceSpec { ty: TypeId(0), controller: None, at: None }; GRIPPERS as usize + 2];
     let idle = mission::behavior(
         Vec::new(),
         Vec::new(),

@@ -246,7 +246,8 @@ fn goals_by_turns() -> MissionSpec {
         cancel_grace: Duration::from_secs(5),
         reports: Default::default(),
     });
-    let resource = |index: usize| ResourceSpec { ty: TypeId::from(index), controller: Some(ControllerId::from(index)) };
+    let resource =
+        |index: usize| ResourceSpec { ty: TypeId::from(index), controller: Some(ControllerId::from(index)), at: None };
     let goal = |index: usize| {
         let claim = Claim {
             selector: Selector::Named(ResourceId::from(index % 2)),

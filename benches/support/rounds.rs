@@ -104,7 +104,7 @@ pub fn tree_of(n: usize, load: Load) -> Arc<MissionSpec> {
         let leaf = || mission::behavior(vec![claim], Vec::new(), satisfied.clone(), precondition.clone(), potential);
         nodes.extend((0..4).map(|_| (then, leaf())));
     }
-    let gripper = ResourceSpec { ty: GRIPPER, controller: None };
+    let gripper = ResourceSpec { ty: GRIPPER, controller: None, at: None };
     Arc::new(mission::build(vec![gripper; 2], Vec::new(), nodes, 2))
 }
 

@@ -180,6 +180,9 @@ fn changed(change: Change, names: &Names) -> String {
         Change::Object(object, Location::In(_) | Location::Unknown) => {
             format!("somebody takes {}", names.thing(object))
         }
+        Change::Taken(object, by) => {
+            format!("somebody puts {} into {}", names.thing(object), names.resource(by))
+        }
         Change::Base(_) => "somebody moves the robot".to_owned(),
         Change::Emptied(resource) => format!("somebody empties {}", names.resource(resource)),
     }

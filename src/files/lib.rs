@@ -232,7 +232,10 @@ fn with_robot(
     let (kinds, mut subtrees) = declared(files, file.behaviors, file.subtrees, faults);
     let robot_names = robot.as_ref().map(|robot| RobotNames::of(&robot.names));
     let world_names = file.world.as_ref().map(WorldNames::of);
-    let world = file.world.zip(world_names.as_ref()).and_then(|(raw, names)| world::build(raw, names, faults));
+    let world = file.world.zip(world_names.as_ref()).and_then(|(raw, names)| {
+        let robot = robot.as_ref().map(|file| (&file.robot, &file.names));
+        world::build(raw, names, robot, faults)
+    });
     let around = Surroundings {
         kinds: &kinds,
         known: Known { world: world_names.as_ref(), robot: robot_names.as_ref() },

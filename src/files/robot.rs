@@ -66,6 +66,11 @@ described! {
         ty: Name = required("type", "`gripper`, `head`, `base`, or any other word.", Word("a type")),
         controller: Option<Name> =
             optional("controller", "Who moves it; without one it only counts.", Word("a controller")),
+        at: Option<Written<Point3<f64>>> = optional(
+            "at",
+            "Where what it holds is, base frame; for a slot of the robot, which has no controller.",
+            At(POINT)
+        ),
     }
 }
 
@@ -307,7 +312,12 @@ fn build(raw: Robot, faults: &mut Faults) -> Option<RobotFile> {
         if let Some(controller) = controller {
             check_kind(resource, &raw.controllers[controller.index()].1, faults);
         }
-        resources.push(ResourceSpec { ty, controller });
+        if let (Some(at), Some(_)) = (&resource.at, &resource.controller) {
+            let help = "leave it out: its controller knows where it is";
+            faults.push_with(at, "only what has no controller has a fixed position", help);
+        }
+        let at = resource.at.as_ref().map(|at| at.value);
+        resources.push(ResourceSpec { ty, controller, at });
     }
     check_limits(&raw, &users, faults);
     check_mixed(&raw, faults);

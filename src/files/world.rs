@@ -1,5 +1,7 @@
 //! `world` of a mission: as it is written, and as places and objects with ids.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Point3, Vector3};
 
 use crate::describe::{Custom, Described, Each, Flag, List, Map, Point, Reads, TwoOrThree, Vector, Word, described};
@@ -8,7 +10,10 @@ use crate::names::{Register, refuse_argument};
 use crate::quantity::{COORDINATE, EXTENT, HEADING, NEAR, TOLERANCE};
 use crate::reader::Name;
 use crate::shape::Form;
-use ambidex_model::{Location, Obstacle, PlaceId, PlaceSpec, Pose, WorldSpec, WorldState};
+use ambidex_model::{
+    HOLDERS_MAX, Holders, Location, Names, Obstacle, PlaceId, PlaceSpec, Pose, ResourceId, RobotSpec, WorldSpec,
+    WorldState,
+};
 
 /// A height that nothing of a robot reaches over: that of obstacles given as areas, meters.
 const TALL_M: f64 = 2.0;
@@ -83,7 +88,7 @@ described! {
 described! {
     /// An entry of `objects`.
     pub(crate) struct Object: "an object", "A thing that can be taken." {
-        at: Name = required("at", "The place where it lies at the start.", Word("a place")),
+        start: StartOf = one(StartOf),
         offset: Option<([f64; 2], Option<f64>)> = optional(
             "offset",
             "Where it lies on any surface, from its middle, in the frame of the stand; without one the objects lie side by side.",
@@ -91,6 +96,29 @@ described! {
         ),
     }
 }
+
+described! {
+    /// Where an object is at the start.
+    pub(crate) enum StartOf: "an object", "Where it is at the start." {
+        At(Name) = ("at", "The place where it lies at the start.", Word("a place")),
+        Held(Vec<Name>) = (
+            "held",
+            "The gripper or slot that holds it at the start, or a list of those that do.",
+            HOLDING
+        ),
+    }
+}
+
+/// One resource or several.
+const HOLDING: Custom<Vec<Name>> = Custom(
+    || Form::Either(vec![Form::Word, SEVERAL.form()]),
+    |item, reading| match item.is_list() {
+        true => SEVERAL.read(item, reading),
+        false => A_RESOURCE.read(item, reading).map(|name| vec![name]),
+    },
+);
+const A_RESOURCE: Word = Word("a resource");
+const SEVERAL: List<Word> = List("a list of resources", A_RESOURCE);
 
 described! {
     /// An entry of `facts`.
@@ -152,8 +180,8 @@ pub(crate) struct WorldNames {
 pub(crate) struct Built {
     pub(crate) spec: WorldSpec,
     pub(crate) start: WorldState,
-    /// Where each object is at the start.
-    pub(crate) starts: Vec<PlaceId>,
+    /// Where each object lies at the start; none for one that is held.
+    pub(crate) starts: Vec<Option<PlaceId>>,
     pub(crate) tolerance_m: f64,
 }
 
@@ -169,16 +197,20 @@ impl WorldNames {
 }
 
 /// Checks the world; `None` when it has faults.
-pub(crate) fn build(raw: World, names: &WorldNames, faults: &mut Faults) -> Option<Built> {
+pub(crate) fn build(
+    raw: World,
+    names: &WorldNames,
+    robot: Option<(&RobotSpec, &Names)>,
+    faults: &mut Faults,
+) -> Option<Built> {
     let own = raw.places.iter().map(|(name, _)| name).chain(raw.objects.iter().map(|(name, _)| name));
     own.chain(raw.facts.iter().map(|(name, _)| name)).for_each(|name| refuse_argument(name, faults));
     let count = raw.objects.len();
-    let mut starts = Vec::new();
+    let mut starts = Starts { names, robot, held: BTreeMap::new(), found: Vec::new() };
     let mut object_offsets = Vec::new();
-    for (index, (_, object)) in raw.objects.into_iter().enumerate() {
+    for (index, (name, object)) in raw.objects.into_iter().enumerate() {
         let Some(object) = object else { continue };
-        let at = names.places.find(&object.at, faults);
-        starts.extend(at.map(PlaceId::from));
+        starts.add(&name, &object.start, faults);
         let offset = object.offset.map(|([x, y], z)| Vector3::new(x, y, z.unwrap_or(0.0)));
         object_offsets.push(offset.unwrap_or_else(|| spread(index, count)));
     }
@@ -194,12 +226,60 @@ pub(crate) fn build(raw: World, names: &WorldNames, faults: &mut Faults) -> Opti
     let Start { at: [x, y], heading } = raw.robot?;
     let base = Pose::new(x, y, heading);
     let built = Built {
-        start: WorldState { base, objects: starts.iter().copied().map(Location::At).collect(), facts },
+        starts: starts.found.iter().map(place_of).collect(),
+        start: WorldState { base, objects: starts.found, facts },
         spec: WorldSpec { places: places?, object_offsets, obstacles: raw.obstacles, outside },
         tolerance_m: raw.tolerance_m?,
-        starts,
     };
     (built.starts.len() == count).then_some(built)
+}
+
+/// Where objects are at the start.
+struct Starts<'a> {
+    names: &'a WorldNames,
+    robot: Option<(&'a RobotSpec, &'a Names)>,
+    /// What each resource holds.
+    held: BTreeMap<ResourceId, String>,
+    found: Vec<Location>,
+}
+
+impl Starts<'_> {
+    fn add(&mut self, name: &Name, start: &StartOf, faults: &mut Faults) {
+        let at = match start {
+            StartOf::At(place) => self.names.places.find(place, faults).map(|place| Location::At(place.into())),
+            StartOf::Held(holders) => self.held(name, holders, faults).map(Location::In),
+        };
+        self.found.extend(at);
+    }
+
+    /// The resources of those names, each of which can hold something and holds nothing else.
+    fn held(&mut self, object: &Name, holders: &[Name], faults: &mut Faults) -> Option<Holders> {
+        let (robot, names) = self.robot?;
+        let names = Register::of("resource", names.resources.iter().map(String::as_str));
+        let mut found = Vec::new();
+        for holder in holders {
+            let Some(resource) = names.find(holder, faults).map(ResourceId::from) else { continue };
+            let is_moved = robot.resources[resource.index()].controller.is_some();
+            if is_moved && robot.arm(resource).is_none() {
+                faults.push(holder, format!("`{}` is no gripper and no slot, so that it holds nothing", holder.value));
+            } else if let Some(other) = self.held.insert(resource, object.value.clone()) {
+                faults.push(holder, format!("`{}` holds `{other}` already", holder.value));
+            } else {
+                found.push(resource);
+            }
+        }
+        if found.len() > HOLDERS_MAX {
+            faults.push(&holders[HOLDERS_MAX], format!("at most {HOLDERS_MAX} hold one object"));
+        }
+        Holders::try_from(found).ok()
+    }
+}
+
+fn place_of(at: &Location) -> Option<PlaceId> {
+    match at {
+        Location::At(place) => Some(*place),
+        Location::In(_) | Location::Unknown => None,
+    }
 }
 
 /// Side by side from right to left, so that two arms can take two objects from one surface.

@@ -101,11 +101,15 @@ pub fn changes(changes: &[Change], names: &Names) -> impl Display {
                 let object = names.thing(*object);
                 match at {
                     Location::At(place) => write!(f, "{object} at {}", names.place(*place)),
-                    Location::In(resource) => {
-                        write!(f, "{object} in {}", names.resource(*resource))
+                    Location::In(holders) => {
+                        write!(f, "{object} in ")?;
+                        list(holders.as_slice().iter(), f, |holder, f| f.write_str(names.resource(*holder)))
                     }
                     Location::Unknown => write!(f, "{object} nobody knows where"),
                 }
+            }
+            Change::Taken(object, resource) => {
+                write!(f, "{} in {}", names.thing(*object), names.resource(*resource))
             }
             Change::Emptied(resource) => write!(f, "{} is empty", names.resource(*resource)),
             Change::Fact(fact, true) => write!(f, "\"{}\" holds", names.fact(*fact)),
@@ -122,8 +126,14 @@ pub fn command(command: &Command, names: &Names) -> impl Display {
             None => f.write_str("drive nowhere"),
         },
         Command::Stand => f.write_str("stand"),
-        Command::Grasp { object, .. } => write!(f, "grasp {}", names.thing(*object)),
-        Command::Put { object, .. } => write!(f, "put {}", names.thing(*object)),
+        Command::Grasp { object, holder: Some(holder), .. } => {
+            write!(f, "grasp {} from {}", names.thing(*object), names.resource(*holder))
+        }
+        Command::Grasp { object, holder: None, .. } => write!(f, "grasp {}", names.thing(*object)),
+        Command::Put { object, holder: Some(holder), .. } => {
+            write!(f, "put {} into {}", names.thing(*object), names.resource(*holder))
+        }
+        Command::Put { object, holder: None, .. } => write!(f, "put {}", names.thing(*object)),
         Command::Look { at, .. } => write!(f, "look at ({:.2}, {:.2}, {:.2})", at.x, at.y, at.z),
         Command::Call(call) => write!(f, "call {call}"),
     })

@@ -37,8 +37,9 @@ pub fn records() -> Vec<Record> {
     let changes = [
         Change::Base(Pose::new(0.5, -1.25, 0.0)),
         Change::Object(ObjectId(0), Location::At(PlaceId(0))),
-        Change::Object(ObjectId(0), Location::In(ResourceId(1))),
+        Change::Taken(ObjectId(0), ResourceId(1)),
         Change::Object(ObjectId(0), Location::Unknown),
+        Change::Object(ObjectId(0), Location::held(ResourceId(2))),
         Change::Emptied(ResourceId(1)),
         Change::Fact(FactId(0), true),
     ];
@@ -49,7 +50,7 @@ pub fn records() -> Vec<Record> {
     records.extend(origins.map(|origin| Record::World { at, change, origin }));
     let objections = [
         Objection::NotOutside,
-        Objection::Held { by: ResourceId(1) },
+        Objection::Held { by: Holders::one(ResourceId(1)) },
         Objection::NotTheirs,
         Objection::NotBegun,
         Objection::Over,
@@ -329,6 +330,18 @@ fn blocked() -> Vec<Blocked> {
         Reason::Taken { object, by: resource },
         Reason::Elsewhere { object, place },
         Reason::NotAt { place },
+        Reason::Misheld(Misheld::NotSo { hold: Hold { object, by: HeldBy::Any, hands: 2, alone: false }, found: 1 }),
+        Reason::Misheld(Misheld::NotSo {
+            hold: Hold { object, by: HeldBy::Type(of), hands: 1, alone: false },
+            found: 0,
+        }),
+        Reason::Misheld(Misheld::NotSo {
+            hold: Hold { object, by: HeldBy::Resource(resource), hands: 1, alone: false },
+            found: 0,
+        }),
+        Reason::Misheld(Misheld::Too { object, by: resource }),
+        Reason::Misheld(Misheld::Last { object }),
+        Reason::Misheld(Misheld::Full { object }),
         Reason::Driving { by: node },
         Reason::NoPath { place },
         Reason::PathNotFound { place, steps: 1_000 },
@@ -383,8 +396,9 @@ fn controller_messages() -> Vec<ControllerMessage> {
     let commands = [
         Command::Drive { path, place: Some(place) },
         Command::Stand,
-        Command::Grasp { object, at, place: None },
-        Command::Put { object, at, place: Some(place) },
+        Command::Grasp { object, at, place: None, holder: None },
+        Command::Grasp { object, at, place: None, holder: Some(ResourceId(1)) },
+        Command::Put { object, at, place: Some(place), holder: None },
         Command::Look { at, place: Some(place) },
         Command::Call(Call { name: "scan".into(), with: NO_ARGUMENTS.into(), takes: Duration::from_secs(2) }),
     ];

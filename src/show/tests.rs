@@ -115,11 +115,7 @@ fn stalled() -> Vec<Record> {
         released(8.0, "move 1-1", End::Succeeded),
         decided(8.0, 2, vec![grant("pick 1", &[0, 1], &[2], &[])]),
         released(14.0, "pick 1", End::Succeeded),
-        Record::World {
-            at: seconds(14.0),
-            change: Change::Object(ObjectId(0), Location::In(ResourceId(2))),
-            origin: Origin::Script,
-        },
+        Record::World { at: seconds(14.0), change: Change::Taken(ObjectId(0), ResourceId(2)), origin: Origin::Script },
         Record::Decided {
             at: seconds(14.0),
             round: 3,

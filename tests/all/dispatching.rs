@@ -77,7 +77,7 @@ fn ready(mission: &MissionSpec) -> Dispatch {
 }
 
 fn grasp() -> Goal {
-    let command = Command::Grasp { object: ObjectId(0), at: Point3::new(0.5, 0.2, 0.8), place: None };
+    let command = Command::Grasp { object: ObjectId(0), at: Point3::new(0.5, 0.2, 0.8), place: None, holder: None };
     let part = Part { resource: ResourceId(0), access: Access::Exclusive, mode: Mode::Achieve, command };
     Goal { leaf: LEAF, parts: vec![part], takes: Duration::ZERO, timeout: Duration::from_secs(60) }
 }

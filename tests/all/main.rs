@@ -12,6 +12,7 @@ mod dispatching;
 mod driver;
 mod failing;
 mod fixtures;
+mod hands;
 mod history;
 mod home;
 mod importing;

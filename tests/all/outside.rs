@@ -93,7 +93,7 @@ fn only_what_is_declared_outside_is_set_and_cleared() {
         say(1, Change::Fact(ENTERED, true)),
         say(2, Change::Fact(OPEN, true)),
         say(3, Change::Emptied(ResourceId(0))),
-        say(3, Change::Object(CUP, Location::In(ResourceId(0)))),
+        say(3, Change::Object(CUP, Location::held(ResourceId(0)))),
     ];
     let (end, records) = simulated(&mission, bodies(&mission), events);
     assert_eq!(end, MissionEnd::Done);
@@ -102,7 +102,7 @@ fn only_what_is_declared_outside_is_set_and_cleared() {
     let expected = [
         (Change::Fact(ENTERED, true), Objection::NotOutside),
         (Change::Emptied(ResourceId(0)), Objection::NotTheirs),
-        (Change::Object(CUP, Location::In(ResourceId(0))), Objection::NotTheirs),
+        (Change::Object(CUP, Location::held(ResourceId(0))), Objection::NotTheirs),
     ];
     assert_eq!(denied, expected, "only who moves a gripper says what is in it");
     // What goes wrong on purpose is no user of the robot: it changes what it likes.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use ambidex::files::{self, Format};
-use ambidex::model::{MissionSpec, Record};
+use ambidex::model::{Location, MissionSpec, Record, ResourceId};
 use ambidex::record::{Journal, LeafState};
 use ambidex::tree::{Serial, Settings};
 use serde_json::Value;
@@ -65,6 +65,48 @@ const STEPS: &[(&str, &[&str])] = &[
             "pick 1 + pick 2 + pick 3",
             "bring 1",
             "place 1 + place 2 + place 3",
+        ],
+    ),
+    (
+        "tray",
+        &[
+            "look at window + move to kitchen",
+            "look at table",
+            "pick tray with both hands",
+            "move to table",
+            "place tray with both hands",
+            "fetch cup",
+            "pick cup",
+            "bring cup",
+            "place cup",
+        ],
+    ),
+    (
+        "pass-on",
+        &[
+            "move to left shelf",
+            "pick bottle with left_gripper",
+            "take over bottle with right_gripper",
+            "leave bottle to right_gripper",
+            "move to right shelf",
+            "place bottle",
+        ],
+    ),
+    (
+        "crate",
+        &[
+            "move to depot",
+            "pick red",
+            "stow red",
+            "pick green",
+            "stow green",
+            "pick blue",
+            "move to door #3",
+            "place blue",
+            "unstow red",
+            "place red",
+            "unstow green",
+            "place green",
         ],
     ),
     (
@@ -274,8 +316,8 @@ fn the_examples_of_the_docs_are_sound() {
     let told = home.start([std::ffi::OsStr::new("simulate"), tea.as_os_str()]).ends(0).stderr;
     assert!(told.contains("step 1: move to shelf (base)") && !told.contains("attached"), "{told}");
     let docs = std::fs::read_to_string(file("docs/missions.md")).expect("it is there");
-    let examples: [&str; 8] = yaml(&docs).collect::<Vec<_>>().try_into().expect("eight examples");
-    let [mission, limits, parameters, behaviors, calls, subtrees, desk, failures] = examples;
+    let examples: [&str; 9] = yaml(&docs).collect::<Vec<_>>().try_into().expect("nine examples");
+    let [mission, limits, parameters, behaviors, calls, hands, subtrees, desk, failures] = examples;
     home.start(["check".as_ref(), home.write("desk.yaml", desk).as_os_str()]).ends(0);
     let failures = home.write("failures.yaml", failures);
     let desk = file("config/missions/desk.yaml");
@@ -304,6 +346,11 @@ fn the_examples_of_the_docs_are_sound() {
     assert_eq!(simulate(&wiping, &Settings::default(), Vec::new()).1.outcome.word(), "done");
     let delivering = load(&home.write("delivering.yaml", &format!("{head}{world}{subtrees}")));
     assert_eq!(simulate(&delivering, &Settings::default(), Vec::new()).1.outcome.word(), "done");
+    let passing = load(&home.write("passing.yaml", &format!("{head}{hands}{world}task: {{hand_over: pen}}\n")));
+    let (records, report) = simulate(&passing, &Settings::default(), Vec::new());
+    assert_eq!(report.outcome.word(), "done");
+    let pen = passing.names.objects.iter().position(|name| name == "pen").expect("a pen");
+    assert_eq!(history(&records).world().objects[pen], Location::held(ResourceId(1)));
     let lab = file("config/robots/lab.yaml").display().to_string();
     let bench = "world: {robot: {at: [0, 0]}, places: {bench: {stand: [0, 0]}}, objects: {tube: {at: bench}}, \
                  facts: {scanned tube: false}}\ntask: {scan: tube}\n";

@@ -56,7 +56,7 @@ impl Body {
                 });
                 ControllerId::from(robot.controllers.len() - 1)
             });
-            robot.resources.push(ResourceSpec { ty, controller });
+            robot.resources.push(ResourceSpec { ty, controller, at: None });
         };
         for index in 0..self.grippers {
             let side = if index % 2 == 0 { 0.2 } else { -0.2 };
@@ -272,7 +272,7 @@ pub fn pick(body: Body, object: ObjectId, at: PlaceId, places: usize) -> Behavio
     BehaviorSpec {
         claims,
         potential: Potential::Constant(1.0 + body.grippers as f64 / TOLERANCE_M),
-        satisfied: Condition::Held(object),
+        satisfied: Condition::Held(object.into()),
         precondition: Condition::All(vec![
             Condition::At { place: at, stand, tolerance_m: TOLERANCE_M },
             Condition::Free(object),
@@ -293,14 +293,18 @@ pub fn pick(body: Body, object: ObjectId, at: PlaceId, places: usize) -> Behavio
 pub fn put(body: Body, object: ObjectId, at: PlaceId, places: usize) -> BehaviorSpec {
     let stand = place(at.index(), places).stand;
     let mut claims = there(body, at);
-    claims.push(claim(Selector::Holding(object), Access::Exclusive, Retention::Release));
+    claims.push(claim(
+        Selector::Holding { object, of: GRIPPER, resource: None },
+        Access::Exclusive,
+        Retention::Release,
+    ));
     BehaviorSpec {
         claims,
         potential: Potential::Constant(1.0 + body.grippers as f64 / TOLERANCE_M),
         satisfied: Condition::Lies(object, at),
         precondition: Condition::All(vec![
             Condition::At { place: at, stand, tolerance_m: TOLERANCE_M },
-            Condition::Held(object),
+            Condition::Held(object.into()),
         ]),
         effects: vec![EffectTerm::Lies(object, at)],
         commands: vec![

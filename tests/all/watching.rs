@@ -77,7 +77,7 @@ fn a_daemon_that_waits_says_for_whom() {
     assert_eq!((&told["phase"], &told["outcome"]), (&"waiting".into(), &Value::Null));
     let base = row(&told, "controllers", "base");
     assert_eq!((&base["health"], &base["why"]), (&"STALE".into(), &"not yet attached".into()));
-    assert_eq!(told["world"]["objects"][0], serde_json::json!({"name": "1", "at": "shelf", "in": null}));
+    assert_eq!(told["world"]["objects"][0], serde_json::json!({"name": "1", "at": "shelf", "in": []}));
     let text = home.status(&[]).ends(0).stdout;
     assert!(text.starts_with("experiment-1  waiting for left_arm, right_arm, base"), "{text}");
     daemon.signal(Signal::TERM);

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::world::View;
 use ambidex_model::state::State;
 use ambidex_model::{
-    Access, BehaviorSpec, Candidate, Claim, ClaimOptions, Lease, LeaseKind, Lineage, Location, NodeId, ObjectId,
+    Access, BehaviorSpec, Candidate, Claim, ClaimOptions, HeldBy, Hold, Lease, LeaseKind, Lineage, NodeId, ObjectId,
     Reason, ResourceId, RobotSpec, Selector, Service, TypeId, match_claims,
 };
 
@@ -35,8 +35,23 @@ pub(super) fn options(claims: &[Claim], serving: &Serving<'_>) -> Result<Vec<Cla
     let resources: Vec<_> = options.iter().map(ClaimOptions::resources).collect();
     match match_claims(&resources) {
         Ok(()) => Ok(options),
-        Err(short) => Err(too_few(&resources, resources[short][0], &serving.view.mission.robot)),
+        Err(short) => Err(too_few_holders(claims, &resources, short)
+            .unwrap_or_else(|| too_few(&resources, resources[short][0], &serving.view.mission.robot))),
     }
+}
+
+/// Why claims on what holds an object cannot all be served, if fewer hold it.
+fn too_few_holders(claims: &[Claim], options: &[Vec<ResourceId>], short: usize) -> Option<Reason> {
+    let Selector::Holding { object, of, .. } = claims[short].selector else { return None };
+    let is_for_it = |claim: &Claim| matches!(claim.selector, Selector::Holding { object: held, .. } if held == object);
+    let holding = std::iter::zip(claims, options).filter(|(claim, _)| is_for_it(claim));
+    let (mut hands, mut found) = (0, BTreeSet::<&ResourceId>::new());
+    for (_, options) in holding {
+        hands += 1;
+        found.extend(options);
+    }
+    let found = found.len() as u32;
+    (found < hands).then(|| Hold { object, by: HeldBy::Type(of), hands, alone: false }.reason(found))
 }
 
 /// Why claims cannot all be served though each alone could: those that want what a contested resource is of.
@@ -50,15 +65,17 @@ pub(crate) fn too_few(options: &[Vec<ResourceId>], contested: ResourceId, robot:
 
 /// The resources that could serve a claim, whatever they hold and whoever has them.
 pub(crate) fn could_serve(claim: &Claim, state: &State, robot: &RobotSpec) -> Vec<ResourceId> {
-    let holders = match claim.selector {
-        Selector::Holding(object) => match state.world().objects[object.index()] {
-            Location::In(holder) => vec![holder],
-            // Whatever it will be in.
-            Location::At(_) | Location::Unknown => state.table().iter().map(|(id, _)| id).collect(),
-        },
-        Selector::Named(_) | Selector::AnyEmpty { .. } | Selector::Empty { .. } | Selector::Any(_) => Vec::new(),
-    };
-    robot.could_serve(claim.selector, &holders)
+    let all = robot.could_serve(claim.selector);
+    let holding = holding(claim, &all, state);
+    // What holds nothing of it now may later.
+    if holding.is_empty() { all } else { holding }
+}
+
+/// Those of the resources that a claim is on that hold what it wants held; none for any other claim.
+fn holding(claim: &Claim, all: &[ResourceId], state: &State) -> Vec<ResourceId> {
+    let Selector::Holding { object, .. } = claim.selector else { return Vec::new() };
+    let holders = state.world().objects[object.index()].holders();
+    all.iter().copied().filter(|id| holders.contains(id)).collect()
 }
 
 /// What a robot lacks of what a behavior claims, whatever comes: it has none of the type, too few, or what it has is gone
@@ -68,26 +85,22 @@ pub(crate) fn lacks_for_good(spec: &BehaviorSpec, state: &State, robot: &RobotSp
         Service::Gone { why, .. } => Some(Reason::Unavailable { resource: *id, why }),
         Service::Available | Service::Unavailable { .. } => None,
     };
-    // What holds an object may be another thing later, unless that is gone with it.
-    let everything: Vec<ResourceId> = state.table().iter().map(|(id, _)| id).collect();
-    let all: Vec<_> = spec.claims.iter().map(|claim| robot.could_serve(claim.selector, &everything)).collect();
+    let all: Vec<_> = spec.claims.iter().map(|claim| robot.could_serve(claim.selector)).collect();
     for (claim, _) in std::iter::zip(&spec.claims, &all).filter(|(_, serving)| serving.is_empty()) {
-        if let Selector::Any(of) | Selector::AnyEmpty { of, .. } = claim.selector {
+        if let Selector::Any(of) | Selector::AnyEmpty { of, .. } | Selector::Holding { of, .. } = claim.selector {
             return Some(Reason::Missing { of });
         }
     }
     if let Err(short) = match_claims(&all) {
         return Some(too_few(&all, all[short][0], robot));
     }
-    let holder = |claim: &Claim| match claim.selector {
-        Selector::Holding(object) => match state.world().objects[object.index()] {
-            Location::In(holder) => gone(&holder).map(|_| holder),
-            Location::At(_) | Location::Unknown => None,
-        },
-        Selector::Named(_) | Selector::AnyEmpty { .. } | Selector::Empty { .. } | Selector::Any(_) => None,
-    };
-    if let Some(holder) = spec.claims.iter().find_map(holder) {
-        return gone(&holder);
+    // What holds an object may be another thing later, unless all that does is gone with it.
+    let gone_with_it = std::iter::zip(&spec.claims, &all).find_map(|(claim, all)| {
+        let holding = holding(claim, all, state);
+        holding.first().filter(|_| holding.iter().all(|id| gone(id).is_some())).and_then(gone)
+    });
+    if gone_with_it.is_some() {
+        return gone_with_it;
     }
     let is_there = |id: &ResourceId| gone(id).is_none();
     let there: Vec<Vec<_>> = all.iter().map(|all| all.iter().copied().filter(is_there).collect()).collect();
@@ -100,10 +113,10 @@ impl Serving<'_> {
         let (view, access) = (self.view, claim.access);
         let candidates = match claim.selector {
             Selector::Named(resource) => self.one(resource, access)?,
-            Selector::Holding(object) => match view.state.world().objects[object.index()] {
-                Location::In(resource) => self.one(resource, access)?,
-                Location::At(_) | Location::Unknown => return Err(Reason::NotHeld { object }),
-            },
+            Selector::Holding { object, of, resource } => {
+                let by = resource.map_or(HeldBy::Type(of), HeldBy::Resource);
+                self.any_of_holders(claim, Hold { object, by, hands: 1, alone: false })?
+            }
             Selector::Any(of) => self.any(of, access)?,
             Selector::AnyEmpty { of, reaches } => {
                 let all: Vec<_> = view.mission.robot.of_type(of).collect();
@@ -147,6 +160,21 @@ impl Serving<'_> {
         match self.held(id, access) {
             Some(reason) => Err(reason),
             None => Ok(vec![self.candidate(id)]),
+        }
+    }
+
+    /// Those that hold an object, of which any will do.
+    fn any_of_holders(&self, claim: &Claim, hold: Hold) -> Result<Vec<Candidate>, Reason> {
+        let view = self.view;
+        let holding = holding(claim, &view.mission.robot.could_serve(claim.selector), &view.state);
+        let fitting = holding.iter().filter(|id| self.held(**id, claim.access).is_none());
+        let candidates: Vec<_> = fitting.map(|id| self.candidate(*id)).collect();
+        let is_held = !view.state.world().objects[hold.object.index()].holders().is_empty();
+        match (candidates.is_empty(), holding.first().and_then(|first| self.held(*first, claim.access))) {
+            (false, _) => Ok(candidates),
+            (true, Some(reason)) => Err(reason),
+            (true, None) if is_held => Err(hold.reason(0)),
+            (true, None) => Err(Reason::NotHeld { object: hold.object }),
         }
     }
 

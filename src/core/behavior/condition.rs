@@ -1,7 +1,10 @@
 //! Conditions over world and line.
 
 use crate::world::{KnownPaths, NoPath, View};
-use ambidex_model::{BehaviorSpec, Condition, EffectTerm, Lineage, Location, NodeId, PlaceId, Pose, Reason, Task};
+use ambidex_model::{
+    BehaviorSpec, Condition, EffectTerm, Hold, Lineage, Location, NodeId, ObjectId, PlaceId, Pose, Reason, ResourceId,
+    Task,
+};
 
 /// Whether a condition is met.
 ///
@@ -20,25 +23,17 @@ pub fn check(condition: &Condition, view: &View, line: &Lineage<'_>, known: &mut
             let no_path = known.path(&view.free_space, world_state.base, *stand).err();
             no_path.map_or(Ok(()), |no_path| Err(unreached(no_path, *place)))
         }
-        Condition::Held(object) => {
-            let is_held = match world_state.objects[object.index()] {
-                Location::In(resource) => {
-                    let leases = view.state.table().resource(resource).leases();
-                    leases.iter().any(|lease| line.contains(lease.holder))
-                }
-                Location::At(_) | Location::Unknown => false,
-            };
-            met(is_held, || Reason::NotHeld { object: *object })
+        Condition::Held(hold) => {
+            let found = held(*hold, view, line);
+            let is_alone = !hold.alone || view.mission.robot.is_held_alone(*hold, world_state);
+            met(found >= hold.hands && is_alone, || hold.reason(found))
         }
-        Condition::Free(object) => match world_state.objects[object.index()] {
-            Location::In(by) => Err(Reason::Taken { object: *object, by }),
-            Location::At(_) | Location::Unknown => Ok(()),
-        },
-        Condition::Somewhere(object) => match world_state.objects[object.index()] {
-            Location::At(_) => Ok(()),
-            Location::In(by) => Err(Reason::Taken { object: *object, by }),
-            Location::Unknown => Err(Reason::Nowhere { object: *object }),
-        },
+        Condition::Free(object) => not_taken(*object, view),
+        Condition::Somewhere(object) => {
+            not_taken(*object, view)?;
+            let is_lost = world_state.objects[object.index()] == Location::Unknown;
+            met(!is_lost, || Reason::Nowhere { object: *object })
+        }
         Condition::Lies(object, place) => {
             let is_there = world_state.objects[object.index()] == Location::At(*place);
             met(is_there, || Reason::Elsewhere { object: *object, place: *place })
@@ -46,6 +41,23 @@ pub fn check(condition: &Condition, view: &View, line: &Lineage<'_>, known: &mut
         Condition::Fact(fact, holds) => {
             met(world_state.facts[fact.index()] == *holds, || Reason::Fact { fact: *fact, holds: *holds })
         }
+    }
+}
+
+/// How many that count hold an object for this line. What nobody has a lease of counts as its own.
+fn held(hold: Hold, view: &View, line: &Lineage<'_>) -> u32 {
+    let is_own = |holder: &&ResourceId| {
+        let leases = view.state.table().resource(**holder).leases();
+        leases.is_empty() || leases.iter().any(|lease| line.contains(lease.holder))
+    };
+    let holders = view.state.world().objects[hold.object.index()].holders().iter();
+    holders.filter(|holder| view.mission.robot.counts(hold.by, **holder)).filter(is_own).count() as u32
+}
+
+fn not_taken(object: ObjectId, view: &View) -> Result<(), Reason> {
+    match view.state.world().objects[object.index()].holders().first() {
+        Some(&by) => Err(Reason::Taken { object, by }),
+        None => Ok(()),
     }
 }
 
@@ -70,7 +82,13 @@ fn unmet(single: &Condition, view: &View, line: &Lineage<'_>) -> Option<Reason> 
 pub(crate) fn promised(spec: &BehaviorSpec) -> impl Iterator<Item = EffectTerm> {
     let drives = spec.commands.iter().filter_map(|term| match term.task {
         Task::DriveTo(_, stand) => Some(EffectTerm::Stands(stand)),
-        Task::Stand | Task::Grasp(_) | Task::Put(..) | Task::LookAt(_) | Task::Call(_) => None,
+        Task::Stand
+        | Task::Grasp(_)
+        | Task::GraspFrom(..)
+        | Task::Put(..)
+        | Task::PutInto(..)
+        | Task::LookAt(_)
+        | Task::Call(_) => None,
     });
     spec.effects.iter().copied().chain(drives)
 }
@@ -84,11 +102,19 @@ pub(crate) fn makes_so(spec: &BehaviorSpec, condition: &Condition) -> bool {
 pub(crate) fn becomes_so(effect: EffectTerm, condition: &Condition) -> bool {
     match (effect, condition) {
         (EffectTerm::Stands(pose), Condition::At { stand, tolerance_m, .. }) => is_at(pose, *stand, *tolerance_m),
-        (EffectTerm::Taken(object, _), Condition::Held(wanted)) => object == *wanted,
+        (EffectTerm::Taken(object, _), Condition::Held(wanted)) => object == wanted.object,
+        (EffectTerm::LetGo(object, _), Condition::Held(wanted)) => wanted.alone && object == wanted.object,
         (EffectTerm::Lies(object, _), Condition::Free(wanted) | Condition::Somewhere(wanted)) => object == *wanted,
         (EffectTerm::Lies(object, place), Condition::Lies(wanted, at)) => (object, place) == (*wanted, *at),
         (EffectTerm::Fact(fact, holds), Condition::Fact(wanted, so)) => (fact, holds) == (*wanted, *so),
-        (EffectTerm::Stands(_) | EffectTerm::Taken(..) | EffectTerm::Lies(..) | EffectTerm::Fact(..), _) => false,
+        (
+            EffectTerm::Stands(_)
+            | EffectTerm::Taken(..)
+            | EffectTerm::LetGo(..)
+            | EffectTerm::Lies(..)
+            | EffectTerm::Fact(..),
+            _,
+        ) => false,
     }
 }
 

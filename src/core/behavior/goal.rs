@@ -1,22 +1,29 @@
 //! From a grant to a goal, and from an outcome to what is different in the world.
 
+use super::slots;
 use crate::world::{KnownPaths, View};
 use ambidex_model::{
-    BehaviorSpec, Change, Command, EffectTerm, End, Fault, Goal, Grant, Location, Outcome, Part, ResourceId, Task,
+    BehaviorSpec, Change, Command, EffectTerm, End, Fault, Goal, Grant, Location, Outcome, Part, ResourceId, RobotSpec,
+    Task,
 };
 
 /// The goal of a granted behavior, with positions as of the view it asked in and the path that it asked with.
 pub fn goal(spec: &BehaviorSpec, grant: &Grant, view: &View, known: &mut KnownPaths) -> Goal {
     let parts = spec.commands.iter().map(|term| {
         let binding = grant.bindings[term.claim];
-        let command = command(&term.task, view, known);
+        let command = command(&term.task, grant, view, known);
         Part { resource: binding.resource, access: binding.access, mode: term.mode, command }
     });
     Goal { leaf: grant.leaf(), parts: parts.collect(), takes: spec.takes, timeout: spec.timeout }
 }
 
-fn command(task: &Task, view: &View, known: &mut KnownPaths) -> Command {
+fn command(task: &Task, grant: &Grant, view: &View, known: &mut KnownPaths) -> Command {
     let (geometry, world_state) = (view.geometry(), view.state.world());
+    let holder = |claim: usize| {
+        let resource = grant.bindings[claim].resource;
+        let at = view.mission.robot.carried_at(resource).expect("what is grasped from or put into has a position");
+        (at, Some(resource))
+    };
     match *task {
         Task::DriveTo(place, stand) => {
             let path = known.path(&view.free_space, world_state.base, stand);
@@ -29,11 +36,19 @@ fn command(task: &Task, view: &View, known: &mut KnownPaths) -> Command {
                 Location::At(place) => Some(place),
                 Location::In(_) | Location::Unknown => None,
             };
-            Command::Grasp { object, at: world_state.base.to_local(at), place }
+            Command::Grasp { object, at: world_state.base.to_local(at), place, holder: None }
         }
         Task::Put(object, place) => {
             let at = world_state.base.to_local(geometry.spot(object, place));
-            Command::Put { object, at, place: Some(place) }
+            Command::Put { object, at, place: Some(place), holder: None }
+        }
+        Task::GraspFrom(object, claim) => {
+            let (at, holder) = holder(claim);
+            Command::Grasp { object, at, place: None, holder }
+        }
+        Task::PutInto(object, claim) => {
+            let (at, holder) = holder(claim);
+            Command::Put { object, at, place: None, holder }
         }
         Task::LookAt(place) => {
             Command::Look { at: world_state.base.to_local(geometry.surface(place)), place: Some(place) }
@@ -57,32 +72,36 @@ pub fn believed(spec: &BehaviorSpec, grant: &Grant, outcome: &Outcome) -> End {
 /// The gripper of which a controller says what an effect denies.
 fn contradicts(said: Change, effect: &EffectTerm, grant: &Grant) -> Option<ResourceId> {
     match (*effect, said) {
-        (EffectTerm::Taken(object, claim), Change::Object(held, Location::In(gripper))) => {
-            let taker = grant.bindings[claim].resource;
-            (gripper == taker && held != object || gripper != taker && held == object).then_some(gripper)
+        (EffectTerm::Taken(object, claim), Change::Taken(held, gripper)) => {
+            (gripper == grant.bindings[claim].resource && held != object).then_some(gripper)
         }
         (EffectTerm::Taken(_, claim), Change::Emptied(gripper)) => {
             (gripper == grant.bindings[claim].resource).then_some(gripper)
         }
-        (EffectTerm::Lies(object, _), Change::Object(held, Location::In(gripper))) => {
-            (held == object).then_some(gripper)
+        (EffectTerm::LetGo(object, claim), Change::Taken(held, gripper)) => {
+            (gripper == grant.bindings[claim].resource && held == object).then_some(gripper)
         }
-        (EffectTerm::Taken(..) | EffectTerm::Lies(..), _) => None,
+        (EffectTerm::Lies(object, _), Change::Taken(held, gripper)) => (held == object).then_some(gripper),
+        (EffectTerm::Taken(..) | EffectTerm::LetGo(..) | EffectTerm::Lies(..), _) => None,
         (EffectTerm::Stands(_) | EffectTerm::Fact(..), _) => None,
     }
 }
 
-/// What is different after a behavior: its effects where it succeeded, then what its controllers say.
-pub fn changes(spec: &BehaviorSpec, grant: &Grant, outcome: &Outcome) -> Vec<Change> {
-    let effects: &[EffectTerm] = match outcome.end {
-        End::Succeeded => &spec.effects,
-        End::Failed(_) | End::Canceled | End::Interrupted => &[],
+/// What is different after a behavior: its effects where it succeeded, else what follows for slots; then what its controllers
+/// say.
+pub fn changes(spec: &BehaviorSpec, grant: &Grant, outcome: &Outcome, robot: &RobotSpec) -> Vec<Change> {
+    let (effects, of_slots): (&[EffectTerm], _) = match outcome.end {
+        End::Succeeded => (&spec.effects, Vec::new()),
+        End::Failed(_) | End::Canceled | End::Interrupted => {
+            (&[], slots::follows(spec, grant, &outcome.changes, robot))
+        }
     };
     let effects = effects.iter().map(|effect| match *effect {
         EffectTerm::Lies(object, place) => Change::Object(object, Location::At(place)),
-        EffectTerm::Taken(object, claim) => Change::Object(object, Location::In(grant.bindings[claim].resource)),
+        EffectTerm::Taken(object, claim) => Change::Taken(object, grant.bindings[claim].resource),
+        EffectTerm::LetGo(_, claim) => Change::Emptied(grant.bindings[claim].resource),
         EffectTerm::Stands(pose) => Change::Base(pose),
         EffectTerm::Fact(fact, holds) => Change::Fact(fact, holds),
     });
-    effects.chain(outcome.changes.iter().copied()).collect()
+    effects.chain(of_slots).chain(outcome.changes.iter().copied()).collect()
 }

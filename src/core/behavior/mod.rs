@@ -3,12 +3,15 @@
 mod candidates;
 mod condition;
 mod goal;
+mod holding;
+mod slots;
 
 use candidates::Serving;
 pub(crate) use candidates::{could_serve, lacks_for_good, too_few};
 pub use condition::check;
 pub(crate) use condition::{becomes_so, is_needed, lacking, makes_so, promised, singles};
 pub use goal::{believed, changes, goal};
+pub(crate) use slots::understood;
 
 use crate::world::{KnownPaths, View};
 use ambidex_model::{BehaviorSpec, ClaimOptions, Lineage, NodeId, Potential, Reason, Request, Task, TypeId};
@@ -62,6 +65,7 @@ fn request(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>, known: &mut Kno
         return Err(reason);
     }
     check_grasps(spec, view)?;
+    holding::check(spec, view, line)?;
     let claims = candidates::options(&spec.claims, &Serving { view, line, patience: None })?;
     Ok(made(spec, view, line, potential, claims))
 }
@@ -78,6 +82,7 @@ pub fn wish(
     check(&spec.precondition, view, line, known).ok()?;
     let potential = potential(&spec.potential, view, line).ok()?;
     check_grasps(spec, view).ok()?;
+    holding::check(spec, view, line).ok()?;
     let claims = candidates::options(&spec.claims, &Serving { view, line, patience: Some(priority) }).ok()?;
     Some(made(spec, view, line, potential, claims))
 }

@@ -44,11 +44,20 @@ impl Dispatch {
         let Some(object) = self.drops.letting_go.remove(&id) else { return };
         // A real one knows better what it holds; what a lost one holds nobody knows.
         if state.is_some_and(|state| state.holds() != Some(object)) {
-            let place = self.nearest_place();
-            let at = place.map_or(Location::Unknown, Location::At);
-            self.effects.push(Effect::Dropped(Change::Object(object, at)));
+            let is_held = self.holders().iter().any(|(other, held)| (*other, *held) != (id, object) && *held == object);
+            let dropped = if is_held { self.emptied(id) } else { vec![self.fallen(object)] };
+            self.effects.extend(dropped.into_iter().map(Effect::Dropped));
         }
         self.start_waiting(now);
+    }
+
+    /// What others still hold does not fall.
+    fn emptied(&self, id: ControllerId) -> Vec<Change> {
+        self.mission.robot.moved_by(id).map(Change::Emptied).collect()
+    }
+
+    fn fallen(&self, object: ObjectId) -> Change {
+        Change::Object(object, self.nearest_place().map_or(Location::Unknown, Location::At))
     }
 
     /// Goals that have not begun end before they do.

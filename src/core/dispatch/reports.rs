@@ -55,7 +55,7 @@ impl Dispatch {
         let subject = match change {
             Change::Fact(fact, _) => Subject::Fact(fact),
             Change::Object(object, _) => Subject::Object(object),
-            Change::Base(_) | Change::Emptied(_) => return,
+            Change::Base(_) | Change::Taken(..) | Change::Emptied(_) => return,
         };
         let limits = self.limits;
         let said = self.reports.said.entry((id, subject)).or_default();

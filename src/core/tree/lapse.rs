@@ -63,6 +63,7 @@ impl RoundEnd<'_> {
             | Reason::Missing { .. }
             | Reason::OutOfReach { .. }
             | Reason::NotHeld { .. }
+            | Reason::Misheld(_)
             | Reason::Taken { .. }
             | Reason::Elsewhere { .. }
             | Reason::Nowhere { .. }

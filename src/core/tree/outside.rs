@@ -69,7 +69,7 @@ impl Root {
             return Some(Objection::NotBegun);
         }
         match change {
-            Change::Base(_) | Change::Emptied(_) => Some(Objection::NotTheirs),
+            Change::Base(_) | Change::Taken(..) | Change::Emptied(_) => Some(Objection::NotTheirs),
             Change::Fact(fact, _) => (!self.mission.world.is_outside(fact)).then_some(Objection::NotOutside),
             Change::Object(object, to) => match (self.state.world().objects[object.index()], to) {
                 (Location::In(by), _) => Some(Objection::Held { by }),

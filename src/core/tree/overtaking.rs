@@ -108,10 +108,12 @@ impl Overtaking<'_> {
             EffectTerm::Lies(object, place) => {
                 concern.objects.contains(&object) && !concern.lies.contains(&(object, place))
             }
-            EffectTerm::Taken(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => false,
+            EffectTerm::Taken(..) | EffectTerm::LetGo(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => false,
         };
         let is_about = |effect: &EffectTerm| match *effect {
-            EffectTerm::Lies(object, _) | EffectTerm::Taken(object, _) => concern.objects.contains(&object),
+            EffectTerm::Lies(object, _) | EffectTerm::Taken(object, _) | EffectTerm::LetGo(object, _) => {
+                concern.objects.contains(&object)
+            }
             EffectTerm::Fact(fact, _) => concern.facts.contains(&fact),
             EffectTerm::Stands(_) => false,
         };
@@ -127,9 +129,8 @@ impl Concern {
     fn read(&mut self, goal: &Condition) {
         for single in behavior::singles(goal) {
             match *single {
-                Condition::Held(object) | Condition::Free(object) | Condition::Somewhere(object) => {
-                    self.objects.insert(object);
-                }
+                Condition::Held(hold) => drop(self.objects.insert(hold.object)),
+                Condition::Free(object) | Condition::Somewhere(object) => drop(self.objects.insert(object)),
                 Condition::Lies(object, place) => {
                     self.objects.insert(object);
                     self.lies.insert((object, place));

@@ -4,7 +4,7 @@
 use super::ordering::Ordering;
 use super::reopening::RoundEnd;
 use crate::behavior;
-use ambidex_model::{Cause, Condition, Kept, LeaseKind, NodeId, Reason, Reopened};
+use ambidex_model::{Cause, Condition, Kept, LeaseKind, Misheld, NodeId, Reason, Reopened};
 
 impl RoundEnd<'_> {
     /// Leaves in tree order that are blocked by what they lack of their precondition, each with that.
@@ -83,6 +83,7 @@ fn is_of_precondition(reason: &Reason) -> bool {
         Reason::NotAt { .. }
         | Reason::Nowhere { .. }
         | Reason::NotHeld { .. }
+        | Reason::Misheld(Misheld::NotSo { .. })
         | Reason::Taken { .. }
         | Reason::Elsewhere { .. }
         | Reason::NoPath { .. }
@@ -94,6 +95,7 @@ fn is_of_precondition(reason: &Reason) -> bool {
         | Reason::TooFew { .. }
         | Reason::Missing { .. }
         | Reason::OutOfReach { .. }
+        | Reason::Misheld(Misheld::Too { .. } | Misheld::Last { .. } | Misheld::Full { .. })
         | Reason::Driving { .. }
         | Reason::Unavailable { .. }
         | Reason::Unfit { .. }

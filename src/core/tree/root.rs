@@ -12,11 +12,12 @@ use super::reopening::{Found, RoundEnd};
 use super::topics::{Topic, Touches};
 use super::winners::{winner, with_winner};
 use super::{Activation, Allocator, Answer, Down, Effect, Greedy, News, Outbox, Scope, TOP, Verdict};
+use crate::behavior;
 use crate::world::{Compatible, FreeSpace, Unconstrained, View};
 use ambidex_model::state::{Stage, State};
 use ambidex_model::{
-    Blocked, Change, EffectTerm, End, Grant, Header, Location, MissionEnd, MissionSpec, NodeId, Objection, Origin,
-    Outcome, Reason, Record, Request, ResourceTable, Time, Told,
+    Blocked, Change, End, Grant, Header, MissionEnd, MissionSpec, NodeId, Objection, Origin, Outcome, Reason, Record,
+    Request, ResourceTable, Time, Told,
 };
 
 /// How long a controller is awaited by default, robot time.
@@ -361,7 +362,9 @@ impl Root {
             return;
         }
         for change in changes {
-            self.change_world(now, self.understood(change), Origin::Resumed, out);
+            for change in behavior::understood(change, &self.state, &self.mission) {
+                self.change_world(now, change, Origin::Resumed, out);
+            }
         }
         self.serve_all(now, out);
         self.interrupt(now, out);
@@ -373,20 +376,6 @@ impl Root {
         for leaf in self.state.running().keys().copied().collect::<Vec<_>>() {
             self.release(now, leaf, Outcome { end: End::Interrupted, changes: Vec::new() }, out);
         }
-    }
-
-    /// An object that has left its gripper while somebody was putting it down lies there, though nobody was told.
-    fn understood(&self, change: Change) -> Change {
-        let Change::Emptied(gripper) = change else { return change };
-        let Some(held) = self.state.world().held_by(gripper) else { return change };
-        let running = self.state.running().iter();
-        let running =
-            running.filter_map(|(leaf, grant)| Some(self.mission.tree.behavior(*leaf)?.at(grant.request.place)));
-        let put_down = running.flat_map(|spec| &spec.effects).find_map(|effect| match effect {
-            EffectTerm::Lies(object, place) if *object == held => Some(*place),
-            EffectTerm::Lies(..) | EffectTerm::Taken(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
-        });
-        put_down.map_or(change, |place| Change::Object(held, Location::At(place)))
     }
 
     fn open_round(&mut self, now: Time, out: &mut Outbox) {

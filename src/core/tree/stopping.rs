@@ -34,7 +34,7 @@ impl Root {
             End::Canceled if self.state.interrupted(leaf).is_some() && !self.state.is_ending(leaf) => End::Interrupted,
             end => end,
         };
-        let changes = behavior::changes(spec, grant, &Outcome { end, ..outcome });
+        let changes = behavior::changes(spec, grant, &Outcome { end, ..outcome }, &mission.robot);
         let has_failed = matches!(end, End::Failed(_));
         let failures = self.state.status(leaf).failures;
         let unfit = match end {

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use super::TOP;
 use ambidex_model::state::State;
 use ambidex_model::{
-    Cause, Change, Condition, EffectTerm, FactId, LeaseKind, Location, MissionSpec, NodeId, ObjectId, Potential,
-    Record, ResourceId, Selector, Task,
+    Cause, Change, Condition, EffectTerm, FactId, LeaseKind, MissionSpec, NodeId, ObjectId, Potential, Record,
+    ResourceId, Selector, Task,
 };
 
 /// Something that a leaf can read.
@@ -198,11 +198,13 @@ impl Touches {
             Change::Fact(fact, _) => self.touch(Topic::Fact(fact)),
             Change::Emptied(gripper) => self.touch_contents(before, gripper),
             Change::Object(object, to) => {
-                for at in [before.world().objects[object.index()], to] {
-                    if let Location::In(gripper) = at {
-                        self.touch_contents(before, gripper);
-                    }
+                for gripper in before.world().objects[object.index()].holders().iter().chain(to.holders()) {
+                    self.touch_contents(before, *gripper);
                 }
+                self.touch(Topic::Object(object));
+            }
+            Change::Taken(object, gripper) => {
+                self.touch_contents(before, gripper);
                 self.touch(Topic::Object(object));
             }
         }
@@ -231,17 +233,21 @@ impl Touches {
 fn read_by(mission: &MissionSpec, leaf: NodeId, read: &mut impl FnMut(Topic)) {
     let Some(spec) = mission.tree.behavior(leaf) else { return };
     for claim in &spec.claims {
-        for resource in mission.robot.could_serve(claim.selector, &[]) {
+        if let Selector::Holding { object, .. } = claim.selector {
+            // What holds it is read with it.
+            read(Topic::Object(object));
+            continue;
+        }
+        for resource in mission.robot.could_serve(claim.selector) {
             read(Topic::Resource(resource));
         }
         match claim.selector {
-            Selector::Holding(object) => read(Topic::Object(object)),
             Selector::AnyEmpty { reaches: Some(object), .. } | Selector::Empty { reaches: Some(object), .. } => {
                 read(Topic::Object(object));
                 read(Topic::Base);
             }
             Selector::AnyEmpty { reaches: None, .. } | Selector::Empty { reaches: None, .. } => {}
-            Selector::Named(_) | Selector::Any(_) => {}
+            Selector::Named(_) | Selector::Any(_) | Selector::Holding { .. } => {}
         }
     }
     let scale_by = match spec.potential {
@@ -262,7 +268,9 @@ fn read_by(mission: &MissionSpec, leaf: NodeId, read: &mut impl FnMut(Topic)) {
                 read(Topic::Base);
                 read(Topic::Driver);
             }
-            EffectTerm::Lies(object, _) | EffectTerm::Taken(object, _) => read(Topic::Object(object)),
+            EffectTerm::Lies(object, _) | EffectTerm::Taken(object, _) | EffectTerm::LetGo(object, _) => {
+                read(Topic::Object(object));
+            }
             EffectTerm::Fact(fact, _) => read(Topic::Fact(fact)),
         }
     }
@@ -271,7 +279,9 @@ fn read_by(mission: &MissionSpec, leaf: NodeId, read: &mut impl FnMut(Topic)) {
     spec.changes.iter().for_each(|object| read(Topic::Object(*object)));
     for term in &spec.commands {
         match term.task {
-            Task::Grasp(object) | Task::Put(object, _) => read(Topic::Object(object)),
+            Task::Grasp(object) | Task::GraspFrom(object, _) | Task::Put(object, _) | Task::PutInto(object, _) => {
+                read(Topic::Object(object))
+            }
             Task::DriveTo(..) => {
                 read(Topic::Base);
                 read(Topic::Driver);
@@ -290,10 +300,10 @@ fn read_condition(condition: &Condition, read: &mut impl FnMut(Topic)) {
             read(Topic::Driver);
         }
         Condition::Path { .. } => read(Topic::Base),
-        Condition::Held(object)
-        | Condition::Free(object)
-        | Condition::Somewhere(object)
-        | Condition::Lies(object, _) => read(Topic::Object(*object)),
+        Condition::Held(hold) => read(Topic::Object(hold.object)),
+        Condition::Free(object) | Condition::Somewhere(object) | Condition::Lies(object, _) => {
+            read(Topic::Object(*object))
+        }
         Condition::Fact(fact, _) => read(Topic::Fact(*fact)),
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use ambidex_model::{ControllerKind, Location, ObjectId, PlaceId, ResourceId, RobotSpec, WorldSpec, WorldState};
+use ambidex_model::{Location, ObjectId, PlaceId, ResourceId, RobotSpec, WorldSpec, WorldState};
 
 /// The robot's body in the fixed part of the world.
 #[derive(Debug, Clone, Copy)]
@@ -36,16 +36,15 @@ impl Geometry<'_> {
 
     /// How far the resource reaches out for the object, meters; none where it cannot.
     ///
-    /// A resource that is no arm reaches at no cost whatever lies somewhere.
+    /// What is held is where it is carried. A resource that is no arm reaches at no cost whatever is somewhere.
     pub fn reach_m(&self, world_state: &WorldState, resource: ResourceId, object: ObjectId) -> Option<f64> {
-        let object = world_state.base.to_local(self.object(world_state, object)?);
-        let controller = self.robot.resources[resource.index()].controller;
-        match controller.map(|id| self.robot.controllers[id.index()].kind) {
-            Some(ControllerKind::Arm(arm)) => {
-                let distance_m = (object - arm.shoulder).norm();
-                (distance_m <= arm.reach_m).then_some(distance_m)
-            }
-            Some(ControllerKind::Base(_) | ControllerKind::Head(_) | ControllerKind::Device) | None => Some(0.0),
-        }
+        let lying = self.object(world_state, object).map(|at| world_state.base.to_local(at));
+        let holders = world_state.objects[object.index()].holders().iter().filter(|holder| **holder != resource);
+        let spots = lying.into_iter().chain(holders.filter_map(|holder| self.robot.carried_at(*holder)));
+        let reached = spots.filter_map(|spot| match self.robot.arm(resource) {
+            Some(arm) => Some((spot - arm.shoulder).norm()).filter(|distance_m| *distance_m <= arm.reach_m),
+            None => Some(0.0),
+        });
+        reached.min_by(f64::total_cmp)
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector2;
 
+use super::hands::ObjectBy;
 use super::terms::{Base, ConditionTerm, Constant, Effect, ObjectAt, PotentialTerm, Stand, Table};
 use super::{Declared, NameOrParam, Stop, Text};
 use crate::document::SourceSpan;
@@ -74,7 +75,9 @@ impl<'a> Binder<'a> {
     pub(crate) fn bind(&mut self, kind: &Declared, site: &Site<'_>, faults: &mut Faults) -> Option<BehaviorSpec> {
         let told = site.arguments.iter().flatten().find_map(|argument| argument.value.followed());
         let Some(object) = told.or_else(|| site.before?.follows) else { return self.bind_one(kind, site, faults) };
-        let start = *self.world.starts.get(object.index())?;
+        // What is held at the start lies nowhere: any place will do until it does.
+        let start = self.world.starts.get(object.index())?.unwrap_or(PlaceId(0));
+        self.stands.get(start.index())?;
         let mut behavior = self.bind_at(kind, site, object, start, faults)?;
         let places = (0..self.stands.len()).map(PlaceId::from);
         let mut at = places.map(|place| self.bind_at(kind, site, object, place, faults)).collect::<Option<Vec<_>>>()?;
@@ -142,8 +145,10 @@ impl<'a> Binder<'a> {
             backoff: kind.backoff,
             elsewhere: None,
         };
-        bound.check_takers(&behavior);
         bound.commands(&mut behavior);
+        if bound.faults.errors() == before {
+            bound.check_holders(&behavior);
+        }
         bound.check_claims(&behavior.claims);
         let uses_hands = || !behavior.changes.is_empty() || behavior.claims.iter().any(|claim| bound.is_hand(claim));
         behavior.is_interruptible = kind.interruptible.unwrap_or_else(|| !uses_hands());
@@ -155,7 +160,7 @@ impl<'a> Binder<'a> {
         let mut arguments = site.arguments.to_vec();
         let start = || {
             let object = site.arguments.iter().flatten().find_map(|argument| argument.value.object())?;
-            self.world.starts.get(object.index()).copied()
+            self.world.starts.get(object.index()).copied().flatten()
         };
         for (parameter, argument) in kind.parameters.iter().zip(&mut arguments) {
             let Some(defaults) = parameter.defaults.as_ref().filter(|_| argument.is_none()) else { continue };
@@ -335,7 +340,7 @@ impl Bound<'_, '_> {
                 let Stop { place, stand, .. } = self.stop(stand)?;
                 Condition::Path { place, stand }
             }
-            ConditionTerm::Held(object) => Condition::Held(self.object(object)?),
+            ConditionTerm::Held(held) => Condition::Held(self.hold(held)?),
             ConditionTerm::Free(object) => Condition::Free(self.object(object)?),
             ConditionTerm::Lies(ObjectAt { object, place }) => {
                 Condition::Lies(self.object(object)?, self.place(place)?)
@@ -354,7 +359,7 @@ impl Bound<'_, '_> {
             effects.extend(self.effect(term));
         }
         for effect in &effects {
-            if let EffectTerm::Taken(object, _) | EffectTerm::Lies(object, _) = effect
+            if let EffectTerm::Taken(object, _) | EffectTerm::LetGo(object, _) | EffectTerm::Lies(object, _) = effect
                 && !changes.contains(object)
             {
                 changes.push(*object);
@@ -365,8 +370,18 @@ impl Bound<'_, '_> {
 
     pub(super) fn effect(&mut self, term: &Effect) -> Option<EffectTerm> {
         Some(match term {
-            Effect::Taken(taken) => EffectTerm::Taken(self.object(&taken.object)?, self.claims[taken.claim]?),
-            Effect::Lies(ObjectAt { object, place }) => EffectTerm::Lies(self.object(object)?, self.place(place)?),
+            Effect::Taken(taken) => {
+                let ObjectBy { object, claim } = &taken.value;
+                EffectTerm::Taken(self.object(object)?, self.claims[*claim]?)
+            }
+            Effect::LetGo(let_go) => {
+                let ObjectBy { object, claim } = &let_go.value;
+                EffectTerm::LetGo(self.object(object)?, self.claims[*claim]?)
+            }
+            Effect::Lies(lies) => {
+                let ObjectAt { object, place } = &lies.value;
+                EffectTerm::Lies(self.object(object)?, self.place(place)?)
+            }
             Effect::Set(fact) => EffectTerm::Fact(self.fact(fact)?, true),
             Effect::Clear(fact) => EffectTerm::Fact(self.fact(fact)?, false),
         })

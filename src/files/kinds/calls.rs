@@ -77,7 +77,7 @@ impl Bound<'_, '_> {
     /// The controllers of all that could serve a claim, each once.
     fn callees(&self, claim: &Claim) -> Vec<ControllerId> {
         let robot = self.robot();
-        let resources = robot.could_serve(claim.selector, &self.holders());
+        let resources = robot.could_serve(claim.selector);
         let mut controllers: Vec<_> =
             resources.into_iter().filter_map(|resource| robot.resources[resource.index()].controller).collect();
         controllers.sort_unstable();

@@ -58,7 +58,10 @@ impl Bound<'_, '_> {
         };
         let is_named = matches!(term.target, ClaimTarget::Resource(_));
         let reaches = match term.filter() {
-            Filter::Holds(name) => return self.object(name).map(Selector::Holding),
+            Filter::Holds(name) => {
+                let resource = named.filter(|_| is_named);
+                return self.object(name).map(|object| Selector::Holding { object, of, resource });
+            }
             // The only one of a type is as good as its name, and tells who holds it.
             Filter::Any => return Some(named.map_or(Selector::Any(of), Selector::Named)),
             Filter::Empty => None,
@@ -89,14 +92,6 @@ impl Bound<'_, '_> {
         }
     }
 
-    /// The resource that a name names, if the robot has it.
-    fn found_resource(&self, name: &NameOrParam) -> Option<ResourceId> {
-        match name.parameter {
-            None => self.binder.known.robot?.resources.id(&name.written.value).map(ResourceId::from),
-            Some(index) => self.arguments[index].as_ref()?.value.resource(),
-        }
-    }
-
     pub(super) fn resource(&mut self, name: &NameOrParam, is_optional: bool) -> Option<ResourceId> {
         let names = &self.binder.known.robot?.resources;
         let is_lacking = name.parameter.is_none() && names.id(&name.written.value).is_none();
@@ -106,34 +101,12 @@ impl Bound<'_, '_> {
         self.meaning(name, Type::Resource)?.resource()
     }
 
-    /// The type of the claim that is for what holds an object.
-    pub(super) fn holder_type(&self) -> Option<TypeId> {
-        let Claims::Some(terms) = &self.kind.claims else {
-            return None;
-        };
-        let holder = terms.iter().map(|(_, term)| term).find(|term| term.holds.is_some())?;
-        match &holder.target {
-            ClaimTarget::Type(name) => self.found_type(name),
-            ClaimTarget::Resource(name) => {
-                let resource = self.found_resource(name)?;
-                Some(self.robot().resources[resource.index()].ty)
-            }
-        }
-    }
-
     /// Whether a claim may be served by the gripper of an arm.
     pub(super) fn is_hand(&self, claim: &Claim) -> bool {
         let robot = self.robot();
         let mover = |id: ResourceId| robot.resources[id.index()].controller;
         let kind = |id: ResourceId| mover(id).map(|controller| robot.controllers[controller.index()].kind);
-        let holders = self.holders();
-        let all = robot.could_serve(claim.selector, &holders);
-        all.into_iter().any(|id| matches!(kind(id), Some(ControllerKind::Arm(_))))
-    }
-
-    /// The resources that could hold what a claim wants held.
-    pub(super) fn holders(&self) -> Vec<ResourceId> {
-        self.holder_type().into_iter().flat_map(|of| self.robot().of_type(of)).collect()
+        robot.could_serve(claim.selector).into_iter().any(|id| matches!(kind(id), Some(ControllerKind::Arm(_))))
     }
 
     pub(super) fn claim_name(&self, claim: usize) -> &str {
@@ -147,8 +120,7 @@ impl Bound<'_, '_> {
     /// Claims that this robot can never serve together.
     pub(super) fn check_claims(&mut self, claims: &[Claim]) {
         let robot = self.robot();
-        let holders = self.holders();
-        let possible: Vec<_> = claims.iter().map(|claim| robot.could_serve(claim.selector, &holders)).collect();
+        let possible: Vec<_> = claims.iter().map(|claim| robot.could_serve(claim.selector)).collect();
         let Err(lacking) = match_claims(&possible) else { return };
         let types = &self.binder.known.robot.map(|names| names.types.names()).unwrap_or_default();
         let mut counts = vec![0_usize; types.len()];

@@ -2,7 +2,7 @@
 
 use super::Stop;
 use super::bind::Bound;
-use super::terms::{Action, Command, Doing, ObjectAt, TAKEN, TaskTerm};
+use super::terms::{Action, Command, Doing, TaskTerm};
 use ambidex_model::{BehaviorSpec, Claim, CommandTerm, ControllerKind, EffectTerm, Mode, Task};
 
 impl Bound<'_, '_> {
@@ -11,7 +11,7 @@ impl Bound<'_, '_> {
         let kind = self.kind;
         for term in &kind.commands {
             let Some(claim) = self.claims.get(term.claim).copied().flatten() else { continue };
-            let Some(task) = self.task(&term.order.task().value, &behavior.claims[claim]) else { continue };
+            let Some(task) = self.task(&term.order.task().value, claim, &behavior.claims) else { continue };
             match (self.controller(&behavior.claims[claim]), task) {
                 (Some((name, controller)), task) => {
                     self.check_task(term, &task, &name, controller);
@@ -19,44 +19,30 @@ impl Bound<'_, '_> {
                     behavior.commands.push(CommandTerm { claim, mode: term.order.mode(), task });
                 }
                 (None, Task::DriveTo(_, stand)) => behavior.effects.push(EffectTerm::Stands(stand)),
-                (None, Task::Stand | Task::Grasp(_) | Task::Put(..) | Task::LookAt(_) | Task::Call(_)) => {}
+                (None, Task::Stand | Task::LookAt(_) | Task::Call(_)) => {}
+                (None, Task::Grasp(_) | Task::GraspFrom(..) | Task::Put(..) | Task::PutInto(..)) => {}
             }
         }
     }
 
-    /// What is taken is held by what could take it.
-    pub(super) fn check_takers(&mut self, behavior: &BehaviorSpec) {
-        for effect in &behavior.effects {
-            let EffectTerm::Taken(_, claim) = effect else { continue };
-            let (name, word) = match self.controller(&behavior.claims[*claim]) {
-                Some((name, ControllerKind::Base(_))) => (name, "a base"),
-                Some((name, ControllerKind::Head(_))) => (name, "a head"),
-                Some((name, ControllerKind::Device)) => (name, "a device"),
-                Some((_, ControllerKind::Arm(_))) | None => continue,
-            };
-            let message = format!("controller `{name}` moves {word}, which cannot hold what is taken");
-            self.faults.push((self.kind.name.span, TAKEN), message);
-        }
-    }
-
-    fn task(&mut self, term: &TaskTerm, claim: &Claim) -> Option<Task> {
+    fn task(&mut self, term: &TaskTerm, own: usize, claims: &[Claim]) -> Option<Task> {
         let Some(Doing { action, with }) = term else { return Some(Task::Stand) };
         Some(match action {
             Action::DriveTo(stand) => {
                 let Stop { place, stand, .. } = self.stop(stand)?;
                 Task::DriveTo(place, stand)
             }
-            Action::Grasp(object) => Task::Grasp(self.object(object)?),
-            Action::Put(ObjectAt { object, place }) => Task::Put(self.object(object)?, self.place(place)?),
+            Action::Grasp(grasped) => self.grasp(grasped, own, claims)?,
+            Action::Put(put) => self.put(put, own, claims)?,
             Action::LookAt(place) => Task::LookAt(self.place(place)?),
-            Action::Call(name) => Task::Call(self.call(name, with, claim)?),
+            Action::Call(name) => Task::Call(self.call(name, with, &claims[own])?),
         })
     }
 
     /// Who moves the resource of a claim; of a type all are moved, or none is.
     pub(super) fn controller(&self, claim: &Claim) -> Option<(String, ControllerKind)> {
         let robot = self.robot();
-        let resource = robot.could_serve(claim.selector, &self.holders()).into_iter().next()?;
+        let resource = robot.could_serve(claim.selector).into_iter().next()?;
         let controller = &robot.controllers[robot.resources[resource.index()].controller?.index()];
         Some((controller.name.clone(), controller.kind))
     }
@@ -74,27 +60,20 @@ impl Bound<'_, '_> {
     }
 
     fn check_task(&mut self, term: &Command, task: &Task, name: &str, controller: ControllerKind) {
+        let is_hands = task.grasped().is_some() || task.put().is_some();
+        let is_still = *task == Task::Stand;
         let can = match (controller, task) {
-            (ControllerKind::Arm(_), Task::Grasp(_) | Task::Put(..))
-            | (ControllerKind::Base(_), Task::DriveTo(..) | Task::Stand)
-            | (ControllerKind::Head(_), Task::LookAt(_))
-            | (_, Task::Call(_)) => return,
-            (
-                ControllerKind::Device,
-                Task::DriveTo(..) | Task::Stand | Task::Grasp(_) | Task::Put(..) | Task::LookAt(_),
-            ) => "a device, which can call",
-            (ControllerKind::Arm(_), Task::DriveTo(..) | Task::Stand | Task::LookAt(_)) => {
-                "an arm, which can grasp, put"
-            }
-            (ControllerKind::Base(_), Task::Grasp(_) | Task::Put(..) | Task::LookAt(_)) => {
-                "a base, which can drive_to, stand"
-            }
-            (ControllerKind::Head(_), Task::DriveTo(..) | Task::Stand | Task::Grasp(_) | Task::Put(..)) => {
-                "a head, which can look_at"
-            }
+            (_, Task::Call(_)) => return,
+            (ControllerKind::Arm(_), _) if is_hands || is_still => return,
+            (ControllerKind::Base(_), Task::DriveTo(..) | Task::Stand) => return,
+            (ControllerKind::Head(_), Task::LookAt(_) | Task::Stand) => return,
+            (ControllerKind::Device, _) => "a device, which can call",
+            (ControllerKind::Arm(_), _) => "an arm, which can grasp, put, stand",
+            (ControllerKind::Base(_), _) => "a base, which can drive_to, stand",
+            (ControllerKind::Head(_), _) => "a head, which can look_at, stand",
         };
         let message = format!("controller `{name}` moves {can}");
         let stays = "what is claimed alone and told nothing stays as it is: leave the command out".to_owned();
-        self.faults.push_or_with(term.order.task(), message, (*task == Task::Stand).then_some(stays));
+        self.faults.push_or_with(term.order.task(), message, is_still.then_some(stays));
     }
 }

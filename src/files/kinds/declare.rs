@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use super::terms::{CLAIMS, Command, ConditionTerm, Effect, POTENTIAL_TERM, PotentialTerm, TEMPLATE};
+use super::named::TEMPLATE;
+use super::terms::{CLAIMS, Command, ConditionTerm, Effect, POTENTIAL_TERM, PotentialTerm};
 use super::{Claims, Declared};
 use crate::describe::{At, Count, Custom, Described, Flag, Later, List, Map, Reads, described};
 use crate::fault::Faults;

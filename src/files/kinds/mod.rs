@@ -6,6 +6,9 @@ mod calls;
 mod claims;
 mod commands;
 mod declare;
+mod hands;
+mod holding;
+mod named;
 mod terms;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -192,14 +195,21 @@ impl Declared {
     }
 
     /// Where a node of it drives to; none where it does not, or where nothing tells the place.
-    pub(crate) fn stop(&self, arguments: &[Option<Argument>], stands: &[Pose], starts: &[PlaceId]) -> Option<Stop> {
+    pub(crate) fn stop(
+        &self,
+        arguments: &[Option<Argument>],
+        stands: &[Pose],
+        starts: &[Option<PlaceId>],
+    ) -> Option<Stop> {
         let drive = self.commands.iter().find_map(|command| match &command.order.task().value {
             Some(Doing { action: Action::DriveTo(stand), .. }) => Some(stand),
             None | Some(_) => None,
         })?;
         let told = arguments.get(drive.place.parameter?)?.as_ref()?.value;
         let follows = told.followed();
-        let place = told.place().or_else(|| starts.get(follows?.index()).copied())?;
+        // What is held at the start lies nowhere: any place will do until it does.
+        let start = || starts.get(follows?.index())?.or(Some(PlaceId(0)));
+        let place = told.place().or_else(start)?;
         let mut stand = *stands.get(place.index())?;
         stand.at += nalgebra::Vector2::from(drive.offset(arguments).unwrap_or_default());
         Some(Stop { place, stand, follows })

@@ -1,6 +1,8 @@
 //! The terms of a declared behavior: what they look like in a file, and what they are read as.
 
-use super::{Claims, NameOrParam, Piece, Text};
+use super::hands::{GRASPED, Grasped, HELD, HeldTerm, ObjectBy, PutTerm};
+use super::named::{CLAIMED, NameOf, OBJECT, PLACE, TEMPLATE};
+use super::{Claims, NameOrParam, Text};
 use crate::describe::{At, Custom, Described, Each, Flag, Map, Reads, Vector, Word, described};
 use crate::document::Node;
 use crate::fault::Faults;
@@ -10,10 +12,8 @@ use crate::scope::Reading;
 use crate::shape::Form;
 use crate::template::{self, Piece::Parameter};
 use crate::types::Type;
-use ambidex_model::{Mode, suggestion};
+use ambidex_model::Mode;
 
-const PLACE: NameOf = NameOf(Type::Place);
-const OBJECT: NameOf = NameOf(Type::Object);
 const HIGH: [&str; 1] = ["high"];
 const PHYSICAL: [&str; 1] = ["physical"];
 const STANDING: [&str; 1] = ["stand"];
@@ -140,8 +140,8 @@ described! {
     pub(super) enum ConditionTerm: "a condition", "Something that is so or not." {
         At(Stand) = ("at", "The base is at rest at the stand of this place.", STAND),
         Path(Stand) = ("path", "A free path leads to the stand of this place.", STAND),
-        Held(NameOrParam) = ("held", "The object is in a gripper of this task.", OBJECT),
-        Free(NameOrParam) = ("free", "The object is in no gripper.", OBJECT),
+        Held(HeldTerm) = ("held", "The object is in a gripper of this task, or in so many.", HELD),
+        Free(NameOrParam) = ("free", "Nothing holds the object.", OBJECT),
         Lies(ObjectAt) = ("lies", "The object lies at the place.", Map::<ObjectAt>::new()),
         Fact(Text) = ("fact", "The fact holds.", TEMPLATE),
         NotFact(Text) = ("not_fact", "The fact does not hold.", TEMPLATE),
@@ -159,21 +159,20 @@ described! {
 described! {
     /// An entry of `effects`.
     pub(super) enum Effect: "an effect", "Something that is so when the behavior succeeded." {
-        Taken(Taken) = (TAKEN, "The object is in the resource of a claim.", Map::<Taken>::new()),
-        Lies(ObjectAt) = ("lies", "The object lies at the place.", Map::<ObjectAt>::new()),
+        Taken(Written<ObjectBy>) =
+            ("taken", "The resource of a claim holds the object too.", At(Map::<ObjectBy>::new())),
+        LetGo(Written<ObjectBy>) = (
+            "let_go",
+            "The resource of a claim holds the object no more; something else does.",
+            At(Map::<ObjectBy>::new())
+        ),
+        Lies(Written<ObjectAt>) = (
+            "lies",
+            "The object lies at the place, and nothing holds it.",
+            At(Map::<ObjectAt>::new())
+        ),
         Set(Text) = ("set", "The fact holds.", TEMPLATE),
         Clear(Text) = ("clear", "The fact does not hold.", TEMPLATE),
-    }
-}
-
-/// The key of the effect that an object is taken.
-pub(super) const TAKEN: &str = "taken";
-
-described! {
-    /// `taken`.
-    pub(super) struct Taken: "a taken object", "An object and the claim whose resource holds it." {
-        object: NameOrParam = required("object", "The object.", OBJECT),
-        claim: usize = required("by", "The name of the claim.", CLAIMED),
     }
 }
 
@@ -201,13 +200,13 @@ described! {
     }
 }
 
-/// What a controller does; none is to stand still.
+/// What a controller does; none is to keep still.
 pub(super) type TaskTerm = Option<Doing>;
 
 described! {
     /// What a controller does and is told with a map.
     pub(super) struct Doing: "a task of a controller",
-    "What a controller does; `stand` alone is to stand still." {
+    "What a controller does; `stand` alone is to keep still." {
         action: Action = one(Action),
         with: Vec<(Name, Option<CallValue>)> = maybe_all(
             WITH,
@@ -235,8 +234,16 @@ described! {
     /// What a controller does.
     pub(super) enum Action: "a task of a controller", "What a controller does." {
         DriveTo(Stand) = ("drive_to", "Base: to the stand of a place.", STAND),
-        Grasp(NameOrParam) = ("grasp", "Arm: take the object.", OBJECT),
-        Put(ObjectAt) = ("put", "Arm: set the object down at the place.", Map::<ObjectAt>::new()),
+        Grasp(Written<Grasped>) = (
+            "grasp",
+            "Arm: take the object where it lies, or `from` what holds it.",
+            At(GRASPED)
+        ),
+        Put(Written<PutTerm>) = (
+            "put",
+            "Arm: set the object down `at` a place, or let it go `into` another hand or a slot.",
+            At(Map::<PutTerm>::new())
+        ),
         LookAt(NameOrParam) = ("look_at", "Head or camera: look at the surface of the place.", PLACE),
         Call(Name) = ("call", "Any: what its robot file says that it offers.", Word("the name of a call")),
     }
@@ -296,21 +303,6 @@ pub(super) const POTENTIAL_TERM: Custom<PotentialTerm> = Custom(
             return PotentialTerm::read(item, reading);
         }
         Some(PotentialTerm { base: Base::Constant(CONSTANT.read(item, reading)?), scale_by: None })
-    },
-);
-
-/// The name of a claim, as which one it is.
-const CLAIMED: Custom<usize> = Custom(
-    || Form::Word,
-    |item, reading| {
-        let name = item.name("the name of a claim", reading.faults)?;
-        let claims = reading.scope.claims.iter().map(|claim| claim.value.as_str());
-        let found = claims.clone().position(|claim| claim == name.value);
-        if found.is_none() {
-            let help = suggestion(&name.value, "claim", claims);
-            reading.faults.push_with(&name, format!("there is no claim `{}`", name.value), help);
-        }
-        found
     },
 );
 
@@ -412,22 +404,6 @@ const TO_MAINTAIN: Custom<TaskTerm> = Custom(
     },
 );
 
-/// Text in which `$name` stands for an argument.
-pub(super) const TEMPLATE: Custom<Text> = Custom(
-    || Form::Word,
-    |item, reading| {
-        let written = item.name("a text", reading.faults)?;
-        let mut pieces = Vec::new();
-        for piece in template::pieces(&written.value) {
-            pieces.push(match piece {
-                template::Piece::Plain(text) => Piece::Plain(text.to_owned()),
-                template::Piece::Parameter(name) => Piece::Parameter(reading.parameter(name, &written)?),
-            });
-        }
-        Some(Text { pieces, written })
-    },
-);
-
 /// A value of any type, which the call knows.
 const CALL_VALUE: Custom<CallValue> = Custom(
     || Form::Arguments,
@@ -444,31 +420,6 @@ const CALL_VALUE: Custom<CallValue> = Custom(
         }
     },
 );
-
-/// A name, or a parameter of that type.
-struct NameOf(Type);
-
-impl<'a> Reads<'a> for NameOf {
-    type Out = NameOrParam;
-
-    fn form(&self) -> Form {
-        Form::Word
-    }
-
-    fn read(&self, item: Item<'a>, reading: &mut Reading<'_>) -> Option<NameOrParam> {
-        let written = item.name(self.0.what(), reading.faults)?;
-        let Some(name) = template::parameter(&written.value) else {
-            return Some(NameOrParam { written, parameter: None });
-        };
-        let index = reading.parameter(name, &written)?;
-        let found = reading.scope.parameters[index].1;
-        if found != self.0 {
-            reading.faults.push(&written, format!("`${name}` is {}, not {}", found.what(), self.0.what()));
-            return None;
-        }
-        Some(NameOrParam { written, parameter: Some(index) })
-    }
-}
 
 fn claims(item: Item<'_>, reading: &mut Reading<'_>) -> Option<Claims> {
     const WHAT: &str = "a map of claims, or `all`";

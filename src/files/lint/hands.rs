@@ -41,17 +41,20 @@ fn check_leaf(seen: &Seen<'_>, leaf: NodeId, takers: &BTreeMap<ObjectId, BTreeSe
 fn takers(seen: &Seen<'_>) -> BTreeMap<ObjectId, BTreeSet<ResourceId>> {
     let mut takers: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
     for (object, location) in seen.mission.start.objects.iter().enumerate() {
-        if let Location::In(hand) = location {
-            takers.entry(ObjectId::from(object)).or_default().insert(*hand);
+        if !location.holders().is_empty() {
+            takers.entry(ObjectId::from(object)).or_default().extend(location.holders());
         }
     }
     for behavior in seen.behaviors() {
         for command in &behavior.commands {
-            let Task::Grasp(object) = command.task else { continue };
-            let hands = seen.mission.robot.could_serve(behavior.claims[command.claim].selector, &[]);
+            let Some(object) = command.task.grasped() else { continue };
+            let hands = seen.mission.robot.could_serve(behavior.claims[command.claim].selector);
             let from = stand(&behavior.precondition);
             let places = places(seen, object);
-            let can = |hand: &ResourceId| places.iter().any(|place| reaches(seen, *hand, object, *place, from));
+            // What is held can be anywhere: whoever takes it from there is a taker.
+            let is_held = matches!(command.task, Task::GraspFrom(..));
+            let can =
+                |hand: &ResourceId| is_held || places.iter().any(|place| reaches(seen, *hand, object, *place, from));
             takers.entry(object).or_default().extend(hands.into_iter().filter(can));
         }
     }
@@ -63,7 +66,11 @@ fn places(seen: &Seen<'_>, object: ObjectId) -> BTreeSet<PlaceId> {
     let laid = |behavior: &BehaviorSpec| -> Vec<PlaceId> {
         let place = |effect: &EffectTerm| match effect {
             EffectTerm::Lies(of, place) if *of == object => Some(*place),
-            EffectTerm::Lies(..) | EffectTerm::Taken(..) | EffectTerm::Fact(..) | EffectTerm::Stands(_) => None,
+            EffectTerm::Lies(..)
+            | EffectTerm::Taken(..)
+            | EffectTerm::LetGo(..)
+            | EffectTerm::Fact(..)
+            | EffectTerm::Stands(_) => None,
         };
         behavior.effects.iter().filter_map(place).collect()
     };

@@ -65,7 +65,7 @@ impl Seen<'_> {
                     (_, _) => Supply::Any(of),
                 })
             }
-            Selector::Holding(_) => None,
+            Selector::Holding { .. } => None,
         }
     }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{Seen, Supply, keeps_alone};
 use crate::fault::Faults;
-use ambidex_model::{BehaviorSpec, Claim, EffectTerm, NodeId, NodeKind, Retention, Selector};
+use ambidex_model::{BehaviorSpec, Claim, EffectTerm, NodeId, NodeKind, ResourceId, Retention, Selector, TypeId};
 
 /// How many of a supply a node needs at once at least, how many more are kept when it is done, and how many of these
 /// are still empty, so that whoever inherits them needs no other.
@@ -43,9 +43,10 @@ fn check_supply(seen: &Seen<'_>, supply: Supply, faults: &mut Faults) -> bool {
         };
         let is_told_below = children.iter().any(|child| is_told[child.index()]);
         is_told[node.index()] = is_told_below;
-        if !is_told_below && demands[node.index()].peak > count(seen, supply) {
+        let needed = demands[node.index()].peak + full_at_start(seen, supply);
+        if !is_told_below && needed > count(seen, supply) && demands[node.index()].peak > 0 {
             is_told[node.index()] = true;
-            tell(seen, supply, node, demands[node.index()].peak, faults);
+            tell(seen, supply, node, needed, faults);
         }
     }
     is_told.contains(&true)
@@ -64,12 +65,26 @@ fn count(seen: &Seen<'_>, supply: Supply) -> i64 {
     }
 }
 
+/// How many of a supply hold something at the start.
+fn full_at_start(seen: &Seen<'_>, supply: Supply) -> i64 {
+    let is_of_it = |id: &&ResourceId| match supply {
+        Supply::One(one) => **id == one,
+        Supply::Any(of) => ty(seen, **id) == of,
+    };
+    let holders = seen.mission.start.objects.iter().flat_map(|at| at.holders());
+    holders.filter(is_of_it).count() as i64
+}
+
+fn ty(seen: &Seen<'_>, resource: ResourceId) -> TypeId {
+    seen.mission.robot.resources[resource.index()].ty
+}
+
 /// Whether some behavior takes an object with one of a supply.
 fn is_taker(seen: &Seen<'_>, supply: Supply) -> bool {
     seen.behaviors().any(|behavior| {
         let mut takers = behavior.effects.iter().filter_map(|effect| match effect {
             EffectTerm::Taken(_, claim) => Some(&behavior.claims[*claim]),
-            EffectTerm::Lies(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
+            EffectTerm::LetGo(..) | EffectTerm::Lies(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
         });
         takers.any(|claim| seen.supply(claim) == Some(supply))
     })
@@ -81,7 +96,13 @@ fn demand(seen: &Seen<'_>, behavior: &BehaviorSpec, supply: Supply, is_taker: bo
         let takes = |effect: &EffectTerm| matches!(effect, EffectTerm::Taken(_, by) if *by == index);
         match claim.selector {
             // What is held was kept before, for all that is known of what takes things.
-            Selector::Holding(_) => demand.net -= i64::from(is_taker && claim.keep == Retention::Release),
+            Selector::Holding { of, resource, .. } => {
+                let is_of_it = match supply {
+                    Supply::One(one) => resource.is_none_or(|named| named == one) && ty(seen, one) == of,
+                    Supply::Any(any) => any == of,
+                };
+                demand.net -= i64::from(is_of_it && is_taker && claim.keep == Retention::Release);
+            }
             // One that was kept before will do, whatever it holds.
             Selector::Named(_) | Selector::Any(_) if !keeps_alone(claim) => {}
             Selector::Named(_) | Selector::Empty { .. } | Selector::Any(_) | Selector::AnyEmpty { .. } => {

@@ -27,7 +27,7 @@ pub(super) struct Flat<'a> {
     pub(super) known: Known<'a>,
     pub(super) stands: &'a [Pose],
     /// Where each object lies at the start.
-    pub(super) starts: &'a [PlaceId],
+    pub(super) starts: &'a [Option<PlaceId>],
     pub(super) drafts: Vec<Draft<'a>>,
     pub(super) parents: Vec<NodeId>,
     /// Parameters of the subtree at hand that something uses.

@@ -320,7 +320,9 @@ fn what_a_behavior_could_never_do_is_refused() {
     check_kind(twice, "{go: }", Some("maintain: `b` has a command already"));
     let by_start = "see: {parameters: {o: {type: object, default: $start}}, claims: {}, potential: 1, label: see $o}";
     let still = "wait: {claims: {h: {resource: hand}}, potential: 1, commands: [{claim: h, maintain: stand}]}";
-    check_kind(still, "wait", Some("maintain: controller `arm` moves an arm, which can grasp, put"));
+    check_kind(still, "wait", None);
+    let drive = still.replace("maintain: stand", "achieve: {drive_to: shelf}");
+    check_kind(&drive, "wait", Some("achieve: controller `arm` moves an arm, which can grasp, put, stand"));
     check_kind(&still.replace(", commands: [{claim: h, maintain: stand}]", ""), "wait", None);
     check_kind(by_start, "{see: cup}", Some("default: `$start` cannot be the default of an object"));
     let by_other = "see: {parameters: {p: place, q: {type: place, default: $p}}, claims: {}, potential: 1, \

@@ -44,6 +44,18 @@ behaviors:
       - {claim: hand, achieve: {put: {object: $what, at: $where}}}
       - {claim: base, achieve: {drive_to: $where}}
   wait: {potential: {nearness: shelf}, claims: all}
+  pass:
+    parameters: {what: object}
+    claims:
+      from: {resource: left, holds: $what}
+      to: {resource: right, reaches: $what, keep: physical}
+    potential: 1
+    goal: [{held: {object: $what, resource: right, alone: true}}]
+    precondition: [{held: {object: $what, hands: 1, type: gripper}}]
+    effects: [{taken: {object: $what, by: to}}, {let_go: {object: $what, by: from}}]
+    commands:
+      - {claim: to, achieve: {grasp: {object: $what, from: from}}}
+      - {claim: from, achieve: {put: {object: $what, into: to}}}
 subtrees:
   twice: {parameters: {first: place}, task: {and: [{move: $first}, {move: $first}]}}
 world:
@@ -52,7 +64,7 @@ world:
   places:
     shelf: {stand: [1, 2], heading: 0 deg, surface: [0.5, 0, 0.7]}
     table: {stand: [3, 2]}
-  objects: {cup: {at: shelf, offset: [0, 0.1, 0]}}
+  objects: {cup: {at: shelf, offset: [0, 0.1, 0]}, pot: {held: [left, tray]}}
   obstacles: [{min: [5, 5], max: [6, 6]}]
   facts: {clean: {holds: false, outside: yes}, dusty: true}
 task:
@@ -77,6 +89,7 @@ resources:
   eyes: {type: head, controller: neck}
   base: {type: base, controller: wheels}
   reader: {type: reader, controller: reader}
+  tray: {type: slot, at: [0.1, 0, 0.5]}
 controllers:
   left_arm:
     arm: {shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9], reach: 0.9, speed: 0.5, acceleration: 1, grip: 1 s, lift: 10 cm, cancel_grace: 2 s, calls: {wave: {takes: 1 s}}, reports: {facts: [clean], objects: [cup]}}

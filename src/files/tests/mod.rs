@@ -3,6 +3,7 @@
 mod calls;
 mod declared;
 mod failures;
+mod holding;
 mod hostile;
 mod keys;
 mod lint;

@@ -116,7 +116,7 @@ fn a_pick_is_as_the_paper_tells() {
     assert_eq!(pick.claims, [shared(3), shared(2), hand]);
     assert!(pick.claims.iter().all(Claim::is_sound));
     assert_eq!(pick.potential, Potential::Constant(9.0));
-    assert_eq!(pick.satisfied, Condition::Held(ObjectId(0)));
+    assert_eq!(pick.satisfied, Condition::Held(ObjectId(0).into()));
     let ready = Condition::All(vec![
         stop(0, stand.at.x, stand.at.y),
         Condition::Free(ObjectId(0)),
@@ -137,11 +137,11 @@ fn a_pick_is_as_the_paper_tells() {
 fn a_place_is_as_the_paper_tells() {
     let spec = experiment_1();
     let place = spec.tree.behavior(NodeId(6)).unwrap();
-    assert_eq!(place.claims[2].selector, Selector::Holding(ObjectId(0)));
+    assert_eq!(place.claims[2].selector, Selector::Holding { object: ObjectId(0), of: TypeId(0), resource: None });
     assert_eq!(place.claims[0].access, Access::Shared(ChannelId(1)));
     assert_eq!(place.satisfied, Condition::Lies(ObjectId(0), PlaceId(1)));
     assert_eq!(place.effects, [EffectTerm::Lies(ObjectId(0), PlaceId(1))]);
-    let ready = Condition::All(vec![stop(1, 6.5, 1.5), Condition::Held(ObjectId(0))]);
+    let ready = Condition::All(vec![stop(1, 6.5, 1.5), Condition::Held(ObjectId(0).into())]);
     assert_eq!(place.precondition, ready);
     assert_eq!(commands(&spec, 6)[0], (2, Mode::Achieve, Task::Put(ObjectId(0), PlaceId(1))));
 }

@@ -369,11 +369,11 @@ fn things_have_names_on_the_wire_and_ids_in_the_daemon() {
                 |heard| matches!(heard, Heard::Message(FromController::Configured { state, .. }) if is_held(state)),
             );
             let at = Point3::new(0.5, 0.0, 0.75);
-            let put = Command::Put { object: ObjectId(1), at, place: Some(PlaceId(0)) };
+            let put = Command::Put { object: ObjectId(1), at, place: Some(PlaceId(0)), holder: None };
             let id = daemon.goal(1, Mode::Achieve, put);
             assert_eq!(daemon.result(id).0, PartEnd::Succeeded);
             let named = |name| Name::from(name).unwrap();
-            let put = motion::Command::Put { object: named("cup"), at, place: Some(named("table")) };
+            let put = motion::Command::Put { object: named("cup"), at, place: Some(named("table")), holder: None };
             assert_eq!(*told.lock().unwrap(), [put]);
         }
         stopper.stop();

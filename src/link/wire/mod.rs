@@ -50,9 +50,9 @@ pub mod command {
     pub const DRIVE: u32 = 1;
     /// `Command::Stand`.
     pub const STAND: u32 = 2;
-    /// `Command::Grasp`: `object`, `at`, `place`.
+    /// `Command::Grasp`: `object`, `at`, and `place` or `holder`.
     pub const GRASP: u32 = 3;
-    /// `Command::Put`: `object`, `at`, `place`.
+    /// `Command::Put`: `object`, `at`, and `place` or `holder`.
     pub const PUT: u32 = 4;
     /// `Command::Look`: `at`, `place`.
     pub const LOOK: u32 = 5;
@@ -170,7 +170,7 @@ pub struct WirePose {
     pub heading: f64,
 }
 
-/// Name of an object, a place, a fact or a call: UTF-8, without a zero at its end.
+/// Name of an object, a place, a fact, a resource or a call: UTF-8, without a zero at its end.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ZeroCopySend)]
 #[type_name("ambidex.Name.v3")]
@@ -223,12 +223,12 @@ pub struct WireRequest {
     pub place: WireName,
     /// `GOAL`: what `CALL` calls.
     pub call: WireName,
+    /// `GOAL`: the gripper or slot that `GRASP` takes from and `PUT` lets go into; empty for none.
+    pub holder: WireName,
     /// `GOAL`: way points of `DRIVE`.
     pub path_len: u32,
     /// `GOAL`: bytes of `with` that are used.
     pub with_len: u32,
-    /// Always 0; keeps what follows aligned.
-    pub reserved: u32,
     /// `GOAL`: how long `CALL` takes as the robot file says, seconds of robot time.
     pub takes: f64,
     /// `GOAL`: the point of `GRASP`, `PUT` and `LOOK`, base frame, meters.
@@ -349,9 +349,9 @@ impl Default for WireRequest {
             object: WireName::default(),
             place: WireName::default(),
             call: WireName::default(),
+            holder: WireName::default(),
             path_len: 0,
             with_len: 0,
-            reserved: 0,
             takes: 0.0,
             at: [0.0; 3],
             path: [WirePose::default(); PATH_MAX],
@@ -374,7 +374,7 @@ mod tests {
         assert_eq!(size_of::<WirePose>(), 24);
         assert_eq!(size_of::<WireName>(), 68);
         assert_eq!(size_of::<WireState>(), 120);
-        assert_eq!(size_of::<WireRequest>(), 3064);
+        assert_eq!(size_of::<WireRequest>(), 3128);
         assert_eq!(size_of::<WireResponse>(), 184);
         assert_eq!(size_of::<WirePulse>(), 160);
         assert_eq!(size_of::<WireBeat>(), 24);
@@ -388,9 +388,9 @@ mod tests {
         let names = (offset_of!(WireRequest, object), offset_of!(WireRequest, place), offset_of!(WireRequest, call));
         assert_eq!((offset_of!(WireRequest, mode), names), (160, (168, 236, 304)));
         let lengths = (offset_of!(WireRequest, path_len), offset_of!(WireRequest, with_len));
-        assert_eq!((lengths, offset_of!(WireRequest, takes)), ((372, 376), 384));
+        assert_eq!((lengths, offset_of!(WireRequest, takes)), ((440, 444), 448));
         let arrays = (offset_of!(WireRequest, path), offset_of!(WireRequest, limits), offset_of!(WireRequest, with));
-        assert_eq!((offset_of!(WireRequest, at), arrays), (392, (416, 1952, 2040)));
+        assert_eq!((offset_of!(WireRequest, at), arrays), (456, (480, 2016, 2104)));
         assert_eq!((offset_of!(WireResponse, inhibited), offset_of!(WireResponse, state)), (32, 64));
         assert_eq!((offset_of!(WireReport, name), offset_of!(WireReport, place)), (32, 100));
         assert_eq!((offset_of!(WirePulse, inhibited), offset_of!(WirePulse, state)), (20, 40));

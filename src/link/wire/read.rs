@@ -165,11 +165,13 @@ fn command_of(wire: &WireRequest) -> Result<Command, Rejection> {
         command::STAND => Ok(Command::Stand),
         command::GRASP => {
             let (object, at) = (name(&wire.object)?, point(wire.at)?);
-            Ok(Command::Grasp { object, at, place: optional_name(&wire.place)? })
+            let (place, holder) = (optional_name(&wire.place)?, optional_name(&wire.holder)?);
+            Ok(Command::Grasp { object, at, place, holder })
         }
         command::PUT => {
             let (object, at) = (name(&wire.object)?, point(wire.at)?);
-            Ok(Command::Put { object, at, place: optional_name(&wire.place)? })
+            let (place, holder) = (optional_name(&wire.place)?, optional_name(&wire.holder)?);
+            Ok(Command::Put { object, at, place, holder })
         }
         command::LOOK => Ok(Command::Look { at: point(wire.at)?, place: optional_name(&wire.place)? }),
         command::CALL => Ok(Command::Call(call(wire)?)),

@@ -52,12 +52,14 @@ fn commands() -> Vec<Command> {
         Command::Drive { path: path(1), place },
         Command::Drive { path: path(PATH_MAX), place: None },
         Command::Stand,
-        Command::Grasp { object, at, place: None },
-        Command::Put { object, at, place },
+        Command::Grasp { object, at, place: None, holder: None },
+        Command::Put { object, at, place, holder: None },
         Command::Look { at, place },
         Command::Call(call("{\"object\":\"cup\"}")),
         Command::Call(call(&"x".repeat(WITH_MAX))),
-        Command::Grasp { object, at, place },
+        Command::Grasp { object, at, place, holder: None },
+        Command::Grasp { object, at, place: None, holder: place },
+        Command::Put { object, at, place: None, holder: Some(named("crate")) },
     ]
 }
 

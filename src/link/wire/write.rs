@@ -158,12 +158,14 @@ fn write_command(what: &Command, wire: &mut WireRequest) -> Result<(), LinkError
             }
         }
         Command::Stand => wire.command = command::STAND,
-        Command::Grasp { object, at, place } => {
+        Command::Grasp { object, at, place, holder } => {
             wire.command = command::GRASP;
+            wire.holder = wire_name(*holder);
             write_target(Some(*object), at, *place, wire);
         }
-        Command::Put { object, at, place } => {
+        Command::Put { object, at, place, holder } => {
             wire.command = command::PUT;
+            wire.holder = wire_name(*holder);
             write_target(Some(*object), at, *place, wire);
         }
         Command::Look { at, place } => {

@@ -93,9 +93,8 @@ impl Controller for Arm {
                 self.calling.begin(call, mode);
                 Ok(())
             }
-            Command::Put { .. } | Command::Drive { .. } | Command::Stand | Command::Look { .. } => {
-                Err(Rejection::Unsupported)
-            }
+            Command::Stand => self.mover.follow(vec![Leg::wait(self.mover.position(), 0.0)], mode),
+            Command::Put { .. } | Command::Drive { .. } | Command::Look { .. } => Err(Rejection::Unsupported),
         }
     }
 

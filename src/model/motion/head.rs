@@ -58,9 +58,8 @@ impl Controller for Head {
                 self.calling.begin(call, mode);
                 Ok(())
             }
-            Command::Drive { .. } | Command::Stand | Command::Grasp { .. } | Command::Put { .. } => {
-                Err(Rejection::Unsupported)
-            }
+            Command::Stand => self.mover.follow(vec![Leg::wait(self.mover.position(), 0.0)], mode),
+            Command::Drive { .. } | Command::Grasp { .. } | Command::Put { .. } => Err(Rejection::Unsupported),
         }
     }
 

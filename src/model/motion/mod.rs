@@ -21,12 +21,12 @@ pub use head::Head;
 pub use crate::Report;
 use crate::{ControllerKind, Inhibition, Mode, Name, PartEnd, Rejection};
 
-/// What a controller is told to do; objects and places have their names.
-pub type Command = crate::Command<Name, Name>;
+/// What a controller is told to do; objects, places and resources have their names.
+pub type Command = crate::Command<Name, Name, Name>;
 /// State of a controller, with the name of what it holds.
 pub type ControllerState = crate::ControllerState<Name>;
 /// What a controller is told.
-pub type ToController = crate::ToController<Name, Name>;
+pub type ToController = crate::ToController<Name, Name, Name>;
 /// What a controller says.
 pub type FromController = crate::FromController<Name>;
 

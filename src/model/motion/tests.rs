@@ -89,11 +89,11 @@ fn object_named(number: u32) -> Name {
 }
 
 fn grasp(object: u32, x: f64, y: f64, z: f64) -> Command {
-    Command::Grasp { object: object_named(object), at: Point3::new(x, y, z), place: None }
+    Command::Grasp { object: object_named(object), at: Point3::new(x, y, z), place: None, holder: None }
 }
 
 fn put(object: u32, x: f64, y: f64, z: f64) -> Command {
-    Command::Put { object: object_named(object), at: Point3::new(x, y, z), place: None }
+    Command::Put { object: object_named(object), at: Point3::new(x, y, z), place: None, holder: None }
 }
 
 fn drive(path: &[(f64, f64, f64)]) -> Command {
@@ -134,8 +134,8 @@ fn base_rows() -> Vec<Row> {
         row(drive(&[]), Achieve, Err(Malformed)),
         row(nowhere, Achieve, Err(NotFinite)),
         row(drive(&[(0.0, 1e300, 0.0)]), Achieve, Err(Malformed)),
-        row(Command::Stand, Achieve, Ok(())),
-        row(Command::Stand, Maintain, Ok(())),
+        (Command::Stand, Achieve, [Ok(()); 3]),
+        (Command::Stand, Maintain, [Ok(()); 3]),
     ]
 }
 
@@ -189,7 +189,8 @@ fn an_arm_takes_and_gives_back() {
 
 #[test]
 fn maintained_commands_last_until_they_are_canceled() {
-    let commands = [(Command::Stand, 1), (look(1.0, -1.0, 0.7), 2)];
+    let still = [0, 1, 2].map(|index| (Command::Stand, index));
+    let commands = [still.to_vec(), vec![(look(1.0, -1.0, 0.7), 2)]].concat();
     for (command, index) in commands {
         let [arm, base, head] = all();
         let mut controller = [arm, base, head].into_iter().nth(index).unwrap();

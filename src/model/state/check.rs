@@ -2,8 +2,7 @@
 
 use super::{Phase, State};
 use crate::{
-    Cause, Change, Consequences, Grant, Kept, LeaseKind, Lineage, Location, NodeId, NodeRange, Reopened, ResourceId,
-    Told,
+    Cause, Change, Consequences, Grant, Kept, LeaseKind, Lineage, NodeId, NodeRange, Reopened, ResourceId, Told,
 };
 
 impl State {
@@ -26,9 +25,10 @@ impl State {
             Change::Base(_) => true,
             Change::Emptied(resource) => resource.index() < self.table.count(),
             Change::Object(object, at) => {
-                let is_held_by_none = matches!(at, Location::In(by) if by.index() >= self.table.count());
-                object.index() < self.world.objects.len() && !is_held_by_none
+                let are_known = at.holders().iter().all(|by| by.index() < self.table.count());
+                object.index() < self.world.objects.len() && are_known
             }
+            Change::Taken(object, by) => object.index() < self.world.objects.len() && by.index() < self.table.count(),
             Change::Fact(fact, _) => fact.index() < self.world.facts.len(),
         }
     }

@@ -51,8 +51,15 @@ pub enum Selector {
     },
     /// Any resource of a type, whatever it holds.
     Any(TypeId),
-    /// The resource that holds the object.
-    Holding(ObjectId),
+    /// Any resource of a type, or only this one, that holds the object.
+    Holding {
+        /// What it must hold.
+        object: ObjectId,
+        /// The type of which any that holds it will do.
+        of: TypeId,
+        /// The only one that will do, if one is named.
+        resource: Option<ResourceId>,
+    },
 }
 
 /// What becomes of a lease when its behavior succeeds; after any other end see `semantics` 6.

@@ -16,11 +16,11 @@ pub const NO_ARGUMENTS: &str = "{}";
 
 /// What one controller is told to do. Points are in the base frame, poses in the map frame; meters and radians.
 ///
-/// Within the daemon objects and places are ids; controllers know them by [`Name`](super::Name), as
+/// Within the daemon objects, places and resources are ids; controllers know them by [`Name`](super::Name), as
 /// [`motion::Command`](crate::motion::Command).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Command<O = ObjectId, P = PlaceId> {
+pub enum Command<O = ObjectId, P = PlaceId, R = ResourceId> {
     /// Base: drive along the way points and stop at the last.
     Drive {
         /// Where to pass, the goal last; never empty.
@@ -29,7 +29,7 @@ pub enum Command<O = ObjectId, P = PlaceId> {
         #[serde(skip_serializing_if = "Option::is_none")]
         place: Option<P>,
     },
-    /// Base: stand still.
+    /// Base, arm, head: keep still.
     Stand,
     /// Arm: reach, close the gripper, lift.
     Grasp {
@@ -40,6 +40,9 @@ pub enum Command<O = ObjectId, P = PlaceId> {
         /// The place where it lies, if it lies at one.
         #[serde(skip_serializing_if = "Option::is_none")]
         place: Option<P>,
+        /// The gripper or slot that it is taken from, if one holds it.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        holder: Option<R>,
     },
     /// Arm: reach, open the gripper, retreat.
     Put {
@@ -47,9 +50,12 @@ pub enum Command<O = ObjectId, P = PlaceId> {
         object: O,
         /// Where it is set down, base frame, meters.
         at: Point3<f64>,
-        /// The place where it is set down; logs of before do not tell.
+        /// The place where it is set down, if it is at one.
         #[serde(skip_serializing_if = "Option::is_none")]
         place: Option<P>,
+        /// The gripper or slot that it is let go into, if it is one.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        holder: Option<R>,
     },
     /// Head: look at a point and keep looking.
     Look {

@@ -1,19 +1,20 @@
-//! Objects, places and facts between daemon and controllers: ids on the one side, names on the other. The one place where either
-//! becomes the other.
+//! Objects, places, facts and resources between daemon and controllers: ids on the one side, names on the other. The one
+//! place where either becomes the other.
 
 use std::collections::BTreeMap;
 
 use super::name::shortened;
 use super::{
     Change, Command, ControllerState, FactId, FromController, Location, Misreport, Name, Names, ObjectId, PlaceId,
-    Rejection, Report, ToController,
+    Rejection, Report, ResourceId, ToController,
 };
 
-/// What the objects, places and facts of a mission are called.
+/// What the objects, places and facts of a mission and the resources of its robot are called.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Labels {
     objects: Vec<Name>,
     places: Vec<Name>,
+    resources: Vec<Name>,
     by_name: BTreeMap<Name, ObjectId>,
     places_by_name: BTreeMap<Name, PlaceId>,
     facts_by_name: BTreeMap<Name, FactId>,
@@ -28,13 +29,14 @@ impl Labels {
             by_name: ids(&objects),
             places_by_name: ids(&places),
             facts_by_name: ids(&labels(&names.facts)),
+            resources: labels(&names.resources),
             objects,
             places,
         }
     }
 
     /// A message as the controller is to read it.
-    pub fn told(&self, message: &ToController) -> ToController<Name, Name> {
+    pub fn told(&self, message: &ToController) -> ToController<Name, Name, Name> {
         match *message {
             ToController::Configure { generation, speed, limits, start } => {
                 let start = self.named(start);
@@ -94,16 +96,22 @@ impl Labels {
         self.places.get(id.index()).copied().unwrap_or_default()
     }
 
-    fn command(&self, command: &Command) -> Command<Name, Name> {
+    /// The name of a resource; empty for one that is not of this robot.
+    pub fn resource(&self, id: ResourceId) -> Name {
+        self.resources.get(id.index()).copied().unwrap_or_default()
+    }
+
+    fn command(&self, command: &Command) -> Command<Name, Name, Name> {
         let place = |place: Option<PlaceId>| place.map(|place| self.place(place));
+        let holder = |holder: Option<ResourceId>| holder.map(|holder| self.resource(holder));
         match *command {
             Command::Drive { ref path, place: to } => Command::Drive { path: path.clone(), place: place(to) },
             Command::Stand => Command::Stand,
-            Command::Grasp { object, at, place: from } => {
-                Command::Grasp { object: self.object(object), at, place: place(from) }
+            Command::Grasp { object, at, place: from, holder: by } => {
+                Command::Grasp { object: self.object(object), at, place: place(from), holder: holder(by) }
             }
-            Command::Put { object, at, place: to } => {
-                Command::Put { object: self.object(object), at, place: place(to) }
+            Command::Put { object, at, place: to, holder: into } => {
+                Command::Put { object: self.object(object), at, place: place(to), holder: holder(into) }
             }
             Command::Look { at, place: to } => Command::Look { at, place: place(to) },
             Command::Call(ref call) => Command::Call(call.clone()),

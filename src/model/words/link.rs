@@ -4,14 +4,13 @@ use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Change, Command, CommandId, ControllerKind, Inhibition, Location, Mode, ObjectId, PlaceId, Pose, Rejection,
-    ResourceId, Time,
+    Change, Command, CommandId, ControllerKind, Inhibition, Mode, ObjectId, PlaceId, Pose, Rejection, ResourceId, Time,
 };
 
 /// From the runtime to a controller.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum ToController<O = ObjectId, P = PlaceId> {
+pub enum ToController<O = ObjectId, P = PlaceId, R = ResourceId> {
     /// The first message of an attachment.
     Configure {
         /// Counted by the daemon; what belongs to another is stale.
@@ -30,7 +29,7 @@ pub enum ToController<O = ObjectId, P = PlaceId> {
         /// Whether it ends by itself or lasts until it is canceled.
         mode: Mode,
         /// What to do.
-        command: Command<O, P>,
+        command: Command<O, P, R>,
     },
     /// Stop doing it.
     Cancel {
@@ -190,7 +189,7 @@ impl ControllerState {
             Self::Base { pose, .. } => vec![Change::Base(pose)],
             Self::Arm { holds, .. } => {
                 let change = |resource| match holds {
-                    Some(object) => Change::Object(object, Location::In(resource)),
+                    Some(object) => Change::Taken(object, resource),
                     None => Change::Emptied(resource),
                 };
                 resources.into_iter().map(change).collect()

@@ -1,5 +1,6 @@
 //! The vocabulary: what travels between the rooms. No IO, no clock, no decisions beyond the table's own rules.
 
+mod behavior;
 mod claim;
 mod consequences;
 mod controller;
@@ -7,6 +8,7 @@ mod deadlock;
 mod failure;
 mod goal;
 mod header;
+mod holders;
 mod ids;
 mod labels;
 mod lineage;
@@ -27,10 +29,12 @@ mod service;
 mod source;
 mod spec;
 mod suggestion;
+mod terms;
 mod time;
 mod tree;
 mod world_state;
 
+pub use behavior::{BehaviorSpec, Elsewhere, Potential};
 pub use claim::{Access, Claim, Retention, Selector};
 pub use consequences::{Cause, Completion, Consequences, Deadline, Failing, Kept, Reopened, StopCause, Urged};
 pub use controller::{ArmSpec, BaseSpec, ControllerKind, ControllerSpec, HeadSpec};
@@ -38,6 +42,7 @@ pub use deadlock::{Deadlock, Standstill};
 pub use failure::{Failures, Flaw, FlawKind, Mishap};
 pub use goal::{ARGUMENTS_MAX, Call, Command, End, Fault, Goal, Mode, NO_ARGUMENTS, Outcome, Part};
 pub use header::{EntryKind, Header, JOURNAL_VERSION, NodeEntry};
+pub use holders::{HOLDERS_MAX, HeldBy, Hold, Holders, Misheld};
 pub use ids::{ChannelId, CommandId, ControllerId, FactId, NodeId, ObjectId, PlaceId, ResourceId, TypeId};
 pub use labels::Labels;
 pub use lineage::{Lineage, NodeRange};
@@ -56,11 +61,9 @@ pub use request::{Binding, Candidate, ClaimOptions, Grant, Request};
 pub use resource::{Heir, Lease, LeaseKind, Resource, ResourceTable};
 pub use service::Service;
 pub use source::{Source, SourceFile};
-pub use spec::{
-    BehaviorSpec, CommandTerm, Condition, EffectTerm, Elsewhere, MissionSpec, Obstacle, PlaceSpec, Potential,
-    ResourceSpec, RobotSpec, Task, WorldSpec,
-};
+pub use spec::{MissionSpec, Obstacle, PlaceSpec, ResourceSpec, RobotSpec, WorldSpec};
 pub use suggestion::{nearest, suggestion};
+pub use terms::{CommandTerm, Condition, EffectTerm, Task};
 pub use time::Time;
 pub use tree::{BYPASS, Limits, NodeKind, Repeat, Topology, TreeSpec};
 pub use world_state::{Change, Location, WorldState};

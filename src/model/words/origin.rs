@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Change, ControllerId, Names, ResourceId};
+use super::{Change, ControllerId, Holders, Names};
 
 /// Who says that the world is different, when no behavior made it so.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -35,7 +35,7 @@ impl Origin {
             Change::Fact(_, true) => "set by an operator",
             Change::Fact(_, false) => "cleared by an operator",
             Change::Object(..) => "moved by an operator",
-            Change::Base(_) | Change::Emptied(_) => "said by an operator",
+            Change::Taken(..) | Change::Base(_) | Change::Emptied(_) => "said by an operator",
         };
         match self {
             Self::Operator => by_operator.into(),
@@ -55,8 +55,8 @@ pub enum Objection {
     NotOutside,
     /// The object is in a gripper: it moves only by the word of who moves that.
     Held {
-        /// The gripper.
-        by: ResourceId,
+        /// What holds it.
+        by: Holders,
     },
     /// Only who moves it says so: where the base is, and what is in a gripper.
     NotTheirs,
@@ -75,9 +75,9 @@ impl Objection {
             }
             (Self::NotOutside, _) => "only behaviors change it".into(),
             (Self::Held { by }, Change::Object(object, _)) => {
-                format!("{} is held by {}", names.thing(*object), names.resource(by))
+                format!("{} is held by {}", names.thing(*object), holders(by, names))
             }
-            (Self::Held { by }, _) => format!("it is held by {}", names.resource(by)),
+            (Self::Held { by }, _) => format!("it is held by {}", holders(by, names)),
             (Self::NotTheirs, _) => "only the controller that moves it says so".into(),
             (Self::NotBegun, _) => "the mission has not begun yet".into(),
             (Self::Over, _) => "the mission is over".into(),
@@ -94,4 +94,8 @@ pub enum Uptake {
     Same,
     /// Nothing changed.
     Refused(Objection),
+}
+
+fn holders(by: Holders, names: &Names) -> String {
+    by.as_slice().iter().map(|holder| names.resource(*holder)).collect::<Vec<_>>().join(" and ")
 }

@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{ChannelId, Deadlock, FactId, Fault, Loss, Names, NodeId, ObjectId, PlaceId, Request, ResourceId, TypeId};
+use super::{
+    ChannelId, Deadlock, FactId, Fault, Hold, Loss, Misheld, Names, NodeId, ObjectId, PlaceId, Request, ResourceId,
+    TypeId,
+};
 
 /// Why a request was refused or not made. It speaks of the behavior that it is said of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -48,6 +51,8 @@ pub enum Reason {
         /// What is needed and in no gripper of the line.
         object: ObjectId,
     },
+    /// It is not held as it must be for what it needs, or for what it does.
+    Misheld(Misheld),
     /// The object is in a gripper already.
     Taken {
         /// What somebody was faster with.
@@ -240,6 +245,18 @@ pub enum Reason {
     },
 }
 
+impl Hold {
+    /// Why it is not so, when so many of the own line hold it that count.
+    pub fn reason(self, found: u32) -> Reason {
+        let object = self.object;
+        if self == Self::from(object) {
+            Reason::NotHeld { object }
+        } else {
+            Reason::Misheld(Misheld::NotSo { hold: self, found })
+        }
+    }
+}
+
 /// A leaf and why it does not run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Blocked {
@@ -294,6 +311,7 @@ impl Reason {
                 format!("{} is not held by this branch of the task", names.thing(*object))
             }
             Self::Taken { object, by } => format!("{} is in {} already", names.thing(*object), names.resource(*by)),
+            Self::Misheld(misheld) => misheld.sentence(names),
             Self::Elsewhere { object, place } => {
                 format!("{} is not at {}", names.thing(*object), names.place(*place))
             }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use super::spec::doubled;
+use super::behavior::doubled;
 use super::{BehaviorSpec, NodeId, WorldState};
 
 /// The shape of a tree in preorder.

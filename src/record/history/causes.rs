@@ -49,6 +49,7 @@ fn waits_for(reason: &Reason) -> Option<NodeId> {
         | Reason::Missing { .. }
         | Reason::OutOfReach { .. }
         | Reason::NotHeld { .. }
+        | Reason::Misheld(_)
         | Reason::Taken { .. }
         | Reason::Elsewhere { .. }
         | Reason::Nowhere { .. }

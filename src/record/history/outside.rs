@@ -35,12 +35,16 @@ impl Makers {
                     Change::Object(object, _) if object.index() < names.objects.len() => {
                         self.objects.insert(object, made);
                     }
-                    Change::Fact(..) | Change::Object(..) | Change::Base(_) | Change::Emptied(_) => {}
+                    Change::Taken(object, _) if object.index() < names.objects.len() => {
+                        self.objects.insert(object, made);
+                    }
+                    Change::Fact(..) | Change::Object(..) | Change::Taken(..) => {}
+                    Change::Base(_) | Change::Emptied(_) => {}
                 }
             }
             Record::Released { changes, .. } => changes.iter().for_each(|change| match change {
                 Change::Fact(fact, _) => drop(self.facts.remove(fact)),
-                Change::Object(object, _) => drop(self.objects.remove(object)),
+                Change::Object(object, _) | Change::Taken(object, _) => drop(self.objects.remove(object)),
                 Change::Base(_) | Change::Emptied(_) => {}
             }),
             Record::Header(_) | Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } => {}

@@ -263,11 +263,7 @@ fn a_log_can_hold_anything() {
         endless,
         ended(2, NodeId(far), End::Succeeded, Some(NodeId(far)), Some(NodeId(far))),
         ended(2, B, End::Succeeded, Some(NodeId(far)), Some(C)),
-        Record::World {
-            at,
-            change: Change::Object(ObjectId(far), Location::In(ResourceId(far))),
-            origin: Origin::Script,
-        },
+        Record::World { at, change: Change::Taken(ObjectId(far), ResourceId(far)), origin: Origin::Script },
         Record::World { at, change: Change::Fact(FactId(far), true), origin: Origin::Script },
         Record::Resource { at, resource: ResourceId(far), state: Resource::default() },
         Record::Sent { at, round: 1, from: NodeId(far), to: NodeId(far), message: Message::Activation },

@@ -64,7 +64,7 @@ fn state(change: &Change, when: &str, names: &Names) -> String {
         Change::Object(object, Location::In(_) | Location::Unknown) => {
             format!("nobody knows where {} is {when}", names.thing(object))
         }
-        Change::Base(_) | Change::Emptied(_) => format!("it is so {when}"),
+        Change::Base(_) | Change::Taken(..) | Change::Emptied(_) => format!("it is so {when}"),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Whom and what a record speaks of.
 
 use ambidex_model::{
-    Blocked, Change, CommandId, Consequences, ControllerId, ControllerMessage, FromController, Location, Message,
+    Blocked, Change, CommandId, Consequences, ControllerId, ControllerMessage, FromController, Message, Misheld,
     MissionEnd, NodeId, Origin, Reason, Record, Request, ResourceId, StopCause, ToController, Told,
 };
 
@@ -164,7 +164,7 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
         Reason::LessUrgent { resource, .. } | Reason::DoneOftener { resource, .. } => *resource == wanted,
         Reason::Reserved { resource, .. } => *resource == Some(wanted),
         Reason::Unavailable { resource, .. } | Reason::Unfit { resource } => *resource == wanted,
-        Reason::Taken { by, .. } => *by == wanted,
+        Reason::Taken { by, .. } | Reason::Misheld(Misheld::Too { by, .. }) => *by == wanted,
         Reason::AlreadyDone { lacks: inner, .. } => lacks(inner, wanted),
         Reason::WouldDeadlock { deadlock } => {
             [deadlock.other, deadlock.own].iter().any(|one| one.holds == Some(wanted))
@@ -177,6 +177,7 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
         | Reason::Missing { .. }
         | Reason::OutOfReach { .. }
         | Reason::NotHeld { .. }
+        | Reason::Misheld(Misheld::NotSo { .. } | Misheld::Last { .. } | Misheld::Full { .. })
         | Reason::Elsewhere { .. }
         | Reason::Nowhere { .. }
         | Reason::NotAt { .. }
@@ -202,7 +203,8 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
 
 fn moves(change: &Change, wanted: ResourceId) -> bool {
     match change {
-        Change::Object(_, Location::In(resource)) | Change::Emptied(resource) => *resource == wanted,
-        Change::Object(_, Location::At(_) | Location::Unknown) | Change::Base(_) | Change::Fact(..) => false,
+        Change::Object(_, at) => at.holders().contains(&wanted),
+        Change::Taken(_, resource) | Change::Emptied(resource) => *resource == wanted,
+        Change::Base(_) | Change::Fact(..) => false,
     }
 }

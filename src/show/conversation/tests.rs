@@ -88,7 +88,7 @@ fn records() -> Vec<Record> {
         sent("move 3-1", "object 3", answer("move 3-1", None, Some(Reason::NotAt { place: PlaceId(0) }))),
         decision,
         sent("object 1", "pick 1", Message::Verdict { granted: vec![named("pick 1")], stopped: Vec::new() }),
-        goal(2, "pick 1", Mode::Achieve, Command::Grasp { object: ObjectId(0), at, place: None }),
+        goal(2, "pick 1", Mode::Achieve, Command::Grasp { object: ObjectId(0), at, place: None, holder: None }),
         goal(1, "pick 1", Mode::Maintain, Command::Look { at, place: None }),
         controller(1, ControllerMessage::Joined { leaf: named("pick 2"), id: id() }),
         heard(2, FromController::Accepted { id: id(), at: seconds(9.0) }),

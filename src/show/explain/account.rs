@@ -337,7 +337,7 @@ fn leaves_below(header: &Header, top: NodeId) -> impl Iterator<Item = NodeId> {
 fn is_about(reason: &Reason, change: &Change) -> bool {
     match *change {
         Change::Fact(changed, _) => matches!(reason, Reason::Fact { fact, .. } if *fact == changed),
-        Change::Object(changed, _) => matches!(
+        Change::Object(changed, _) | Change::Taken(changed, _) => matches!(
             reason,
             Reason::Elsewhere { object, .. } | Reason::OutOfReach { object } if *object == changed
         ),

@@ -46,6 +46,7 @@ pub(super) fn because(reason: &Reason, history: &History) -> Because {
         | Reason::Missing { .. }
         | Reason::OutOfReach { .. }
         | Reason::NotHeld { .. }
+        | Reason::Misheld(_)
         | Reason::Taken { .. }
         | Reason::Elsewhere { .. }
         | Reason::Nowhere { .. }

@@ -31,7 +31,7 @@ fn heard(from: u32, message: FromController) -> Record {
 /// The robot picks two objects at once: the left arm is at 45 %, the right arm at 80 %.
 fn picking() -> History {
     let at = nalgebra::Point3::origin();
-    let grasp = |object| Command::Grasp { object: ObjectId(object), at, place: None };
+    let grasp = |object| Command::Grasp { object: ObjectId(object), at, place: None, holder: None };
     let feedback = |from, progress| {
         let state = ControllerState::Arm { gripper: at, velocity: Vector3::zeros(), holds: None };
         let id = id(1);
@@ -89,7 +89,7 @@ fn each_resource_says_who_uses_it_and_how_far_it_is() {
 
 #[test]
 fn absent_controllers_and_held_objects_are_told() {
-    let held = Change::Object(ObjectId(0), Location::In(ResourceId(2)));
+    let held = Change::Taken(ObjectId(0), ResourceId(2));
     let (at, change) = (seconds(9.0), held);
     let mut history = History::new(&sample::header());
     let mut records = Vec::new();

@@ -47,14 +47,14 @@ pub(super) fn world(history: &History) -> WorldRow {
     let (names, world) = (history.names(), history.world());
     let how = |made: &OutsideChange| made.origin.phrase(&made.change, names);
     let object = |(index, (name, at)): (usize, (&String, &Location))| {
-        let (at, held_by) = match *at {
-            Location::At(place) => (Some(names.place(place).to_owned()), None),
-            Location::In(resource) => (None, Some(names.resource(resource).to_owned())),
-            Location::Unknown => (None, None),
+        let holders: Vec<String> = at.holders().iter().map(|resource| names.resource(*resource).to_owned()).collect();
+        let at = match *at {
+            Location::At(place) => Some(names.place(place).to_owned()),
+            Location::In(_) | Location::Unknown => None,
         };
         // What is in a gripper only its controller can have said.
-        let how = history.maker_of_object(index.into()).filter(|_| held_by.is_none()).map(how);
-        ObjectRow { name: name.clone(), at, held_by, how }
+        let how = history.maker_of_object(index.into()).filter(|_| holders.is_empty()).map(how);
+        ObjectRow { name: name.clone(), at, held_by: holders, how }
     };
     let fact = |(index, (name, holds)): (usize, (&String, &bool))| {
         let how = history.maker_of_fact(index.into()).map(how);

@@ -203,16 +203,16 @@ pub struct WorldRow {
     pub facts: Vec<FactRow>,
 }
 
-/// Where an object is; neither place nor resource where nobody knows.
+/// Where an object is; neither place nor resources where nobody knows.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ObjectRow {
     /// What the mission calls it.
     pub name: String,
     /// The place where it lies.
     pub at: Option<String>,
-    /// The resource that holds it.
+    /// The resources that hold it.
     #[serde(rename = "in")]
-    pub held_by: Option<String>,
+    pub held_by: Vec<String>,
     /// How it came to be so, where that was no behavior: `moved by an operator`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub how: Option<String>,

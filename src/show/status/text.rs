@@ -202,10 +202,10 @@ fn world_lines(world: &WorldRow, width: usize) -> Vec<String> {
 fn objects(world: &WorldRow) -> Vec<String> {
     let mut spots: Vec<(String, Vec<&str>)> = Vec::new();
     for object in &world.objects {
-        let spot = match (&object.at, &object.held_by) {
+        let spot = match (&object.at, object.held_by.as_slice()) {
             (Some(place), _) => format!("at {place}"),
-            (None, Some(resource)) => format!("in {resource}"),
-            (None, None) => "nobody knows where".into(),
+            (None, []) => "nobody knows where".into(),
+            (None, holders) => format!("in {}", holders.join(" and ")),
         };
         let spot = object.how.as_ref().map_or(spot.clone(), |how| format!("{spot}, {how}"));
         match spots.iter_mut().find(|(known, _)| *known == spot) {

@@ -83,10 +83,14 @@ pub(crate) fn changed(change: &Change, names: &Names) -> String {
             let object = names.thing(*object);
             match at {
                 Location::At(place) => format!("{object} is at {} now", names.place(*place)),
-                Location::In(by) => format!("{object} is in {} now", names.resource(*by)),
+                Location::In(by) => {
+                    let holders: Vec<_> = by.as_slice().iter().map(|by| names.resource(*by)).collect();
+                    format!("{object} is in {} now", listed(&holders))
+                }
                 Location::Unknown => format!("nobody knows where {object} is"),
             }
         }
+        Change::Taken(object, by) => format!("{} is in {} now", names.thing(*object), names.resource(*by)),
         Change::Emptied(resource) => format!("{} is empty now", names.resource(*resource)),
         Change::Fact(fact, true) => format!("\"{}\" holds now", names.fact(*fact)),
         Change::Fact(fact, false) => format!("\"{}\" holds no more", names.fact(*fact)),

@@ -96,7 +96,7 @@ fn for_each_behavior(mission: &mut MissionSpec, mut change: impl FnMut(&mut Beha
     let is_gripper = |selector: Selector| match selector {
         Selector::Named(resource) | Selector::Empty { resource, .. } => grippers.contains(&resource),
         Selector::AnyEmpty { of, .. } | Selector::Any(of) => of == GRIPPER,
-        Selector::Holding(_) => true,
+        Selector::Holding { .. } => true,
     };
     for node in &mut mission.tree.nodes {
         if let NodeKind::Behavior(spec) = node {

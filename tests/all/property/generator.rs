@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use ambidex::model::{
-    Access, BehaviorSpec, ChannelId, Claim, Condition, EffectTerm, FactId, Limits, Location, MissionSpec, NodeId,
-    NodeKind, ObjectId, Obstacle, PlaceId, Potential, ResourceId, Retention, Selector, TypeId,
+    Access, BehaviorSpec, ChannelId, Claim, CommandTerm, Condition, EffectTerm, FactId, HeldBy, Hold, Limits, Location,
+    MissionSpec, NodeId, NodeKind, ObjectId, Obstacle, PlaceId, Potential, ResourceId, Retention, Selector, TypeId,
 };
 use ambidex::tree::{Allocator, Greedy, Serial};
 use nalgebra::Point3;
@@ -56,6 +56,7 @@ impl Case {
         add_limits(seed, &mut mission);
         add_shortcuts(seed, &mut mission);
         extras::add(seed, extras, &mut mission);
+        add_hands(seed, body, &mut mission);
         // Rules speak of behaviors on resources: what claims none is in nobody's way.
         let claims = |leaf: &NodeId| !mission.tree.behavior(*leaf).expect("a leaf").claims.is_empty();
         let leaves: Vec<_> = mission.tree.leaves().filter(claims).collect();
@@ -146,6 +147,52 @@ fn add_shortcuts(seed: u64, mission: &mut MissionSpec) {
     }
 }
 
+/// In some missions things are taken with two hands, put down with two, and handed over.
+fn add_hands(seed: u64, body: Body, mission: &mut MissionSpec) {
+    let mut rng = Rng::of(&[seed, 17]);
+    if body.grippers < 2 || !rng.is(20) {
+        return;
+    }
+    let objects = mission.start.objects.len();
+    for node in &mut mission.tree.nodes {
+        let NodeKind::Behavior(spec) = node else { continue };
+        let both = |object| Condition::Held(Hold { object, by: HeldBy::Any, hands: 2, alone: false });
+        match (spec.kind.as_str(), spec.changes.first().copied()) {
+            ("pick", Some(object)) if rng.is(60) => {
+                spec.claims.push(spec.claims[2]);
+                spec.effects.push(EffectTerm::Taken(object, 3));
+                spec.commands.push(CommandTerm { claim: 3, ..spec.commands[2].clone() });
+                spec.satisfied = if rng.is(80) { both(object) } else { Condition::Held(object.into()) };
+            }
+            ("place", Some(object)) if rng.is(60) => {
+                spec.claims.push(spec.claims[2]);
+                spec.commands.push(CommandTerm { claim: 3, ..spec.commands[2].clone() });
+                if rng.is(60) {
+                    let precondition = std::mem::replace(&mut spec.precondition, Condition::Never);
+                    spec.precondition = Condition::All(vec![precondition, both(object)]);
+                }
+            }
+            ("gadget", _) if objects > 0 && rng.is(30) => {
+                let object = ObjectId::from(rng.below(objects));
+                let kept = Retention::Physical(Access::Exclusive);
+                let holder = Selector::Holding { object, of: GRIPPER, resource: None };
+                let taker = Selector::AnyEmpty { of: GRIPPER, reaches: Some(object) };
+                spec.claims = vec![support::claim(holder, Access::Exclusive, rng.one(&[kept, Retention::Release]))];
+                spec.effects.retain(|effect| matches!(effect, EffectTerm::Fact(..)));
+                if rng.is(70) {
+                    spec.claims.push(support::claim(taker, Access::Exclusive, kept));
+                    spec.effects.push(EffectTerm::Taken(object, 1));
+                }
+                if rng.is(70) {
+                    spec.effects.push(EffectTerm::LetGo(object, 0));
+                }
+                spec.changes = vec![object];
+            }
+            (_, _) => {}
+        }
+    }
+}
+
 struct Maker<'a> {
     rng: &'a mut Rng,
     body: Body,
@@ -174,7 +221,7 @@ impl<'a> Maker<'a> {
         let count = if body.grippers == 0 { rng.below(2) } else { 1 + rng.below(4) };
         let objects = (0..count).map(|_| match rng.below(20) {
             0 if is_wild => Location::Unknown,
-            1 if is_wild && body.grippers > 0 => Location::In(ResourceId(0)),
+            1 if is_wild && body.grippers > 0 => Location::held(ResourceId(0)),
             _ => Location::At(rng.below(places).into()),
         });
         let objects: Vec<_> = objects.collect();
@@ -389,7 +436,8 @@ impl<'a> Maker<'a> {
                 Selector::AnyEmpty { of: GRIPPER, reaches: Some(self.rng.below(self.objects.len()).into()) }
             }
             11 if self.is_wild && !self.objects.is_empty() => {
-                Selector::Holding(self.rng.below(self.objects.len()).into())
+                let object = self.rng.below(self.objects.len()).into();
+                Selector::Holding { object, of: GRIPPER, resource: None }
             }
             _ => Selector::Any(of),
         }
@@ -402,7 +450,7 @@ impl<'a> Maker<'a> {
                 Some(self.body.spec().resources[resource.index()].ty)
             }
             Selector::AnyEmpty { of, .. } | Selector::Any(of) => Some(of),
-            Selector::Holding(_) => None,
+            Selector::Holding { .. } => None,
         }
     }
 
@@ -457,7 +505,7 @@ fn taken(tree: &Tree) -> Option<ObjectId> {
         Tree::Cleanup(children) => taken(&children[0]),
         Tree::Leaf(_, spec) => spec.effects.iter().find_map(|effect| match *effect {
             EffectTerm::Taken(object, _) => Some(object),
-            EffectTerm::Lies(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
+            EffectTerm::Lies(..) | EffectTerm::LetGo(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
         }),
     }
 }

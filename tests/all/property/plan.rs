@@ -129,9 +129,10 @@ impl Plan {
                     changes.push(Change::Base(pose));
                 }
                 EffectTerm::Taken(object, claim) if rng.is(50) => {
-                    changes.push(Change::Object(object, Location::In(grant.bindings[claim].resource)));
+                    changes.push(Change::Taken(object, grant.bindings[claim].resource));
                 }
-                EffectTerm::Stands(_) | EffectTerm::Taken(..) | EffectTerm::Lies(..) | EffectTerm::Fact(..) => {}
+                EffectTerm::Stands(_) | EffectTerm::Taken(..) => {}
+                EffectTerm::LetGo(..) | EffectTerm::Lies(..) | EffectTerm::Fact(..) => {}
             }
         }
         let mut others = (0..mission.start.objects.len()).map(ObjectId::from);
@@ -141,11 +142,11 @@ impl Plan {
             && let Some(other) = others.rfind(|other| *other != object)
         {
             // A controller says one thing of a gripper.
-            changes.retain(|change| !matches!(change, Change::Object(..)));
-            changes.push(Change::Object(other, Location::In(grant.bindings[claim].resource)));
+            changes.retain(|change| !matches!(change, Change::Taken(..)));
+            changes.push(Change::Taken(other, grant.bindings[claim].resource));
         }
         for (claim, binding) in std::iter::zip(&spec.claims, &grant.bindings) {
-            if self.drops && matches!(claim.selector, Selector::Holding(_)) && rng.is(50) {
+            if self.drops && matches!(claim.selector, Selector::Holding { .. }) && rng.is(50) {
                 changes.push(Change::Emptied(binding.resource));
             }
         }
@@ -163,7 +164,7 @@ fn brought(rng: &mut Rng, mission: &MissionSpec) -> Vec<(Time, Change)> {
     let behaviors = mission.tree.leaves().filter_map(|leaf| mission.tree.behavior(leaf));
     let puts = behaviors.flat_map(|spec| &spec.effects).filter_map(|effect| match *effect {
         EffectTerm::Lies(object, place) => Some((object, place)),
-        EffectTerm::Taken(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
+        EffectTerm::Taken(..) | EffectTerm::LetGo(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
     });
     let is_brought = rng.is(15);
     let moments = puts.map(|(object, place)| (Time(rng.below(25_000_000) as u64), object, place, rng.is(50)));

@@ -5,6 +5,7 @@
 mod cleanup;
 mod failing;
 mod feasible;
+mod holding;
 mod lapse;
 mod leases;
 mod others;

@@ -86,15 +86,15 @@ fn failure_ends_what_runs_beside_it() {
 #[test]
 fn a_contradicted_success_is_a_failure() {
     let carry = || then([go("move a", 0), grab("pick 0", 0, 0), go("move b", 1), drop_at("place 0", 0, 1, 1)]);
-    let held = |object| Change::Object(ObjectId(object), Location::In(ResourceId(1)));
+    let held = |object| Change::Taken(ObjectId(object), ResourceId(1));
     // The gripper closed on nothing: nothing was picked.
     let nothing = [Ok("move a"), OkWith("pick 0", Change::Emptied(ResourceId(1)))];
     check(carry(), &nothing, "move a, pick 0, failed at pick 0");
     // The gripper holds the other object, and that alone.
     let other = [Ok("move a"), OkWith("pick 0", held(1))];
     let run = check(carry(), &other, "move a, pick 0, failed at pick 0");
-    assert_eq!(run.world_state().objects[1], Location::In(ResourceId(1)));
-    assert_ne!(run.world_state().objects[0], Location::In(ResourceId(1)));
+    assert_eq!(run.world_state().objects[1], Location::held(ResourceId(1)));
+    assert_ne!(run.world_state().objects[0], Location::held(ResourceId(1)));
     // The object sticks to the gripper.
     let stuck = [Ok("move a"), Ok("pick 0"), Ok("move b"), OkWith("place 0", held(0))];
     check(carry(), &stuck, "move a, pick 0, move b, place 0, place 0");

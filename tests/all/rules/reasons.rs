@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use ambidex::model::{
-    Access, BehaviorSpec, Change, ChannelId, Condition, ControllerKind, EffectTerm, FactId, Location, MissionSpec,
-    NodeId, ObjectId, Obstacle, PlaceId, Potential, Reason, ResourceId, Retention, Selector, WorldState,
+    Access, BehaviorSpec, Change, ChannelId, Condition, ControllerKind, EffectTerm, FactId, HeldBy, Hold, Location,
+    MissionSpec, NodeId, ObjectId, Obstacle, PlaceId, Potential, Reason, ResourceId, Retention, Selector, WorldState,
 };
 use ambidex::tree::{Serial, Settings};
 use ambidex::world::{Compatible, Use};
@@ -23,7 +23,7 @@ const LYING: ObjectId = ObjectId(0);
 const GRIPPED: ObjectId = ObjectId(1);
 
 fn run(tree: Tree, settings: Settings, events: &[Event]) -> Run {
-    let objects = vec![Location::At(PlaceId(0)), Location::In(ResourceId(1))];
+    let objects = vec![Location::At(PlaceId(0)), Location::held(ResourceId(1))];
     let mut mission = mission(robot(2, 1), PLACES, objects, vec![false; 2], &tree);
     mission.world.outside = vec![true; 2];
     let walled = mission.world.places[3].stand.at;
@@ -85,7 +85,7 @@ fn of_the_world() {
     let walled = it(move_to(robot(2, 1), PlaceId(3), PLACES));
     check(walled, &[], "no free path leads to place3");
     check(needs(Condition::Fact(FactId(0), true)), &[], "\"fact0\" does not hold");
-    check(needs(Condition::Held(LYING)), &[], "object0 is not held by this branch of the task");
+    check(needs(Condition::Held(LYING.into())), &[], "object0 is not held by this branch of the task");
     check(needs(Condition::Free(GRIPPED)), &[], "object1 is in gripper#1 already");
     check(needs(Condition::Lies(LYING, place)), &[], "object0 is not at place1");
     let tree = and([it(fact(FactId(0))), leaf("other", blank("other"))]);
@@ -111,7 +111,8 @@ fn of_resources() {
     check(both, &[], "gripper#0 is held by first");
     let never = BehaviorSpec { potential: Potential::Constant(0.0), ..blank("never") };
     check(it(never), &[], "its potential is 0, which means that it is not to run");
-    check(it(wants(Selector::Holding(LYING))), &[], "object0 is not held by this branch of the task");
+    let holding = Selector::Holding { object: LYING, of: GRIPPER, resource: None };
+    check(it(wants(holding)), &[], "object0 is not held by this branch of the task");
     let far = Selector::AnyEmpty { of: GRIPPER, reaches: Some(LYING) };
     check(it(wants(far)), &[], "no free resource reaches object0");
     // Of claims that cannot be served together the type that is short is named.
@@ -123,6 +124,32 @@ fn of_resources() {
     let holds = first(BehaviorSpec { claims, ..blank("holds") });
     let late = then([leaf("begin", blank("begin")), it(move_to(robot(2, 1), PlaceId(0), PLACES))]);
     check(and([holds, late]), &[Succeeds("begin")], "no gripper would be available to it there");
+}
+
+#[test]
+fn of_holders() {
+    let changing =
+        |effect, claims| BehaviorSpec { effects: vec![effect], changes: vec![GRIPPED], claims, ..blank("it") };
+    let gripper = claim(Selector::Named(ResourceId(1)), X, FREE);
+    let put = EffectTerm::Lies(GRIPPED, PlaceId(0));
+    // Whoever puts it down claims all that hold it, and tells them.
+    let kept = "object1 is in gripper#1 too, which would not let go of it";
+    check(it(changing(put, Vec::new())), &[], kept);
+    check(it(changing(put, vec![gripper])), &[], kept);
+    let last = EffectTerm::LetGo(GRIPPED, 0);
+    check(it(changing(last, vec![gripper])), &[], "nothing else holds object1, which must not fall");
+    let two = Hold { object: GRIPPED, by: HeldBy::Any, hands: 2, alone: false };
+    let few = "object1 is held by 1 of this branch of the task, and has to be by 2";
+    check(needs(Condition::Held(two)), &[], few);
+    let other = Hold { object: GRIPPED, by: HeldBy::Resource(ResourceId(0)), hands: 1, alone: false };
+    let with = "object1 is not held by this branch of the task with gripper#0";
+    check(needs(Condition::Held(other)), &[], with);
+    let tool = Hold { object: GRIPPED, by: HeldBy::Type(TOOL), hands: 1, alone: false };
+    check(needs(Condition::Held(tool)), &[], "object1 is in no tool of this branch of the task");
+    let holding = Selector::Holding { object: GRIPPED, of: GRIPPER, resource: None };
+    let claims = vec![claim(holding, X, FREE); 2];
+    let short = "object1 is held by 1 gripper of this branch of the task, and has to be by 2";
+    check(it(BehaviorSpec { claims, ..blank("both") }), &[], short);
 }
 
 #[test]

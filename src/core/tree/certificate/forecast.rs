@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::needs::{Kind, LeafNeeds, Need, Needs, Wanted};
 use ambidex_model::state::{Phase, State};
-use ambidex_model::{Access, Grant, LeaseKind, Location, NodeId, ObjectId, ResourceId};
+use ambidex_model::{Access, Grant, LeaseKind, NodeId, ObjectId, ResourceId};
 
 /// The top of the task.
 const TOP: NodeId = NodeId(1);
@@ -43,7 +43,7 @@ impl<'a> Forecast<'a> {
         let count = needs.topology.count();
         let mut content = vec![None; needs.is_kept.len()];
         for (object, location) in state.world().objects.iter().enumerate() {
-            if let Location::In(id) = location {
+            for id in location.holders() {
                 content[id.index()] = Some(ObjectId::from(object));
             }
         }
@@ -212,10 +212,19 @@ impl<'a> Forecast<'a> {
             ways.len() < most
         };
         match &need.wanted {
-            Wanted::Holding(object) => {
+            Wanted::Holding { object, all } => {
+                let is_holder =
+                    |id: &ResourceId| self.content(*id) == Some(*object) && self.fits(leaf, *id, need, chosen);
+                let holders: Vec<ResourceId> = all.iter().copied().filter(is_holder).collect();
                 // An object that its line does not have is no matter of grippers: others say why it cannot run.
-                let holder = self.content.iter().position(|content| content == &Some(*object)).map(ResourceId::from);
-                go_on(holder.filter(|resource| self.fits(leaf, *resource, need, chosen)), chosen);
+                if holders.is_empty() {
+                    go_on(None, chosen);
+                }
+                for holder in holders {
+                    if !go_on(Some(holder), chosen) {
+                        return;
+                    }
+                }
             }
             Wanted::OneOf { all, .. } => {
                 let fitting = all.iter().copied().filter(|resource| self.fits(leaf, *resource, need, chosen));
@@ -297,21 +306,28 @@ impl<'a> Forecast<'a> {
             }
         }
         for object in &spec.puts {
-            if let Some(index) = self.content.iter().position(|content| content == &Some(*object)) {
-                self.content[index] = None;
-                self.leases.retain(|lease| lease.resource.index() != index);
+            for resource in (0..self.content.len()).map(ResourceId::from) {
+                if self.content(resource) == Some(*object) {
+                    self.empty(resource);
+                }
+            }
+        }
+        for need in &spec.lets_go {
+            if let Some(Some(resource)) = served.get(*need) {
+                self.empty(*resource);
             }
         }
         for (object, need) in &spec.takes {
             if let Some(Some(resource)) = served.get(*need) {
-                self.content
-                    .iter_mut()
-                    .filter(|content| **content == Some(*object))
-                    .for_each(|content| *content = None);
                 self.content[resource.index()] = Some(*object);
             }
         }
         self.complete(leaf);
+    }
+
+    fn empty(&mut self, resource: ResourceId) {
+        self.content[resource.index()] = None;
+        self.leases.retain(|lease| lease.resource != resource);
     }
 
     /// A behavior is done, and what is done with it; kept leases go where the semantics says.

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use ambidex_model::{
-    Access, BehaviorSpec, Claim, EffectTerm, Location, MissionSpec, NodeId, NodeKind, NodeRange, ObjectId, ResourceId,
-    Retention, Selector, Task, Topology, match_claims,
+    Access, BehaviorSpec, Claim, EffectTerm, MissionSpec, NodeId, NodeKind, NodeRange, ObjectId, ResourceId, Retention,
+    Selector, Topology, match_claims,
 };
 
 /// The part of a mission on which it depends whether it can come to a deadlock.
@@ -45,8 +45,10 @@ pub(super) struct LeafNeeds {
     pub(super) needs: Vec<Need>,
     /// Objects that it takes, with the need of the gripper that has them then.
     pub(super) takes: Vec<(ObjectId, usize)>,
-    /// Objects that are in no gripper afterwards.
+    /// Objects that nothing holds afterwards.
     pub(super) puts: Vec<ObjectId>,
+    /// Needs whose resources hold nothing afterwards, unless they take something.
+    pub(super) lets_go: Vec<usize>,
 }
 
 /// A claim on what can be kept.
@@ -65,8 +67,8 @@ pub(super) struct Need {
 pub(super) enum Wanted {
     /// One of these, those that nobody wants by name first; empty, where only such a one will do.
     OneOf { all: Vec<ResourceId>, is_empty: bool },
-    /// The one with the object in it.
-    Holding(ObjectId),
+    /// One of these with the object in it.
+    Holding { object: ObjectId, all: Vec<ResourceId> },
 }
 
 impl Needs {
@@ -77,15 +79,16 @@ impl Needs {
         let leaves = || tree.leaves().filter(|leaf| !tree.topology.is_in_cleanup(*leaf));
         let behaviors = || leaves().filter_map(|leaf| Some((leaf, tree.behavior(leaf)?)));
         for claim in behaviors().flat_map(|(_, spec)| &spec.claims).filter(|claim| kept(claim).is_some()) {
-            robot.could_serve(claim.selector, &[]).iter().for_each(|id| is_kept[id.index()] = true);
+            // What holds something was kept before.
+            let taken = Some(claim.selector).filter(|selector| !matches!(selector, Selector::Holding { .. }));
+            let all = taken.into_iter().flat_map(|selector| robot.could_serve(selector));
+            all.for_each(|id| is_kept[id.index()] = true);
         }
         if !is_kept.contains(&true) {
             return None;
         }
         for location in &mission.start.objects {
-            if let Location::In(id) = location {
-                is_kept[id.index()] = true;
-            }
+            location.holders().iter().for_each(|id| is_kept[id.index()] = true);
         }
         let named = named(behaviors().map(|(_, spec)| spec));
         let mut leaves: Vec<Option<Box<LeafNeeds>>> = tree.nodes.iter().map(|_| None).collect();
@@ -138,7 +141,7 @@ impl Need {
     fn all(&self) -> Option<Vec<ResourceId>> {
         match &self.wanted {
             Wanted::OneOf { all, .. } => Some(all.clone()),
-            Wanted::Holding(_) => None,
+            Wanted::Holding { .. } => None,
         }
     }
 }
@@ -155,7 +158,7 @@ fn named<'a>(behaviors: impl Iterator<Item = &'a BehaviorSpec>) -> BTreeSet<Reso
     let claims = behaviors.flat_map(|spec| &spec.claims);
     let resources = claims.filter_map(|claim| match claim.selector {
         Selector::Named(resource) | Selector::Empty { resource, .. } => Some(resource),
-        Selector::Any(_) | Selector::AnyEmpty { .. } | Selector::Holding(_) => None,
+        Selector::Any(_) | Selector::AnyEmpty { .. } | Selector::Holding { .. } => None,
     });
     resources.collect()
 }
@@ -163,9 +166,9 @@ fn named<'a>(behaviors: impl Iterator<Item = &'a BehaviorSpec>) -> BTreeSet<Reso
 fn leaf_needs(mission: &MissionSpec, spec: &BehaviorSpec, is_kept: &[bool], named: &BTreeSet<ResourceId>) -> LeafNeeds {
     let mut leaf = LeafNeeds::default();
     for (index, claim) in spec.claims.iter().enumerate() {
-        let mut all = mission.robot.could_serve(claim.selector, &[]);
+        let mut all = mission.robot.could_serve(claim.selector);
         let wanted = match claim.selector {
-            Selector::Holding(object) => Wanted::Holding(object),
+            Selector::Holding { object, .. } => Wanted::Holding { object, all },
             // One that nobody keeps will do, sooner or later.
             Selector::Named(_) | Selector::Any(_) | Selector::AnyEmpty { .. } | Selector::Empty { .. }
                 if !all.iter().all(|id| is_kept[id.index()]) || all.is_empty() =>
@@ -181,25 +184,21 @@ fn leaf_needs(mission: &MissionSpec, spec: &BehaviorSpec, is_kept: &[bool], name
         leaf.needs.push(Need { claim: index, wanted, access: claim.access, keep: kept(claim) });
     }
     let need = |claim: usize| leaf.needs.iter().position(|need| need.claim == claim);
-    let effects = spec.effects.iter().filter_map(|effect| match effect {
-        EffectTerm::Taken(object, claim) => Some((*object, need(*claim)?)),
-        EffectTerm::Lies(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
-    });
-    let grasps = spec.commands.iter().filter_map(|term| match term.task {
-        Task::Grasp(object) => Some((object, need(term.claim)?)),
-        Task::Put(..) | Task::DriveTo(..) | Task::Stand | Task::LookAt(_) | Task::Call(_) => None,
-    });
-    let takes = effects.chain(grasps).collect();
-    let lying = spec.effects.iter().filter_map(|effect| match effect {
-        EffectTerm::Lies(object, _) => Some(*object),
-        EffectTerm::Taken(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
-    });
-    let put = spec.commands.iter().filter_map(|term| match term.task {
-        Task::Put(object, _) => Some(object),
-        Task::Grasp(_) | Task::DriveTo(..) | Task::Stand | Task::LookAt(_) | Task::Call(_) => None,
-    });
-    let puts = lying.chain(put).collect();
-    LeafNeeds { takes, puts, ..leaf }
+    let (mut takes, mut puts, mut lets_go) = (Vec::new(), Vec::new(), Vec::new());
+    for effect in &spec.effects {
+        match *effect {
+            EffectTerm::Taken(object, claim) => takes.extend(need(claim).map(|need| (object, need))),
+            EffectTerm::LetGo(_, claim) => lets_go.extend(need(claim)),
+            EffectTerm::Lies(object, _) => puts.push(object),
+            EffectTerm::Stands(_) | EffectTerm::Fact(..) => {}
+        }
+    }
+    for term in &spec.commands {
+        let need = need(term.claim);
+        takes.extend(term.task.grasped().zip(need));
+        lets_go.extend(need.filter(|_| term.task.put().is_some()));
+    }
+    LeafNeeds { takes, puts, lets_go, ..leaf }
 }
 
 fn kind(node: &NodeKind) -> Kind {

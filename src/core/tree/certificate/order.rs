@@ -100,8 +100,8 @@ fn leaf_block(ahead: &Forecast<'_>, leaf: NodeId) -> Block {
     for (index, need) in spec.needs.iter().enumerate() {
         let is_filled = spec.takes.iter().any(|(_, by)| *by == index);
         match (&need.wanted, need.keep) {
-            (Wanted::Holding(_), Some(_)) => {}
-            (Wanted::Holding(_), None) => block.end -= 1,
+            (Wanted::Holding { .. }, Some(_)) => {}
+            (Wanted::Holding { .. }, None) => block.end -= 1,
             (Wanted::OneOf { .. }, None) => block.peak += 1,
             (Wanted::OneOf { .. }, Some(_)) => {
                 (block.peak, block.end) = (block.peak + 1, block.end + 1);

@@ -46,7 +46,10 @@ fn behavior(tree: &Tree) -> Option<BehaviorSpec> {
             let empty = Selector::AnyEmpty { of: GRIPPER, reaches: None };
             (vec![claim(empty, physical)], vec![EffectTerm::Taken(CUP, 0)])
         }
-        Tree::Put => (vec![claim(Selector::Holding(CUP), Retention::Release)], vec![EffectTerm::Lies(CUP, PlaceId(0))]),
+        Tree::Put => {
+            let holder = Selector::Holding { object: CUP, of: GRIPPER, resource: None };
+            (vec![claim(holder, Retention::Release)], vec![EffectTerm::Lies(CUP, PlaceId(0))])
+        }
     };
     Some(BehaviorSpec {
         kind: "test".into(),
@@ -88,7 +91,7 @@ fn mission(tree: &Tree) -> MissionSpec {
     let mut all = (vec![NodeKind::Root], vec![NodeId(0)], vec!["root".to_owned()]);
     add(tree, NodeId(0), &mut all);
     let (nodes, parents, names) = all;
-    let resources = vec![ResourceSpec { ty: GRIPPER, controller: None }; 2];
+    let resources = vec![ResourceSpec { ty: GRIPPER, controller: None, at: None }; 2];
     let base = Pose::new(0.0, 0.0, 0.0);
     MissionSpec {
         name: "test".into(),

@@ -15,7 +15,9 @@ use super::overtaking::Overtaking;
 use crate::behavior;
 use crate::world::{FreeSpace, KnownPaths, NoPath, Unconstrained, View};
 use ambidex_model::state::{Phase, State};
-use ambidex_model::{Change, Condition, Location, MissionSpec, NodeId, NodeRange, Reason, Record, Reopened, Time};
+use ambidex_model::{
+    Change, Condition, Hold, Location, MissionSpec, NodeId, NodeRange, Reason, Record, Reopened, RobotSpec, Time,
+};
 use terms::{About, Terms};
 
 /// Steps of a proof that are looked at before everything is proved anew.
@@ -89,7 +91,9 @@ impl Feasibility {
                     self.suspects.extend(self.terms.about(About::Path));
                     self.suspect_change(*change);
                 }
-                Change::Object(..) | Change::Fact(..) | Change::Emptied(_) => self.suspect_change(*change),
+                Change::Object(..) | Change::Taken(..) | Change::Fact(..) | Change::Emptied(_) => {
+                    self.suspect_change(*change);
+                }
             },
             Record::Began { .. } | Record::Served { .. } | Record::Infeasible { .. } => self.is_stale = true,
             Record::TimedOut { .. } | Record::Reopened { .. } | Record::Overtaken { .. } => self.is_stale = true,
@@ -102,6 +106,8 @@ impl Feasibility {
                 let is_less = |reopened: &Reopened| reopened.lapsed().is_none() || !reopened.undecided.is_empty();
                 self.is_stale |= reopened.as_ref().is_some_and(is_less);
                 self.returned.extend(reopened.as_ref().map(|reopened| reopened.node));
+                // What nobody had a lease of was everybody's own.
+                self.is_stale |= !granted.is_empty() && self.spared.iter().any(|leaf| self.is_to_hold(*leaf));
                 for skip in granted.iter().flat_map(|grant| &grant.request.skips) {
                     self.suspect_below(skip.from..skip.to);
                 }
@@ -125,7 +131,7 @@ impl Feasibility {
         let about = match change {
             Change::Base(_) => About::Base,
             Change::Fact(fact, _) => About::Fact(fact),
-            Change::Object(object, _) => About::Object(object),
+            Change::Object(object, _) | Change::Taken(object, _) => About::Object(object),
             // Of what was in it.
             Change::Emptied(_) => {
                 self.is_stale = true;
@@ -174,6 +180,12 @@ impl Feasibility {
         self.lacking.contains_key(&leaf) || is_lost
     }
 
+    /// Whether the goal of a behavior is to hold something.
+    fn is_to_hold(&self, leaf: NodeId) -> bool {
+        let mut goal = self.terms.promises[&leaf].goal.iter().flatten();
+        goal.any(|term| matches!(self.terms.all[*term].condition, Condition::Held(_)))
+    }
+
     /// What a behavior lacks that can never run.
     fn lacks(&self, view: &View, leaf: NodeId) -> Option<Reason> {
         // What is so already needs no robot.
@@ -185,7 +197,7 @@ impl Feasibility {
         let first = *promise.precondition.iter().find(is_out)?;
         let is_reachable = promise.goal.as_ref().is_some_and(|goal| !goal.iter().any(|term| is_out(&term)));
         let is_spared = is_reachable || self.can_be_overtaken(&view.state, leaf);
-        (!is_spared).then(|| reason(&self.terms.all[first].condition, &view.state))
+        (!is_spared).then(|| reason(&self.terms.all[first].condition, &view.state, &self.mission.robot))
     }
 
     /// Whether others may do what a leaf is to do, so that the THEN goes on behind that.
@@ -362,8 +374,11 @@ impl Feasibility {
                     found != Some(NoPath::Closed)
                 })
             }
-            Condition::Held(object) => matches!(world.objects[object.index()], Location::In(_)),
-            Condition::Free(object) => !matches!(world.objects[object.index()], Location::In(_)),
+            Condition::Held(hold) => {
+                let robot = &self.mission.robot;
+                holders(hold, state, robot) >= hold.hands && (!hold.alone || robot.is_held_alone(hold, world))
+            }
+            Condition::Free(object) => world.objects[object.index()].holders().is_empty(),
             Condition::Somewhere(object) => matches!(world.objects[object.index()], Location::At(_)),
             Condition::Lies(object, place) => world.objects[object.index()] == Location::At(place),
             Condition::Fact(fact, holds) => world.facts[fact.index()] == holds || self.mission.world.is_outside(fact),
@@ -399,18 +414,26 @@ pub fn infeasible_at_start(mission: &MissionSpec) -> Vec<(NodeId, Reason)> {
     Feasibility::new(&mission, &free_space).infeasible(&view)
 }
 
+/// How many that count hold an object, whoever has them.
+fn holders(hold: Hold, state: &State, robot: &RobotSpec) -> u32 {
+    let holders = state.world().objects[hold.object.index()].holders().iter();
+    holders.filter(|holder| robot.counts(hold.by, **holder)).count() as u32
+}
+
 /// Why a single condition is not so, which is not.
-fn reason(single: &Condition, state: &State) -> Reason {
+fn reason(single: &Condition, state: &State, robot: &RobotSpec) -> Reason {
     match *single {
         Condition::At { place, .. } => Reason::NotAt { place },
         Condition::Path { place, .. } => Reason::NoPath { place },
-        Condition::Held(object) => Reason::NotHeld { object },
+        Condition::Held(hold) => hold.reason(holders(hold, state, robot)),
         Condition::Lies(object, place) => Reason::Elsewhere { object, place },
         Condition::Fact(fact, holds) => Reason::Fact { fact, holds },
-        Condition::Free(object) | Condition::Somewhere(object) => match state.world().objects[object.index()] {
-            Location::In(by) => Reason::Taken { object, by },
-            Location::At(_) | Location::Unknown => Reason::Nowhere { object },
-        },
+        Condition::Free(object) | Condition::Somewhere(object) => {
+            match state.world().objects[object.index()].holders().first() {
+                Some(&by) => Reason::Taken { object, by },
+                None => Reason::Nowhere { object },
+            }
+        }
         Condition::All(_) | Condition::Never => Reason::Unwanted,
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::behavior;
-use ambidex_model::{BehaviorSpec, Condition, EffectTerm, FactId, MissionSpec, NodeId, ObjectId, PlaceId, Pose};
+use ambidex_model::{BehaviorSpec, Condition, EffectTerm, FactId, Hold, MissionSpec, NodeId, ObjectId, PlaceId, Pose};
 
 /// All of a mission.
 #[derive(Debug, Default)]
@@ -50,7 +50,7 @@ pub(super) enum About {
 enum Key {
     At(PlaceId, [u64; 3], u64),
     Path(PlaceId, [u64; 3]),
-    Held(ObjectId),
+    Held(Hold),
     Free(ObjectId),
     Somewhere(ObjectId),
     Lies(ObjectId, PlaceId),
@@ -127,7 +127,9 @@ impl Terms {
             for effect in anywhere.flat_map(behavior::promised) {
                 let (about, stand) = match effect {
                     EffectTerm::Stands(stand) => (About::Base, Some(stand)),
-                    EffectTerm::Lies(object, _) | EffectTerm::Taken(object, _) => (About::Object(object), None),
+                    EffectTerm::Lies(object, _) | EffectTerm::Taken(object, _) | EffectTerm::LetGo(object, _) => {
+                        (About::Object(object), None)
+                    }
                     EffectTerm::Fact(fact, _) => (About::Fact(fact), None),
                 };
                 let about = self.by_topic.get(&about).map(Vec::as_slice).unwrap_or_default();
@@ -158,7 +160,7 @@ fn key(single: &Condition) -> Option<(Key, About)> {
             (Key::At(*place, bits(stand), tolerance_m.to_bits()), About::Base)
         }
         Condition::Path { place, stand } => (Key::Path(*place, bits(stand)), About::Path),
-        Condition::Held(object) => (Key::Held(*object), About::Object(*object)),
+        Condition::Held(hold) => (Key::Held(*hold), About::Object(hold.object)),
         Condition::Free(object) => (Key::Free(*object), About::Object(*object)),
         Condition::Somewhere(object) => (Key::Somewhere(*object), About::Object(*object)),
         Condition::Lies(object, place) => (Key::Lies(*object, *place), About::Object(*object)),

@@ -129,7 +129,7 @@ fn messages_of_controllers_name_controller_and_goal() {
     let heard = |message| samples::told(ControllerMessage::Heard { message });
     let (object, at) = (ObjectId(0), nalgebra::Point3::origin());
     check(
-        samples::told(samples::goal(Command::Grasp { object, at, place: None })),
+        samples::told(samples::goal(Command::Grasp { object, at, place: None, holder: None })),
         &["TRACE ambidex::controller goal controller=[left_arm] goal=[1.7] leaf=[pick 1] \
            mode=[achieve] command=[grasp cup] at_s=[1.75]"],
     );

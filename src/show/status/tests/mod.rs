@@ -104,14 +104,10 @@ fn picking() -> Vec<Record> {
         ),
         held(2, Access::Exclusive, &[("pick 1", "pick 1", LeaseKind::Running)]),
         held(3, Access::Exclusive, &[("object 4", "pick 4", LeaseKind::Physical)]),
-        Record::World {
-            at: seconds(7.4),
-            change: Change::Object(ObjectId(3), Location::In(ResourceId(3))),
-            origin: Origin::Script,
-        },
+        Record::World { at: seconds(7.4), change: Change::Taken(ObjectId(3), ResourceId(3)), origin: Origin::Script },
         goal(0, "pick 1", Mode::Maintain, Command::Stand),
         controller(7.4, 0, ControllerMessage::Joined { leaf: named("pick 2"), id: id(1) }),
-        goal(2, "pick 1", Mode::Achieve, Command::Grasp { object: ObjectId(0), at, place: None }),
+        goal(2, "pick 1", Mode::Achieve, Command::Grasp { object: ObjectId(0), at, place: None, holder: None }),
         feedback(8.0, 0, 1.0),
         feedback(8.0, 2, 0.45),
     ]);
@@ -243,7 +239,7 @@ fn json_has_the_five_properties_and_the_words_of_the_report() {
         })
     );
     assert_eq!(told["daemon"], serde_json::json!({"state": "running", "pid": 7}));
-    assert_eq!(told["world"]["objects"][0], serde_json::json!({"name": "object 1", "at": "shelf", "in": null}));
+    assert_eq!(told["world"]["objects"][0], serde_json::json!({"name": "object 1", "at": "shelf", "in": []}));
     let ended = experiment_1();
     let report = serde_json::to_value(sample::history(&ended).report()).unwrap();
     let told = serde_json::to_value(snapshot(&ended, Daemon::Gone)).unwrap();
@@ -260,7 +256,7 @@ fn a_configured_controller_knows_better_what_it_holds() {
     records.push(heard(0.1, 2, FromController::Configured { generation: 1, state }));
     let told = snapshot(&records, LIVES);
     assert_eq!(told.resources[2].holds.as_deref(), Some("object 2"));
-    assert_eq!(told.world.objects[1].held_by.as_deref(), Some("left_gripper"));
+    assert_eq!(told.world.objects[1].held_by, ["left_gripper"]);
 }
 
 #[test]
@@ -272,11 +268,7 @@ fn a_journal_of_odd_ids_is_no_reason_to_break() {
     header.start = None;
     let at = seconds(1.0);
     records.extend([
-        Record::World {
-            at,
-            change: Change::Object(ObjectId(far), Location::In(ResourceId(far))),
-            origin: Origin::Script,
-        },
+        Record::World { at, change: Change::Taken(ObjectId(far), ResourceId(far)), origin: Origin::Script },
         Record::World { at, change: Change::Fact(FactId(far), true), origin: Origin::Script },
         Record::Resource { at, resource: ResourceId(far), state: Resource::default() },
         Record::Sent { at, round: 1, from: NodeId(far), to: NodeId(far), message: Message::Activation },

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use ambidex::model::{Condition, Consequences, Location, NodeId, NodeKind, Reason, ResourceId, Selector};
+use ambidex::model::{Condition, Consequences, NodeId, NodeKind, Reason, ResourceId, Selector};
 
 use super::world::{distance_m, singles};
 use super::{Model, Step};
@@ -101,7 +101,7 @@ impl Model<'_> {
     /// Whether a single condition is so or can be made so.
     pub(super) fn can_be(&self, part: &Condition, makers: &BTreeSet<NodeId>) -> bool {
         let is_so = match part {
-            Condition::Held(object) => matches!(self.world_state.objects[object.index()], Location::In(_)),
+            Condition::Held(hold) => self.holding(hold).len() >= hold.hands as usize,
             Condition::Fact(fact, _) if self.mission.world.is_outside(*fact) => true,
             Condition::Never => false,
             // Where a base stands that is driven is as good as where it will be at rest.
@@ -114,16 +114,16 @@ impl Model<'_> {
     /// What the robot has too few of for a behavior: none of the type, not enough, or awaited no more.
     fn robot_lacks(&self, leaf: NodeId) -> Option<Reason> {
         let claims = &self.behavior(leaf).claims;
-        // What holds an object may be another thing later, unless that is gone with it.
-        let everything = || (0..self.rows.len()).map(ResourceId::from).collect();
+        // What holds an object may be another thing later, unless all that does is gone with it.
         let all = claims.iter().map(|claim| match claim.selector {
-            Selector::Holding(_) => everything(),
+            Selector::Holding { of, resource: None, .. } => self.of_type(of),
+            Selector::Holding { resource: Some(resource), .. } => vec![resource],
             other => self.could_serve(other),
         });
         let all: Vec<Vec<ResourceId>> = all.collect();
         let empty = std::iter::zip(claims, &all).find(|(_, serving)| serving.is_empty());
         if let Some((claim, _)) = empty
-            && let Selector::Any(of) | Selector::AnyEmpty { of, .. } = claim.selector
+            && let Selector::Any(of) | Selector::AnyEmpty { of, .. } | Selector::Holding { of, .. } = claim.selector
         {
             return Some(Reason::Missing { of });
         }
@@ -131,10 +131,10 @@ impl Model<'_> {
             return Some(refusal.reason);
         }
         let gone_with_it = claims.iter().find_map(|claim| match claim.selector {
-            Selector::Holding(object) => match self.world_state.objects[object.index()] {
-                Location::In(holder) => Some(holder).filter(|holder| self.is_gone(*holder)),
-                Location::At(_) | Location::Unknown => None,
-            },
+            Selector::Holding { .. } => {
+                let holders = self.holders_for(claim.selector);
+                holders.first().copied().filter(|_| holders.iter().all(|holder| self.is_gone(*holder)))
+            }
             _ => None,
         });
         if let Some(resource) = gone_with_it {
@@ -156,13 +156,12 @@ impl Model<'_> {
 
     /// The resources that could serve a claim, whatever they hold and whoever has them.
     pub(super) fn could_serve(&self, selector: Selector) -> Vec<ResourceId> {
-        let everything = || (0..self.rows.len()).map(ResourceId::from).collect();
         match selector {
             Selector::Named(resource) | Selector::Empty { resource, .. } => vec![resource],
             Selector::Any(of) | Selector::AnyEmpty { of, .. } => self.of_type(of),
-            Selector::Holding(object) => match self.world_state.objects[object.index()] {
-                Location::In(resource) => vec![resource],
-                Location::At(_) | Location::Unknown => everything(),
+            Selector::Holding { of, resource, .. } => match self.holders_for(selector) {
+                nobody if nobody.is_empty() => resource.map_or_else(|| self.of_type(of), |only| vec![only]),
+                holders => holders,
             },
         }
     }

@@ -126,22 +126,21 @@ impl Model<'_> {
             (Task::DriveTo(_, goal), Condition::At { stand, tolerance_m, .. }) => {
                 (goal.at.x - stand.at.x).hypot(goal.at.y - stand.at.y) <= *tolerance_m
             }
-            (Task::DriveTo(..) | Task::Stand | Task::Grasp(_) | Task::Put(..) | Task::LookAt(_) | Task::Call(_), _) => {
-                false
-            }
+            (Task::Grasp(_) | Task::GraspFrom(..) | Task::Put(..) | Task::PutInto(..), _) => false,
+            (Task::DriveTo(..) | Task::Stand | Task::LookAt(_) | Task::Call(_), _) => false,
         });
         drives
             || spec.effects.iter().any(|effect| match (effect, condition) {
                 (EffectTerm::Fact(a, x), Condition::Fact(b, y)) => (a, x) == (b, y),
                 (EffectTerm::Lies(a, x), Condition::Lies(b, y)) => (a, x) == (b, y),
-                (EffectTerm::Lies(a, _), Condition::Free(b)) | (EffectTerm::Taken(a, _), Condition::Held(b)) => a == b,
+                (EffectTerm::Lies(a, _), Condition::Free(b)) => a == b,
+                (EffectTerm::Taken(a, _), Condition::Held(hold)) => *a == hold.object,
                 (EffectTerm::Stands(pose), Condition::At { stand, tolerance_m, .. }) => {
                     let (x, y) = (pose.at.x - stand.at.x, pose.at.y - stand.at.y);
                     x.hypot(y) <= *tolerance_m
                 }
-                (EffectTerm::Fact(..) | EffectTerm::Lies(..) | EffectTerm::Taken(..) | EffectTerm::Stands(_), _) => {
-                    false
-                }
+                (EffectTerm::Taken(..) | EffectTerm::LetGo(..) | EffectTerm::Lies(..), _) => false,
+                (EffectTerm::Fact(..) | EffectTerm::Stands(_), _) => false,
             })
     }
 

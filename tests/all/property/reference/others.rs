@@ -110,10 +110,8 @@ impl Model<'_> {
         let spec = self.behavior(leaf);
         let has_object = |object: ObjectId| {
             goal.iter().any(|part| match part {
-                Condition::Held(other)
-                | Condition::Free(other)
-                | Condition::Somewhere(other)
-                | Condition::Lies(other, _) => *other == object,
+                Condition::Held(hold) => hold.object == object,
+                Condition::Free(other) | Condition::Somewhere(other) | Condition::Lies(other, _) => *other == object,
                 Condition::Fact(..)
                 | Condition::At { .. }
                 | Condition::Path { .. }
@@ -123,19 +121,19 @@ impl Model<'_> {
         };
         let has_fact = |fact| goal.iter().any(|part| matches!(part, Condition::Fact(other, _) if *other == fact));
         let is_of_goal = |effect: &EffectTerm| match *effect {
-            EffectTerm::Lies(object, _) | EffectTerm::Taken(object, _) => has_object(object),
+            EffectTerm::Lies(object, _) | EffectTerm::Taken(object, _) | EffectTerm::LetGo(object, _) => {
+                has_object(object)
+            }
             EffectTerm::Fact(fact, _) => has_fact(fact),
             EffectTerm::Stands(_) => false,
         };
         let is_astray = |effect: &EffectTerm| match *effect {
             EffectTerm::Lies(object, place) => has_object(object) && !goal.contains(&&Condition::Lies(object, place)),
-            EffectTerm::Taken(..) | EffectTerm::Fact(..) | EffectTerm::Stands(_) => false,
+            EffectTerm::Taken(..) | EffectTerm::LetGo(..) | EffectTerm::Fact(..) | EffectTerm::Stands(_) => false,
         };
         let has_it = |part: &Condition| match *part {
-            Condition::Held(object)
-            | Condition::Free(object)
-            | Condition::Somewhere(object)
-            | Condition::Lies(object, _) => has_object(object),
+            Condition::Held(hold) => has_object(hold.object),
+            Condition::Free(object) | Condition::Somewhere(object) | Condition::Lies(object, _) => has_object(object),
             Condition::Fact(fact, _) => has_fact(fact),
             Condition::At { .. } | Condition::Path { .. } | Condition::Never | Condition::All(_) => false,
         };

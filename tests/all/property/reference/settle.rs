@@ -1,8 +1,8 @@
 //! What events change: grants, ends, the world (`semantics` 4 and 6).
 
 use ambidex::model::{
-    Change, Completion, Consequences, EffectTerm, End, Fault, Grant, Location, MissionEnd, NodeId, NodeKind, NodeRange,
-    Outcome, Rejection, ResourceId,
+    Change, Completion, Consequences, EffectTerm, End, Fault, Grant, Holders, Location, MissionEnd, NodeId, NodeKind,
+    NodeRange, Outcome, Rejection, ResourceId,
 };
 
 use super::failing::Fall;
@@ -105,9 +105,8 @@ impl Model<'_> {
             let effects = self.behavior(leaf).effects.iter();
             changes.extend(effects.map(|effect| match *effect {
                 EffectTerm::Lies(object, place) => Change::Object(object, Location::At(place)),
-                EffectTerm::Taken(object, claim) => {
-                    Change::Object(object, Location::In(grant.bindings[claim].resource))
-                }
+                EffectTerm::Taken(object, claim) => Change::Taken(object, grant.bindings[claim].resource),
+                EffectTerm::LetGo(_, claim) => Change::Emptied(grant.bindings[claim].resource),
                 EffectTerm::Stands(pose) => Change::Base(pose),
                 EffectTerm::Fact(fact, holds) => Change::Fact(fact, holds),
             }));
@@ -239,9 +238,10 @@ impl Model<'_> {
         }
         let holds = |gripper: ResourceId| {
             outcome.changes.iter().find_map(|change| match *change {
-                Change::Object(object, Location::In(at)) if at == gripper => Some(Some(object)),
+                Change::Taken(object, at) if at == gripper => Some(Some(object)),
                 Change::Emptied(at) if at == gripper => Some(None),
-                Change::Object(..) | Change::Emptied(_) | Change::Base(_) | Change::Fact(..) => None,
+                Change::Taken(..) | Change::Emptied(_) => None,
+                Change::Object(..) | Change::Base(_) | Change::Fact(..) => None,
             })
         };
         let grippers = || (0..self.rows.len()).map(ResourceId::from);
@@ -249,12 +249,11 @@ impl Model<'_> {
             let strange = match *effect {
                 EffectTerm::Taken(object, claim) => {
                     let taker = grant.bindings[claim].resource;
-                    let is_strange = |id: &ResourceId| match holds(*id) {
-                        Some(held) if *id == taker => held != Some(object),
-                        Some(held) => held == Some(object),
-                        None => false,
-                    };
-                    outcome.changes.iter().filter_map(gripper_of).find(is_strange)
+                    holds(taker).is_some_and(|held| held != Some(object)).then_some(taker)
+                }
+                EffectTerm::LetGo(object, claim) => {
+                    let giver = grant.bindings[claim].resource;
+                    (holds(giver) == Some(Some(object))).then_some(giver)
                 }
                 EffectTerm::Lies(object, _) => grippers().find(|id| holds(*id) == Some(Some(object))),
                 EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
@@ -274,31 +273,37 @@ impl Model<'_> {
             match change {
                 Change::Base(pose) => self.world_state.base = pose,
                 Change::Object(object, at) => {
-                    let is_pushed_out = |other: &Location| *other == at && matches!(at, Location::In(_));
-                    self.world_state
-                        .objects
-                        .iter_mut()
-                        .filter(|other| is_pushed_out(other))
-                        .for_each(|other| *other = Location::Unknown);
+                    at.holders().iter().for_each(|gripper| self.open(*gripper));
                     self.world_state.objects[object.index()] = at;
+                }
+                Change::Taken(object, gripper) => {
+                    if self.held_object(gripper) != Some(object) {
+                        self.open(gripper);
+                    }
+                    let mut holders = self.world_state.objects[object.index()].holders().to_vec();
+                    holders.push(gripper);
+                    if let Ok(holders) = Holders::try_from(holders) {
+                        self.world_state.objects[object.index()] = Location::In(holders);
+                    }
                 }
                 Change::Fact(fact, holds) => self.world_state.facts[fact.index()] = holds,
                 Change::Emptied(gripper) => {
                     emptied.push(gripper);
-                    if let Some(object) = self.held_object(gripper) {
-                        self.world_state.objects[object.index()] = Location::Unknown;
-                    }
+                    self.open(gripper);
                 }
             }
         }
         emptied.retain(|id| self.held_object(*id).is_none());
         emptied
     }
-}
 
-fn gripper_of(change: &Change) -> Option<ResourceId> {
-    match *change {
-        Change::Object(_, Location::In(gripper)) | Change::Emptied(gripper) => Some(gripper),
-        Change::Object(..) | Change::Base(_) | Change::Fact(..) => None,
+    /// What nothing else holds is nobody knows where.
+    fn open(&mut self, gripper: ResourceId) {
+        for at in &mut self.world_state.objects {
+            let left: Vec<_> = at.holders().iter().copied().filter(|holder| *holder != gripper).collect();
+            if left.len() < at.holders().len() {
+                *at = Holders::try_from(left).map_or(Location::Unknown, Location::In);
+            }
+        }
     }
 }

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use ambidex::model::{
-    BehaviorSpec, Claim, Condition, ControllerKind, Grant, LeaseKind, Location, Loss, NodeId, NodeRange, ObjectId,
-    PlaceId, Pose, Potential, Reason, Request, ResourceId, Selector, Task, TypeId,
+    BehaviorSpec, Claim, Condition, ControllerKind, Grant, HeldBy, LeaseKind, Location, Loss, Misheld, NodeId,
+    NodeRange, ObjectId, PlaceId, Pose, Potential, Reason, Request, ResourceId, Selector, Task, TypeId,
 };
 
+use super::holding::too_few_holders;
 use super::{Ask, Model, Refusal};
 
 type Serving = Vec<(ResourceId, f64)>;
@@ -18,7 +19,7 @@ impl Model<'_> {
 
     pub(super) fn held_object(&self, gripper: ResourceId) -> Option<ObjectId> {
         let objects = &self.world_state.objects;
-        let index = objects.iter().position(|&at| at == Location::In(gripper))?;
+        let index = objects.iter().position(|at| at.holders().contains(&gripper))?;
         Some(ObjectId::from(index))
     }
 
@@ -48,12 +49,18 @@ impl Model<'_> {
                 return Err(Reason::OutOfReach { object }.into());
             }
         }
+        self.let_go(spec, leaf, skips)?;
         let mut serving: Vec<Serving> = Vec::new();
         for claim in &spec.claims {
             let mut found = self.serving(claim, leaf, skips, is_wish)?;
             // Worse than anything that is only far away.
             found.iter_mut().filter(|(id, _)| self.bad.contains(&(leaf, *id))).for_each(|(_, cost)| *cost += 1e6);
             serving.push(found);
+        }
+        if let Some(short) = first_short(spec.claims.len(), &serving)
+            && let Some(reason) = too_few_holders(&spec.claims, &serving, short - 1)
+        {
+            return Err(reason.into());
         }
         self.all_at_once(&spec.claims, &serving)?;
         let is_heir = self
@@ -99,23 +106,28 @@ impl Model<'_> {
                 (is_near, Reason::NotAt { place: *place })
             }
             Condition::Path { place, stand } => (self.is_clear(*stand), Reason::NoPath { place: *place }),
-            Condition::Held(object) => {
-                let is_held = match whereabouts(object) {
-                    Location::In(gripper) => {
-                        let leases = &self.rows[gripper.index()].leases;
-                        leases.iter().any(|held| self.is_own(leaf, skips, held.holder))
-                    }
-                    Location::At(_) | Location::Unknown => false,
+            Condition::Held(hold) => {
+                let is_own = |gripper: &ResourceId| {
+                    let leases = &self.rows[gripper.index()].leases;
+                    leases.is_empty() || leases.iter().any(|held| self.is_own(leaf, skips, held.holder))
                 };
-                (is_held, Reason::NotHeld { object: *object })
+                let is_alone = !hold.alone || self.holding(hold).len() == whereabouts(&hold.object).holders().len();
+                let found = self.holding(hold).into_iter().filter(is_own).count() as u32;
+                let is_plain = hold.by == HeldBy::Any && hold.hands == 1 && !hold.alone;
+                let reason = if is_plain {
+                    Reason::NotHeld { object: hold.object }
+                } else {
+                    Reason::Misheld(Misheld::NotSo { hold: *hold, found })
+                };
+                (found >= hold.hands && is_alone, reason)
             }
-            Condition::Free(object) => match whereabouts(object) {
-                Location::In(by) => (false, Reason::Taken { object: *object, by }),
-                Location::At(_) | Location::Unknown => return None,
+            Condition::Free(object) => match whereabouts(object).holders().first() {
+                Some(&by) => (false, Reason::Taken { object: *object, by }),
+                None => return None,
             },
             Condition::Somewhere(object) => match whereabouts(object) {
                 Location::At(_) => return None,
-                Location::In(by) => (false, Reason::Taken { object: *object, by }),
+                Location::In(by) => (false, Reason::Taken { object: *object, by: by.as_slice()[0] }),
                 Location::Unknown => (false, Reason::Nowhere { object: *object }),
             },
             Condition::Lies(object, place) => {
@@ -231,14 +243,15 @@ impl Model<'_> {
             Selector::Named(resource) => {
                 return held(resource).map_or(Ok(vec![(resource, 0.0)]), Err);
             }
-            Selector::Holding(object) => match self.world_state.objects[object.index()] {
-                Location::In(resource) => {
-                    return held(resource).map_or(Ok(vec![(resource, 0.0)]), Err);
-                }
-                Location::At(_) | Location::Unknown => {
-                    return Err(Reason::NotHeld { object }.into());
-                }
-            },
+            Selector::Holding { .. } => {
+                let holders = self.holders_for(claim.selector);
+                let usable: Serving = holders.iter().copied().filter(fits).map(|id| (id, 0.0)).collect();
+                return match holders.first() {
+                    Some(_) if !usable.is_empty() => Ok(usable),
+                    Some(first) => Err(held(*first).expect("it does not fit")),
+                    None => Err(self.no_holder(claim.selector).into()),
+                };
+            }
             Selector::Any(of) => (of, false, None),
             Selector::AnyEmpty { of, reaches } => (of, true, reaches),
             Selector::Empty { resource, reaches } => {
@@ -289,14 +302,7 @@ impl Model<'_> {
 
     /// Two claims of one behavior never get the same resource.
     pub(super) fn all_at_once(&self, claims: &[Claim], serving: &[Serving]) -> Result<(), Refusal> {
-        fn can(serving: &[Serving], taken: &[ResourceId]) -> bool {
-            let Some((first, rest)) = serving.split_first() else {
-                return true;
-            };
-            let mut free = first.iter().filter(|(id, _)| !taken.contains(id));
-            free.any(|(id, _)| can(rest, &[taken, &[*id]].concat()))
-        }
-        let Some(short) = (1..=claims.len()).find(|&upto| !can(&serving[..upto], &[])) else {
+        let Some(short) = first_short(claims.len(), serving) else {
             return Ok(());
         };
         let of = self.mission.robot.resources[serving[short - 1][0].0.index()].ty;
@@ -307,22 +313,39 @@ impl Model<'_> {
     }
 
     fn reach_m(&self, resource: ResourceId, object: ObjectId) -> Option<f64> {
-        let Location::At(place) = self.world_state.objects[object.index()] else {
-            return None;
+        let arm_of = |resource: ResourceId| {
+            let controller = self.mission.robot.resources[resource.index()].controller?;
+            match self.mission.robot.controllers[controller.index()].kind {
+                ControllerKind::Arm(arm) => Some(arm),
+                _ => None,
+            }
         };
-        let controller = self.mission.robot.resources[resource.index()].controller;
-        let Some(ControllerKind::Arm(arm)) = controller.map(|id| self.mission.robot.controllers[id.index()].kind)
-        else {
-            return Some(0.0);
+        let spots: Vec<[f64; 3]> = match self.world_state.objects[object.index()] {
+            Location::At(place) => vec![self.spot(object, place)],
+            // What is held is where an arm carries it; none of these robots has slots.
+            Location::In(holders) => {
+                let others = holders.as_slice().iter().filter(|holder| **holder != resource);
+                others.filter_map(|holder| arm_of(*holder)).map(|arm| self.on_map(arm.tuck)).collect()
+            }
+            Location::Unknown => Vec::new(),
         };
-        let spot = self.spot(object, place);
+        let Some(arm) = arm_of(resource) else {
+            return spots.first().map(|_| 0.0);
+        };
+        let shoulder = self.on_map(arm.shoulder);
+        let distance_m = |spot: &[f64; 3]| {
+            let away = [spot[0] - shoulder[0], spot[1] - shoulder[1], spot[2] - shoulder[2]];
+            away.iter().map(|part| part * part).sum::<f64>().sqrt()
+        };
+        let reached = spots.iter().map(distance_m).filter(|distance_m| *distance_m <= arm.reach_m);
+        reached.min_by(f64::total_cmp)
+    }
+
+    /// A point of the base frame on the map.
+    fn on_map(&self, point: nalgebra::Point3<f64>) -> [f64; 3] {
         let base = self.world_state.base;
         let (sin, cos) = base.heading.sin_cos();
-        let x = base.at.x + cos * arm.shoulder.x - sin * arm.shoulder.y;
-        let y = base.at.y + sin * arm.shoulder.x + cos * arm.shoulder.y;
-        let away = [spot[0] - x, spot[1] - y, spot[2] - arm.shoulder.z];
-        let distance_m = away.iter().map(|part| part * part).sum::<f64>().sqrt();
-        (distance_m <= arm.reach_m).then_some(distance_m)
+        [base.at.x + cos * point.x - sin * point.y, base.at.y + sin * point.x + cos * point.y, point.z]
     }
 
     fn spot(&self, object: ObjectId, place: PlaceId) -> [f64; 3] {
@@ -331,6 +354,18 @@ impl Model<'_> {
         let (sin, cos) = place.stand.heading.sin_cos();
         [place.stand.at.x + cos * local.x - sin * local.y, place.stand.at.y + sin * local.x + cos * local.y, local.z]
     }
+}
+
+/// How many of the claims cannot be served together with those before them.
+fn first_short(count: usize, serving: &[Serving]) -> Option<usize> {
+    fn can(serving: &[Serving], taken: &[ResourceId]) -> bool {
+        let Some((first, rest)) = serving.split_first() else {
+            return true;
+        };
+        let mut free = first.iter().filter(|(id, _)| !taken.contains(id));
+        free.any(|(id, _)| can(rest, &[taken, &[*id]].concat()))
+    }
+    (1..=count).find(|&upto| !can(&serving[..upto], &[]))
 }
 
 pub(super) fn singles(condition: &Condition) -> Vec<&Condition> {

@@ -1,0 +1,56 @@
+//! What no controller tells of: what a slot of the robot holds follows from what hands say that put into it or take from it.
+
+use ambidex_model::state::State;
+use ambidex_model::{BehaviorSpec, Change, EffectTerm, Grant, Location, MissionSpec, ResourceId, RobotSpec};
+
+/// What is so of slots by what controllers say while or after a behavior runs that has not succeeded.
+pub(super) fn follows(spec: &BehaviorSpec, grant: &Grant, said: &[Change], robot: &RobotSpec) -> Vec<Change> {
+    let resource = |claim: usize| grant.bindings[claim].resource;
+    let is_slot = |resource: ResourceId| robot.resources[resource.index()].controller.is_none();
+    let has = |wanted: &dyn Fn(EffectTerm) -> Option<Change>| {
+        spec.effects.iter().filter_map(|effect| wanted(*effect)).any(|change| said.contains(&change))
+    };
+    let follow = |effect: &EffectTerm| match *effect {
+        // A hand that let go of it has put it there.
+        EffectTerm::Taken(object, slot) if is_slot(resource(slot)) => has(&|other| match other {
+            EffectTerm::LetGo(of, hand) if of == object => Some(Change::Emptied(resource(hand))),
+            EffectTerm::LetGo(..)
+            | EffectTerm::Taken(..)
+            | EffectTerm::Lies(..)
+            | EffectTerm::Stands(_)
+            | EffectTerm::Fact(..) => None,
+        })
+        .then_some(Change::Taken(object, resource(slot))),
+        // A hand that has it has taken it out.
+        EffectTerm::LetGo(object, slot) if is_slot(resource(slot)) => has(&|other| match other {
+            EffectTerm::Taken(of, hand) if of == object => Some(Change::Taken(object, resource(hand))),
+            EffectTerm::LetGo(..)
+            | EffectTerm::Taken(..)
+            | EffectTerm::Lies(..)
+            | EffectTerm::Stands(_)
+            | EffectTerm::Fact(..) => None,
+        })
+        .then_some(Change::Emptied(resource(slot))),
+        EffectTerm::Taken(..) | EffectTerm::LetGo(..) => None,
+        EffectTerm::Lies(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
+    };
+    spec.effects.iter().filter_map(follow).collect()
+}
+
+/// A change from outside as it must have come about: an object that has left its gripper while somebody was putting it
+/// down lies there, or is in the slot where it was to be, though nobody was told.
+pub(crate) fn understood(change: Change, state: &State, mission: &MissionSpec) -> Vec<Change> {
+    let running = state.running().iter().filter_map(|(leaf, grant)| {
+        let spec = mission.tree.behavior(*leaf)?.at(grant.request.place);
+        Some((spec, grant))
+    });
+    let running: Vec<_> = running.collect();
+    if let Change::Emptied(gripper) = change
+        && let Some(held) = state.world().held_only_by(gripper)
+        && let Some(place) = running.iter().flat_map(|(spec, _)| &spec.effects).find_map(|effect| effect.lays(held))
+    {
+        return vec![Change::Object(held, Location::At(place))];
+    }
+    let follow = running.iter().flat_map(|(spec, grant)| follows(spec, grant, &[change], &mission.robot));
+    follow.chain([change]).collect()
+}
