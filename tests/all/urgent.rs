@@ -121,7 +121,7 @@ fn what_must_last_interrupts_when_it_does_not() {
         3.00 interrupting a: \"rang\" holds
         3.00 interrupted a
         5.00 nothing can go on before others change \"rang\"
-        6.00 \"rang\" holds no more
+        6.00 \"rang\" holds no more: done on purpose
         6.00 step 3: a (rail)
         16.00 done in 3 steps",
     );

@@ -1,12 +1,14 @@
 //! The fold: what each record changes.
 
+use std::sync::Arc;
+
 use ambidex_model::state::Stage;
 use ambidex_model::{
     Blocked, Cause, Change, Consequences, ControllerId, ControllerMessage, ControllerState, End, FromController, Grant,
     Message, MissionEnd, NodeId, Record, Reopened, ResourceId, Time,
 };
 
-use super::{History, Interruption, OutsideChange, Phase, Step};
+use super::{History, Interruption, LeafState, OutsideChange, Phase, Step};
 
 impl History {
     /// Takes the next record.
@@ -21,6 +23,9 @@ impl History {
         self.makers.apply(at, record, &self.header.names);
         let base = self.state.world().base;
         self.state.apply(record);
+        if let Record::Decided { reopened: Some(reopened), .. } = record {
+            self.reopen_skipped(at, reopened);
+        }
         if self.state.world().base != base {
             self.base = Some(self.state.world().base);
         }
@@ -144,6 +149,20 @@ impl History {
         }
         if let Some(leaf) = self.states.leaf_mut(reopened.node) {
             leaf.reopened = Some(reopened.clone());
+        }
+    }
+
+    /// What was skipped together with what is not done any more is to be skipped once more, or done.
+    fn reopen_skipped(&mut self, at: Time, reopened: &Reopened) {
+        let top = self.states.path(reopened.node).take_while(|node| *node != reopened.up_to).last();
+        let Some(top) = top else { return };
+        let topology = Arc::clone(self.state.topology());
+        for leaf in (top.0..topology.end(top).0).map(NodeId) {
+            let is_skipped = self.states.leaf(leaf).is_some_and(|leaf| leaf.state() == LeafState::Skipped);
+            let mut up_to_top = topology.path(leaf).take_while(|node| *node >= top);
+            if is_skipped && up_to_top.all(|node| !self.state.is_done(node)) {
+                self.states.enter(leaf, at, Phase::Reopened);
+            }
         }
     }
 

@@ -250,7 +250,10 @@ impl History {
 
     /// What any node is; a composite is what its leaves and the ends that root applied make it.
     pub fn state(&self, node: NodeId) -> LeafState {
-        self.states.state(node)
+        let state = self.states.state(node);
+        // What is done once more may be done as it stands, when the mission ends before that.
+        let is_given_up = node == NodeId(1) && self.end.is_some_and(|end| end != MissionEnd::Done);
+        if is_given_up && state.is_done() && self.leaf(node).is_none() { LeafState::Canceled } else { state }
     }
 
     /// How many leaves at or below a node are what.
