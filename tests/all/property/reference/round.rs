@@ -313,7 +313,25 @@ impl Model<'_> {
                 true => Reason::Reserved { resource: Some(resource), by },
                 false => Reason::Outbid { by, resource, own, theirs },
             };
-            return Some(Refusal { resources: wanted.collect(), ..reason.into() });
+            // Who is in its way alone, if anybody is, and with what.
+            let clashes = |other: &&Ask| {
+                let mut is_beside = false;
+                self.for_each_choice(&[(*other).clone(), ask.clone()], &mut |_| is_beside = true);
+                !is_beside
+            };
+            let blockers: Vec<&Ask> = accepted.iter().filter(clashes).collect();
+            let claims_of = |ask: &Ask| -> Vec<(ResourceId, Access)> {
+                let claims = std::iter::zip(&self.behavior(ask.grant.leaf()).claims, &ask.serving);
+                claims.flat_map(|(claim, serving)| serving.iter().map(|(id, _)| (*id, claim.access))).collect()
+            };
+            let theirs: Vec<_> = blockers.iter().flat_map(|other| claims_of(other)).collect();
+            let is_contested = |(id, access): &(ResourceId, Access)| {
+                theirs.iter().any(|(other, used)| other == id && (used != access || *used == Access::Exclusive))
+            };
+            let contested: Vec<_> = claims_of(ask).into_iter().filter(is_contested).map(|(id, _)| id).collect();
+            let behaviors = blockers.iter().map(|other| other.grant.leaf()).collect();
+            let resources = if blockers.is_empty() { wanted.collect() } else { contested };
+            return Some(Refusal { resources, behaviors, ..reason.into() });
         }
         let others = self.running.keys().copied().chain(accepted.iter().map(|other| other.grant.leaf()));
         let clash = others.into_iter().find(|&other| self.clashes(other, ask.grant.leaf()))?;
