@@ -106,7 +106,10 @@ impl Model<'_> {
         // What was to finish what it can has failed too.
         self.failing.entry(node).and_modify(|failing| failing.finishes = false);
         self.end_failing_above(node, fall);
-        self.take_back(node, fall.failed);
+        self.gather(node, |holder| below.contains(holder));
+        if fall.failed.is_some() {
+            self.take_back(node, fall.failed);
+        }
     }
 
     /// It ended without the end of a behavior.
