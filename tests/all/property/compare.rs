@@ -75,9 +75,9 @@ fn compare(case: &Case, driver: &Driver, event: Option<&Event>, records: &[Recor
 fn recorded(case: &Case, record: &Record) -> Option<String> {
     Some(match record {
         Record::Released { leaf, end, consequences, unfit, .. } => released(*leaf, *end, consequences, unfit),
-        Record::Decided { granted, refused, reopened, deadlines, urged, .. } => {
+        Record::Decided { granted, refused, reopened, deadlines, urged, overdue, .. } => {
             let refused = refused.iter().map(|Blocked { leaf, reason }| (*leaf, reason));
-            decided(case, granted.iter(), refused, reopened.as_ref(), deadlines) + &changed(urged.as_ref())
+            decided(case, granted.iter(), refused, reopened.as_ref(), deadlines) + &changed(urged.as_ref(), overdue.as_ref())
         }
         Record::Infeasible { leaf, reason, consequences, .. } => infeasible(*leaf, reason, consequences),
         Record::TimedOut { node, consequences, .. } => timed_out(*node, consequences),
@@ -102,7 +102,7 @@ fn stepped(case: &Case, step: &Step) -> String {
         Step::Decided(decision) => {
             let refused = decision.refused.iter().map(|(&leaf, refusal)| (leaf, &refusal.reason));
             let reopened = decision.reopened.as_ref();
-            decided(case, decision.granted.values(), refused, reopened, &decision.deadlines) + &changed(decision.urged.as_ref())
+            decided(case, decision.granted.values(), refused, reopened, &decision.deadlines) + &changed(decision.urged.as_ref(), decision.overdue.as_ref())
         }
         Step::Infeasible { leaf, reason, consequences } => infeasible(*leaf, reason, consequences),
         Step::TimedOut { node, consequences } => timed_out(*node, consequences),
@@ -115,8 +115,9 @@ fn stepped(case: &Case, step: &Step) -> String {
     }
 }
 
-fn changed(urged: Option<&Vec<Urged>>) -> String {
-    urged.map_or_else(String::new, |urged| format!(" urged {urged:?}"))
+fn changed(urged: Option<&Vec<Urged>>, overdue: Option<&Vec<NodeId>>) -> String {
+    let overdue = overdue.map_or_else(String::new, |overdue| format!(" overdue {overdue:?}"));
+    urged.map_or_else(String::new, |urged| format!(" urged {urged:?}")) + &overdue
 }
 
 fn released(leaf: NodeId, end: End, consequences: &Consequences, unfit: &[ResourceId]) -> String {

@@ -64,6 +64,7 @@ impl Model<'_> {
             self.tell_what_is_broken();
             self.preempt(&taken);
             decision.urged = self.urge(&decision, &rows);
+            decision.overdue = self.note_fairness(&decision);
         }
         self.log.insert(place, Step::Decided(decision.clone()));
         let yields = if self.end.is_none() { self.give_way(&taken) } else { Vec::new() };
@@ -80,7 +81,11 @@ impl Model<'_> {
         if decision.urged.is_some() || decision.reopened.is_some() || is_overtaken || has_yielded {
             self.hidden.clear();
         }
-        let goes_on = !decision.granted.is_empty() || decision.reopened.is_some() || is_overtaken || decision.urged.is_some() || over.is_some() || clean.is_some() || has_yielded || is_hiding;
+        if decision.overdue.is_some() {
+            self.hidden.clear();
+        }
+        let is_lifted = self.lift_bar(&decision);
+        let goes_on = is_lifted || decision.overdue.is_some() || !decision.granted.is_empty() || decision.reopened.is_some() || is_overtaken || decision.urged.is_some() || over.is_some() || clean.is_some() || has_yielded || is_hiding;
         self.awaited = self.awaited.filter(|_| decision.granted.is_empty());
         self.end.is_none() && self.end_of_round(answer.is_satisfied, goes_on, &decision)
     }
@@ -150,6 +155,9 @@ impl Model<'_> {
         }
         if let Some(refusal) = self.hidden.get(&leaf).filter(|_| self.request(leaf, skips, false).is_ok()) {
             return refused(refusal.clone());
+        }
+        if let Some(refusal) = self.too_early(leaf).filter(|_| self.request(leaf, skips, false).is_ok()) {
+            return refused(refusal);
         }
         match self.request(leaf, skips, false) {
             Ok(ask) => Answer { asks: vec![ask], ..Answer::default() },
@@ -426,7 +434,8 @@ fn on(reason: Reason, behavior: NodeId) -> Refusal {
 /// The order of requests, and of wishes behind the requests that are as urgent.
 pub(super) fn order(a: &Ask, b: &Ask) -> Ordering {
     let (one, other) = (&a.grant.request, &b.grant.request);
-    let by_urgency = other.priority.cmp(&one.priority).then(a.wish.is_some().cmp(&b.wish.is_some()));
+    let by_turn = a.wish.is_some().cmp(&b.wish.is_some()).then(b.is_overdue.cmp(&a.is_overdue));
+    let by_urgency = other.priority.cmp(&one.priority).then(by_turn);
     let by_potential = one.iterations.cmp(&other.iterations).then(other.potential.total_cmp(&one.potential));
     by_urgency.then(by_potential).then(b.is_heir.cmp(&a.is_heir)).then(one.leaf.cmp(&other.leaf))
 }
