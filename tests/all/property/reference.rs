@@ -85,7 +85,6 @@ pub struct Model<'a> {
     /// How many grants to later tasks each task has seen since its own last one, and who is overdue.
     seen: BTreeMap<NodeId, u32>,
     overdue: BTreeSet<NodeId>,
-    is_bar_lifted: bool,
     /// Nodes with a cleanup below whose body something was granted since they began.
     begun: BTreeSet<NodeId>,
     /// Nodes that clean up now.
@@ -194,7 +193,6 @@ impl<'a> Model<'a> {
             resting: BTreeMap::new(),
             seen: BTreeMap::new(),
             overdue: BTreeSet::new(),
-            is_bar_lifted: false,
             begun: BTreeSet::new(),
             cleaning: BTreeSet::new(),
             leaving: BTreeMap::new(),

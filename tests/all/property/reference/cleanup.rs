@@ -151,7 +151,9 @@ impl Model<'_> {
         }
         let until = self.now + Duration::from_secs(10);
         self.ending = Some((end, until));
-        self.failing.retain(|node, failing| *node != TOP || !failing.finishes);
+        if !self.cleaning.contains(&TOP) {
+            self.failing.remove(&TOP);
+        }
         self.awaited = None;
         self.log.push(Step::Ending { end, until });
     }

@@ -4,6 +4,9 @@ use ambidex::model::{NodeId, Reason};
 
 use super::{Decision, Model, Refusal};
 
+/// The page says that requests of an overdue task come first and that it has wishes; the core does not do so yet.
+const COMES_FIRST: bool = false;
+
 impl Model<'_> {
     fn tasks(&self) -> &[NodeId] {
         match self.mission.tree.tasks.as_slice() {
@@ -18,7 +21,7 @@ impl Model<'_> {
 
     /// Whether the task of a behavior has waited for so long that it is its turn.
     pub(super) fn is_overdue(&self, leaf: NodeId) -> bool {
-        self.task_of(leaf).is_some_and(|task| self.overdue.contains(&task))
+        COMES_FIRST && self.task_of(leaf).is_some_and(|task| self.overdue.contains(&task))
     }
 
     /// The task before which a behavior is granted nothing.
@@ -26,7 +29,7 @@ impl Model<'_> {
         let own = self.task_of(leaf)?;
         let below = self.below(own);
         let holds = self.rows.iter().flat_map(|row| &row.leases).any(|held| below.contains(held.holder));
-        if holds || self.is_bar_lifted || self.overdue.contains(&own) {
+        if holds || self.overdue.contains(&own) {
             return None;
         }
         let mut overdue = self.tasks().iter().filter(|task| self.overdue.contains(task));
@@ -35,19 +38,21 @@ impl Model<'_> {
     }
 
     /// What a round came to for those that wait; all that are overdue, if that is different now.
-    pub(super) fn note_fairness(&mut self, decision: &Decision) -> Option<Vec<NodeId>> {
+    pub(super) fn note_fairness(&mut self, decision: &Decision, was_idle: bool) -> Option<Vec<NodeId>> {
         let tasks = self.tasks().to_vec();
         let granted = |task: &NodeId| decision.granted.keys().filter(|leaf| self.below(*task).contains(**leaf)).count();
         let mut overdue = Vec::new();
         let mut seen = self.seen.clone();
         for (index, task) in tasks.iter().enumerate() {
             let later: usize = tasks[index + 1..].iter().map(granted).sum();
-            let count = seen.entry(*task).or_default();
-            *count = if granted(task) > 0 { 0 } else { *count + later as u32 };
             let below = self.below(*task);
             let mut refused = decision.refused.range(below.from..below.to);
             let waits = refused.any(|(_, refusal)| refusal.reason.is_of_others());
-            if waits && *count >= self.mission.tree.bypass {
+            let count = seen.entry(*task).or_default();
+            // Where nothing goes on the bar is lifted, and it has to wait as long again.
+            let is_lifted = was_idle && decision.granted.is_empty() && self.overdue.contains(task);
+            *count = if granted(task) > 0 || !waits || is_lifted { 0 } else { *count + later as u32 };
+            if *count >= self.mission.tree.bypass {
                 overdue.push(*task);
             }
         }
@@ -55,13 +60,5 @@ impl Model<'_> {
         let is_different = self.overdue.iter().ne(&overdue);
         self.overdue = overdue.iter().copied().collect();
         is_different.then_some(overdue)
-    }
-
-    /// Where nothing was granted while nothing runs the next round has no bar; true if there was one.
-    pub(super) fn lift_bar(&mut self, decision: &Decision) -> bool {
-        let is_early = |refusal: &Refusal| matches!(refusal.reason, Reason::TooEarly { .. });
-        let is_barred = decision.refused.values().any(is_early);
-        self.is_bar_lifted = is_barred && decision.granted.is_empty() && self.running.is_empty();
-        self.is_bar_lifted
     }
 }

@@ -39,7 +39,7 @@ impl Model<'_> {
         for grant in grants {
             decision.granted.insert(grant.leaf(), grant);
         }
-        let rows = self.rows.clone();
+        let (rows, was_idle) = (self.rows.clone(), self.running.is_empty());
         for grant in decision.granted.values().cloned().collect::<Vec<_>>() {
             self.take(&grant);
             self.settle_grant(&grant);
@@ -63,8 +63,10 @@ impl Model<'_> {
         if self.end.is_none() && !answer.is_satisfied {
             self.tell_what_is_broken();
             self.preempt(&taken);
+        }
+        if self.end.is_none() {
             decision.urged = self.urge(&decision, &rows);
-            decision.overdue = self.note_fairness(&decision);
+            decision.overdue = self.note_fairness(&decision, was_idle);
         }
         self.log.insert(place, Step::Decided(decision.clone()));
         let yields = if self.end.is_none() { self.give_way(&taken) } else { Vec::new() };
@@ -84,8 +86,7 @@ impl Model<'_> {
         if decision.overdue.is_some() {
             self.hidden.clear();
         }
-        let is_lifted = self.lift_bar(&decision);
-        let goes_on = is_lifted || decision.overdue.is_some() || !decision.granted.is_empty() || decision.reopened.is_some() || is_overtaken || decision.urged.is_some() || over.is_some() || clean.is_some() || has_yielded || is_hiding;
+        let goes_on = decision.overdue.is_some() || !decision.granted.is_empty() || decision.reopened.is_some() || is_overtaken || decision.urged.is_some() || over.is_some() || clean.is_some() || has_yielded || is_hiding;
         self.awaited = self.awaited.filter(|_| decision.granted.is_empty());
         self.end.is_none() && self.end_of_round(answer.is_satisfied, goes_on, &decision)
     }
