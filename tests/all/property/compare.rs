@@ -1,7 +1,8 @@
 //! The core beside the reference model, event by event.
 
 use ambidex::model::{
-    Blocked, Consequences, Deadline, End, Grant, MissionEnd, NodeId, NodeRange, Reason, Record, Reopened, ResourceId, Urged,
+    Blocked, Consequences, Deadline, End, Grant, MissionEnd, NodeId, NodeRange, Reason, Record, Reopened, ResourceId,
+    Urged,
 };
 
 use super::counts::{Counts, variant};
@@ -77,7 +78,8 @@ fn recorded(case: &Case, record: &Record) -> Option<String> {
         Record::Released { leaf, end, consequences, unfit, .. } => released(*leaf, *end, consequences, unfit),
         Record::Decided { granted, refused, reopened, deadlines, urged, overdue, .. } => {
             let refused = refused.iter().map(|Blocked { leaf, reason }| (*leaf, reason));
-            decided(case, granted.iter(), refused, reopened.as_ref(), deadlines) + &changed(urged.as_ref(), overdue.as_ref())
+            decided(case, granted.iter(), refused, reopened.as_ref(), deadlines)
+                + &changed(urged.as_ref(), overdue.as_ref())
         }
         Record::Infeasible { leaf, reason, consequences, .. } => infeasible(*leaf, reason, consequences),
         Record::TimedOut { node, consequences, .. } => timed_out(*node, consequences),
@@ -102,7 +104,8 @@ fn stepped(case: &Case, step: &Step) -> String {
         Step::Decided(decision) => {
             let refused = decision.refused.iter().map(|(&leaf, refusal)| (leaf, &refusal.reason));
             let reopened = decision.reopened.as_ref();
-            decided(case, decision.granted.values(), refused, reopened, &decision.deadlines) + &changed(decision.urged.as_ref(), decision.overdue.as_ref())
+            decided(case, decision.granted.values(), refused, reopened, &decision.deadlines)
+                + &changed(decision.urged.as_ref(), decision.overdue.as_ref())
         }
         Step::Infeasible { leaf, reason, consequences } => infeasible(*leaf, reason, consequences),
         Step::TimedOut { node, consequences } => timed_out(*node, consequences),
@@ -195,7 +198,8 @@ fn decided<'a>(
         })
         .collect();
     let refused = refused.map(|(leaf, reason)| {
-        let is_one_of_several = matches!(reason, Reason::Clash { .. } | Reason::AlreadyDone { .. } | Reason::Reserved { .. });
+        let is_one_of_several =
+            matches!(reason, Reason::Clash { .. } | Reason::AlreadyDone { .. } | Reason::Reserved { .. });
         let told = if is_one_of_several { kind(reason) } else { lost(reason).unwrap_or_else(|| format!("{reason:?}")) };
         format!("{} {told}", name(leaf))
     });

@@ -105,7 +105,8 @@ fn add_limits(seed: u64, mission: &mut MissionSpec) {
     let mut rng = Rng::of(&[seed, 11]);
     let has_limits = rng.is(50);
     for index in 1..mission.tree.nodes.len() {
-        if matches!(mission.tree.nodes[index], NodeKind::Behavior(_) | NodeKind::Cleanup) || !has_limits || !rng.is(30) {
+        if matches!(mission.tree.nodes[index], NodeKind::Behavior(_) | NodeKind::Cleanup) || !has_limits || !rng.is(30)
+        {
             continue;
         }
         let timeout = rng.is(50).then(|| Duration::from_millis(2000 + rng.below(18_000) as u64));

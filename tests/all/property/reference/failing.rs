@@ -46,7 +46,8 @@ impl Model<'_> {
                 // A body that did what it could has failed for good now.
                 let before = self.failing.remove(&parent);
                 fall.before.remove(&parent);
-                let failing = before.map_or(failing, |before| Failing { node: parent, child: node, finishes: false, ..before });
+                let failing =
+                    before.map_or(failing, |before| Failing { node: parent, child: node, finishes: false, ..before });
                 self.begin_to_fail(failing, fall);
             }
             NodeKind::Or => {

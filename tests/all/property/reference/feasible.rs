@@ -66,10 +66,12 @@ impl Model<'_> {
         let is_left = |leaf: &NodeId| {
             let mut above = self.upward(*leaf).into_iter();
             let may_go_back = above.any(|node| self.kind(node) == &NodeKind::Then && self.is_still_left(node));
-            let comes_again = self.upward(*leaf).into_iter().any(|node| self.is_not_the_last(node) && self.is_still_left(node));
+            let comes_again =
+                self.upward(*leaf).into_iter().any(|node| self.is_not_the_last(node) && self.is_still_left(node));
             self.is_still_left(*leaf) || (self.done.contains(leaf) && may_go_back) || comes_again
         };
-        let left: Vec<NodeId> = self.mission.tree.leaves().filter(|leaf| self.cleans(*leaf).is_none()).filter(is_left).collect();
+        let left: Vec<NodeId> =
+            self.mission.tree.leaves().filter(|leaf| self.cleans(*leaf).is_none()).filter(is_left).collect();
         loop {
             let can_run = |leaf: &NodeId| {
                 singles(&self.behavior(*leaf).precondition).iter().all(|part| self.can_be(part, &makers))

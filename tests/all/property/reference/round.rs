@@ -40,14 +40,7 @@ impl Model<'_> {
             decision.granted.insert(grant.leaf(), grant);
         }
         let (rows, was_idle) = (self.rows.clone(), self.running.is_empty());
-        for grant in decision.granted.values().cloned().collect::<Vec<_>>() {
-            self.take(&grant);
-            self.settle_grant(&grant);
-            decision.deadlines.extend(self.begin_times(grant.leaf()));
-            self.begin_first_time(grant.leaf());
-            self.running.insert(grant.leaf(), grant);
-        }
-        decision.deadlines.sort_by_key(|deadline| deadline.node);
+        self.grant(&mut decision);
         if !decision.granted.is_empty() {
             self.hidden.clear();
         }
@@ -86,9 +79,28 @@ impl Model<'_> {
         if decision.overdue.is_some() {
             self.hidden.clear();
         }
-        let goes_on = decision.overdue.is_some() || !decision.granted.is_empty() || decision.reopened.is_some() || is_overtaken || decision.urged.is_some() || over.is_some() || clean.is_some() || has_yielded || is_hiding;
+        let goes_on = decision.overdue.is_some()
+            || !decision.granted.is_empty()
+            || decision.reopened.is_some()
+            || is_overtaken
+            || decision.urged.is_some()
+            || over.is_some()
+            || clean.is_some()
+            || has_yielded
+            || is_hiding;
         self.awaited = self.awaited.filter(|_| decision.granted.is_empty());
         self.end.is_none() && self.end_of_round(answer.is_satisfied, goes_on, &decision)
+    }
+
+    fn grant(&mut self, decision: &mut Decision) {
+        for grant in decision.granted.values().cloned().collect::<Vec<_>>() {
+            self.take(&grant);
+            self.settle_grant(&grant);
+            decision.deadlines.extend(self.begin_times(grant.leaf()));
+            self.begin_first_time(grant.leaf());
+            self.running.insert(grant.leaf(), grant);
+        }
+        decision.deadlines.sort_by_key(|deadline| deadline.node);
     }
 
     /// The time of every node above runs from the first grant.
@@ -162,7 +174,9 @@ impl Model<'_> {
         }
         match self.request(leaf, skips, false) {
             Ok(ask) => Answer { asks: vec![ask], ..Answer::default() },
-            Err(refusal) => Answer { wishes: self.wish(leaf, skips, &refusal).into_iter().collect(), ..refused(refusal) },
+            Err(refusal) => {
+                Answer { wishes: self.wish(leaf, skips, &refusal).into_iter().collect(), ..refused(refusal) }
+            }
         }
     }
 
@@ -373,7 +387,8 @@ impl Model<'_> {
             let cost: f64 = choice.iter().map(|(_, cost)| cost).sum();
             let ranks = std::iter::zip(choice, &per_claim).filter_map(|((id, _), wish)| wish.map(|wish| wish[id]));
             let rank: u32 = ranks.sum();
-            let is_better = |(other, least, _): &(u32, f64, _)| rank < *other || (rank == *other && cost < least - 1e-9);
+            let is_better =
+                |(other, least, _): &(u32, f64, _)| rank < *other || (rank == *other && cost < least - 1e-9);
             if best.as_ref().is_none_or(is_better) {
                 best = Some((rank, cost, choice.iter().map(|(id, _)| *id).collect()));
             }

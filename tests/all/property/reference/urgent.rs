@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use ambidex::model::{
-    Access, Binding, Cause, Grant, Kept, LeaseKind, NodeId, NodeKind, NodeRange, Reason, Reopened, ResourceId, StopCause, Urged,
+    Access, Binding, Cause, Grant, Kept, LeaseKind, NodeId, NodeKind, NodeRange, Reason, Reopened, ResourceId,
+    StopCause, Urged,
 };
 
 use super::round::order;
@@ -187,9 +188,8 @@ impl Model<'_> {
     /// Where nothing was granted since it is reserved, those do not ask in the next round; true if there are such.
     pub(super) fn hide(&mut self, decision: &Decision) -> bool {
         let is_reserved = |refusal: &&Refusal| matches!(refusal.reason, Reason::Reserved { .. });
-        let reserved = decision.refused.iter().filter(|(leaf, refusal)| {
-            is_reserved(refusal) && !self.hidden.contains_key(leaf)
-        });
+        let reserved =
+            decision.refused.iter().filter(|(leaf, refusal)| is_reserved(refusal) && !self.hidden.contains_key(leaf));
         let more: Vec<_> = reserved.map(|(leaf, refusal)| (*leaf, refusal.clone())).collect();
         let is_hiding = !more.is_empty();
         self.hidden.extend(more);
