@@ -26,10 +26,7 @@ pub fn against_reference(case: &Case) -> Counts {
                 model.ended(*leaf, outcome);
                 true
             }
-            Some(Event::Cancel) => {
-                model.tell_to_finish(MissionEnd::Canceled);
-                true
-            }
+            Some(Event::Cancel) => model.tell_to_finish(MissionEnd::Canceled),
             Some(Event::Nothing) => {
                 model.end_stalled(true);
                 true

@@ -143,12 +143,12 @@ impl Model<'_> {
         self.not_yet(node).or_else(over)
     }
 
-    /// The mission is to end; what is to be cleaned up is.
-    pub fn tell_to_finish(&mut self, end: MissionEnd) {
-        self.hidden.clear();
+    /// The mission is to end; what is to be cleaned up is. False if it was told so before.
+    pub fn tell_to_finish(&mut self, end: MissionEnd) -> bool {
         if self.ending.is_some() || self.end.is_some() {
-            return;
+            return false;
         }
+        self.hidden.clear();
         let until = self.now + Duration::from_secs(10);
         self.ending = Some((end, until));
         if !self.cleaning.contains(&TOP) {
@@ -156,6 +156,7 @@ impl Model<'_> {
         }
         self.awaited = None;
         self.log.push(Step::Ending { end, until });
+        true
     }
 
     /// Whether rounds go on; the mission that is told to end ends with the last cleanup.

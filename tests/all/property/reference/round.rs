@@ -19,15 +19,20 @@ struct Answer {
 }
 
 impl Model<'_> {
-    /// Gives up what can never run, asks, grants, goes on, lapses; true if another round follows at once.
-    pub fn round(&mut self) -> bool {
+    /// Gives up what can never run, and begins cleanups; false if no round follows.
+    fn prepare(&mut self) -> bool {
         if self.ending.is_none() {
             self.give_up();
             if self.end.is_none() {
                 self.begin_cleanups();
             }
         }
-        if self.end.is_some() || !self.goes_on_cleaning() {
+        self.end.is_none() && self.goes_on_cleaning()
+    }
+
+    /// Gives up what can never run, asks, grants, goes on, lapses; true if another round follows at once.
+    pub fn round(&mut self) -> bool {
+        if !self.prepare() {
             return false;
         }
         let answer = self.ask(NodeId(1), &[]);
