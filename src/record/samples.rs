@@ -323,7 +323,6 @@ fn blocked() -> Vec<Blocked> {
         Reason::TooEarly { task: node },
         Reason::NotYet { node, wait_ms: 500 },
         Reason::GivenUp { node },
-        Reason::CleaningUp { node },
         Reason::Missing { of },
         Reason::OutOfReach { object },
         Reason::NotHeld { object },

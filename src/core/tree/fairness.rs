@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::{Root, Verdict};
+use super::Verdict;
 use ambidex_model::state::State;
-use ambidex_model::{NodeId, TreeSpec};
+use ambidex_model::{NodeId, Reason, TreeSpec};
 
 /// How many grants to later tasks each task that waits has seen.
 #[derive(Debug, Default)]
@@ -34,33 +34,35 @@ fn holds(state: &State, task: NodeId) -> bool {
     state.table().leases().any(|(_, lease)| state.topology().is_within(lease.holder, task))
 }
 
-impl Root {
+impl Fairness {
     /// The tasks that are overdue once some grants are made; none where they are the same as before.
-    pub(super) fn overdue(&mut self, verdict: &Verdict) -> Option<Vec<NodeId>> {
-        let tree = &self.mission.tree;
+    pub(super) fn overdue(
+        &mut self,
+        tree: &TreeSpec,
+        state: &State,
+        reasons: &BTreeMap<NodeId, Reason>,
+        verdict: &Verdict,
+    ) -> Option<Vec<NodeId>> {
         if tree.tasks.len() < 2 {
             return None;
         }
         let served = |task: NodeId| verdict.granted.keys().filter(move |leaf| tree.topology.is_within(**leaf, task));
-        let is_idle = self.state.running().is_empty() && verdict.granted.is_empty();
+        let is_idle = state.running().is_empty() && verdict.granted.is_empty();
         for (index, &task) in tree.tasks.iter().enumerate() {
             let later = tree.tasks[index + 1..].iter().map(|later| served(*later).count() as u32).sum::<u32>();
             let below = task..tree.topology.end(task);
-            let waits = self.reasons.range(below).any(|(_, reason)| reason.is_of_others());
-            let is_lifted = is_idle && self.state.overdue().contains(&task);
+            let waits = reasons.range(below).any(|(_, reason)| reason.is_of_others());
+            let is_lifted = is_idle && state.overdue().contains(&task);
             if served(task).next().is_some() || !waits || is_lifted {
-                self.fairness.seen.remove(&task);
+                self.seen.remove(&task);
             } else if later > 0 {
-                *self.fairness.seen.entry(task).or_default() += later;
+                *self.seen.entry(task).or_default() += later;
             }
         }
-        let overdue = tree
-            .tasks
-            .iter()
-            .copied()
-            .filter(|task| self.fairness.seen.get(task).is_some_and(|seen| *seen >= tree.bypass));
+        let overdue =
+            tree.tasks.iter().copied().filter(|task| self.seen.get(task).is_some_and(|seen| *seen >= tree.bypass));
         let overdue: Vec<NodeId> = overdue.collect();
-        let is_same = overdue.iter().eq(self.state.overdue().iter());
+        let is_same = overdue.iter().eq(state.overdue().iter());
         (!is_same).then_some(overdue)
     }
 }

@@ -77,7 +77,6 @@ impl RoundEnd<'_> {
             | Reason::Ending { .. }
             | Reason::NotYet { .. }
             | Reason::GivenUp { .. }
-            | Reason::CleaningUp { .. }
             | Reason::OutOfTime { .. } => false,
         }
     }

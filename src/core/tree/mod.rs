@@ -3,6 +3,7 @@
 //! A machine is handed an input and hands back effects. It has no clock, waits for nothing and never fails.
 
 mod allocator;
+mod beginning;
 mod certificate;
 mod cleaning;
 mod composite;

@@ -44,7 +44,10 @@ impl Overtaking<'_> {
     /// What a leaf need not do, in the lowest THEN above it of which that can be said. Every OR above has chosen the way
     /// to it.
     pub(super) fn by(&self, leaf: NodeId) -> Option<Overtaken> {
-        let path: Vec<NodeId> = self.tree.topology.path(leaf).collect();
+        // A cleanup goes on behind nobody but its own.
+        let mut path: Vec<NodeId> = self.tree.topology.path(leaf).collect();
+        let top = path.iter().position(|node| self.tree.topology.is_cleanup(*node));
+        path.truncate(top.map_or(path.len(), |top| top + 1));
         let is_chosen = path.windows(2).all(|pair| {
             let is_or = self.ordering(pair[1]) == Some(Ordering::Or);
             !is_or || self.state.status(pair[1]).way == Some(pair[0])

@@ -36,6 +36,10 @@ impl RoundEnd<'_> {
         let tree = &self.view.mission.tree;
         let mut child = leaf;
         for node in tree.topology.path(leaf).skip(1) {
+            // A cleanup sends back nobody but its own.
+            if tree.topology.is_cleanup(child) {
+                return None;
+            }
             if Ordering::of(&tree.nodes[node.index()]) == Some(Ordering::Then) {
                 // Backwards through what stands before the leaf in this THEN.
                 let earlier = (node.0 + 1..child.0).rev().map(NodeId);
@@ -118,7 +122,6 @@ fn is_of_precondition(reason: &Reason) -> bool {
         | Reason::TooEarly { .. }
         | Reason::NotYet { .. }
         | Reason::GivenUp { .. }
-        | Reason::CleaningUp { .. }
         | Reason::OutOfTime { .. } => false,
     }
 }

@@ -12,12 +12,11 @@ use super::reopening::{Found, RoundEnd};
 use super::topics::{Topic, Touches};
 use super::winners::{winner, with_winner};
 use super::{Activation, Allocator, Answer, Down, Effect, Greedy, News, Outbox, Scope, TOP, Verdict};
-use crate::behavior;
 use crate::world::{Compatible, FreeSpace, Unconstrained, View};
 use ambidex_model::state::{Stage, State};
 use ambidex_model::{
-    Blocked, Change, End, Grant, Header, MissionEnd, MissionSpec, NodeId, Objection, Origin, Outcome, Reason, Record,
-    Request, ResourceTable, Time, Told,
+    Blocked, Change, Grant, Header, MissionEnd, MissionSpec, NodeId, Objection, Origin, Reason, Record, Request,
+    ResourceTable, Time, Told,
 };
 
 /// How long a controller is awaited by default, robot time.
@@ -349,35 +348,6 @@ impl Root {
         }
     }
 
-    /// The first time the mission begins. Any other time it goes on after its runtime was gone: whatever is different
-    /// now came from outside, and what ran then ended.
-    fn begin(&mut self, now: Time, changes: Vec<Change>, out: &mut Outbox) {
-        (self.is_wanted, self.is_suspended) = (true, false);
-        if self.state.stage() == Stage::Waiting {
-            let mut world_state = Box::new(self.state.world().clone());
-            for change in changes {
-                world_state.apply(change);
-            }
-            self.edit(Record::Began { at: now, world_state }, out);
-            return;
-        }
-        for change in changes {
-            for change in behavior::understood(change, &self.state, &self.mission) {
-                self.change_world(now, change, Origin::Resumed, out);
-            }
-        }
-        self.serve_all(now, out);
-        self.interrupt(now, out);
-    }
-
-    /// What ran when its runtime was gone has ended: nobody works on it any more.
-    fn interrupt(&mut self, now: Time, out: &mut Outbox) {
-        self.is_suspended = false;
-        for leaf in self.state.running().keys().copied().collect::<Vec<_>>() {
-            self.release(now, leaf, Outcome { end: End::Interrupted, changes: Vec::new() }, out);
-        }
-    }
-
     fn open_round(&mut self, now: Time, out: &mut Outbox) {
         let touched = self.touches.as_mut().map(Touches::take);
         let view = Arc::new(View { touched, ..self.view(now) });
@@ -418,7 +388,7 @@ impl Root {
             reopened: None,
             deadlines: self.deadlines(verdict.granted.values()),
             urged: self.urge(),
-            overdue: self.overdue(&verdict),
+            overdue: self.fairness.overdue(&self.mission.tree, &self.state, &self.reasons, &verdict),
         };
         let goes_on = !answer.is_satisfied && !is_hiding;
         let (found, overtaken) = match goes_on.then(|| self.find(view, &decided)).flatten() {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Bar, Pause, Phase, Redone, Stage, State, Status, Unfit, Wait};
+use super::{Bar, Phase, Redone, Stage, State, Status, Unfit, Wait};
 use crate::{
     Cause, Change, Consequences, Deadline, End, Failing, Grant, Heir, Kept, MissionEnd, NodeId, NodeRange, Reason,
     Record, Reopened, ResourceId, Service, StopCause, Time, WorldState,
@@ -100,7 +100,7 @@ impl State {
         is_running
     }
 
-    fn wait(&mut self, node: NodeId, wait: Wait) {
+    pub(super) fn wait(&mut self, node: NodeId, wait: Wait) {
         self.wake(node);
         Arc::make_mut(&mut self.waits).insert((wait.until, node));
         self.status_mut(node).wait = Some(Box::new(wait));
@@ -116,14 +116,14 @@ impl State {
         is_known
     }
 
-    fn end_time(&mut self, node: NodeId) {
+    pub(super) fn end_time(&mut self, node: NodeId) {
         if let Some(until) = self.timed.get(&node).copied() {
             Arc::make_mut(&mut self.timed).remove(&node);
             Arc::make_mut(&mut self.deadlines).remove(&(until, node));
         }
     }
 
-    fn end_times(&mut self, nodes: std::ops::Range<NodeId>) {
+    pub(super) fn end_times(&mut self, nodes: std::ops::Range<NodeId>) {
         let timed: Vec<NodeId> = self.timed.range(nodes).map(|(&node, _)| node).collect();
         timed.into_iter().for_each(|node| self.end_time(node));
     }
@@ -137,7 +137,7 @@ impl State {
     }
 
     /// It waits no longer.
-    fn wake(&mut self, leaf: NodeId) -> bool {
+    pub(super) fn wake(&mut self, leaf: NodeId) -> bool {
         if leaf.index() >= self.topology.count() {
             return false;
         }
@@ -160,7 +160,7 @@ impl State {
         is_known
     }
 
-    fn status_mut(&mut self, node: NodeId) -> &mut Status {
+    pub(super) fn status_mut(&mut self, node: NodeId) -> &mut Status {
         self.nodes.get_mut(node.index())
     }
 
@@ -202,7 +202,7 @@ impl State {
     }
 
     /// What is done or has failed waits for nothing more.
-    fn forget_moments(&mut self, nodes: std::ops::Range<NodeId>) {
+    pub(super) fn forget_moments(&mut self, nodes: std::ops::Range<NodeId>) {
         let waits = self.waits.iter().map(|(_, node)| *node).chain(self.pauses.keys().copied());
         let waiting: Vec<NodeId> = waits.filter(|node| nodes.contains(node)).collect();
         each(&waiting, |node| self.wake(*node));
@@ -210,7 +210,7 @@ impl State {
     }
 
     /// Behaviors that were sent back are done again, or will not be.
-    fn forget_needs(&mut self, nodes: std::ops::Range<NodeId>) {
+    pub(super) fn forget_needs(&mut self, nodes: std::ops::Range<NodeId>) {
         let needed = |redone: &Redone| redone.leaf.is_some();
         let sent: Vec<NodeId> =
             self.redone.range(nodes).filter(|(_, redone)| needed(redone)).map(|(&leaf, _)| leaf).collect();
@@ -265,144 +265,6 @@ impl State {
         true
     }
 
-    /// An OR is free to choose again. What is done in the way that it leaves stays done.
-    fn leave(&mut self, way: NodeId, or: NodeId) {
-        self.status_mut(or).way = None;
-        let progress = self.progress;
-        Arc::make_mut(&mut self.left).insert(way, progress);
-        let topology = Arc::clone(&self.topology);
-        self.gather(or, |holder| topology.is_within(holder, way));
-        // What waits there for its next time goes on waiting: nobody hurries by leaving.
-        self.end_times(way..topology.end(way));
-        if self.phase(way) == Phase::Ending {
-            self.status_mut(way).phase = Phase::Pending;
-        }
-        self.forget_begun(way);
-    }
-
-    /// Nothing below a node counts as granted since it began.
-    fn forget_begun(&mut self, top: NodeId) {
-        for node in (top.0..self.topology.end(top).0).map(NodeId) {
-            if self.status(node).is_begun {
-                self.status_mut(node).is_begun = false;
-            }
-        }
-    }
-
-    /// A node that is done more than once begins anew.
-    fn repeat(&mut self, reopened: &Reopened, at: Time, until: Option<Time>) {
-        let top = reopened.node;
-        let below = top..self.topology.end(top);
-        self.forget_moments(below.clone());
-        self.forget_needs(below.clone());
-        for node in (below.start.0..below.end.0).map(NodeId) {
-            *self.status_mut(node) = Status::default();
-            if node != top {
-                Arc::make_mut(&mut self.iterations).remove(&node);
-            }
-            Arc::make_mut(&mut self.left).remove(&node);
-            Arc::make_mut(&mut self.infeasible).remove(&node);
-            Arc::make_mut(&mut self.unfit).remove(&node);
-        }
-        *Arc::make_mut(&mut self.iterations).entry(top).or_default() += 1;
-        self.gather(top, |holder| below.contains(&holder));
-        if let Some(until) = until {
-            Arc::make_mut(&mut self.pauses).insert(top, Pause { since: at, until });
-        }
-    }
-
-    fn end_intentions(&mut self, ended: &[Kept]) {
-        for &Kept { resource, holder, .. } in ended {
-            Arc::make_mut(&mut self.table).lapse(resource, holder);
-        }
-    }
-
-    /// A node is canceled or about to be left.
-    fn end_node(&mut self, node: NodeId) -> bool {
-        let is_known = node.index() < self.topology.count();
-        if is_known && !matches!(self.phase(node), Phase::Done | Phase::Failed | Phase::Cleaning(_)) {
-            self.status_mut(node).phase = Phase::Ending;
-            self.end_times(node..self.topology.end(node));
-        }
-        is_known
-    }
-
-    /// What full grippers held below the body goes to the cleanup's node.
-    fn begin_cleaning(&mut self, node: NodeId) -> bool {
-        if !self.can_clean(node) {
-            return false;
-        }
-        let body = NodeId(node.0 + 1)..self.topology.end(NodeId(node.0 + 1));
-        self.forget_moments(body.clone());
-        self.gather(node, |holder| body.contains(&holder));
-        let failing = match self.phase(node) {
-            Phase::Failing(failing) => Some(failing),
-            Phase::Pending | Phase::Ending | Phase::Done | Phase::Failed | Phase::Cleaning(_) => None,
-        };
-        self.status_mut(node).phase = Phase::Cleaning(failing);
-        Arc::make_mut(&mut self.cleaning).insert(node);
-        true
-    }
-
-    fn cleaned(&mut self, node: NodeId, consequences: Consequences) -> bool {
-        let is_sound = self.cleaning.contains(&node) && self.can_fail(node, consequences);
-        if is_sound {
-            self.end_cleaning(node);
-            self.fall(node, consequences);
-        }
-        is_sound
-    }
-
-    /// A cleanup is over, and can be done another time; its node is as before it was begun.
-    fn end_cleaning(&mut self, node: NodeId) {
-        Arc::make_mut(&mut self.cleaning).remove(&node);
-        let cleanup = self.topology.children(node).last().unwrap_or(node);
-        let below = cleanup..self.topology.end(cleanup);
-        self.forget_moments(below.clone());
-        self.forget_needs(below.clone());
-        for index in below.start.0..below.end.0 {
-            *self.status_mut(NodeId(index)) = Status::default();
-        }
-        self.gather(node, |holder| below.contains(&holder));
-        if let Phase::Cleaning(_) = self.phase(node) {
-            self.status_mut(node).phase = Phase::Pending;
-        }
-        self.forget_begun(node);
-    }
-
-    /// A node begins anew, but for what it keeps, when it has waited.
-    fn try_again(&mut self, reopened: &Reopened, wait: Wait) {
-        let top = reopened.node;
-        // What was done is done from its beginning, as often as it says.
-        let is_done = |node: NodeId| node > top && self.phase(node) == Phase::Done;
-        let is_again = |node: &NodeId| self.iterations.contains_key(node) && self.topology.path(*node).any(is_done);
-        let again: Vec<NodeId> = reopened.reset.iter().copied().filter(is_again).collect();
-        for node in again {
-            Arc::make_mut(&mut self.iterations).remove(&node);
-        }
-        for &node in &reopened.reset {
-            self.end_time(node);
-            self.wake(node);
-            let failures = if node == top { self.status(node).failures + 1 } else { 0 };
-            let status = self.status_mut(node);
-            (status.phase, status.way, status.failures, status.bar) = (Phase::Pending, None, failures, None);
-            status.is_begun = false;
-            Arc::make_mut(&mut self.infeasible).remove(&node);
-            Arc::make_mut(&mut self.unfit).remove(&node);
-            self.forget_needs(node..NodeId(node.0 + 1));
-        }
-        self.gather(top, |holder| reopened.reset.binary_search(&holder).is_ok());
-        if wait.until > wait.since {
-            self.wait(top, wait);
-        }
-    }
-
-    /// What full grippers hold below a node goes to it; all else that is held there is free.
-    fn gather(&mut self, to: NodeId, is_from: impl Fn(NodeId) -> bool) {
-        let world = Arc::clone(&self.world);
-        Arc::make_mut(&mut self.table).gather(to, is_from, |resource| world.held_by(resource).is_some());
-    }
-
     /// A behavior fails without having run.
     fn give_up(&mut self, leaf: NodeId, reason: &Reason, consequences: Consequences) -> bool {
         if !self.can_fail(leaf, consequences) || self.running.contains_key(&leaf) {
@@ -423,7 +285,7 @@ impl State {
     }
 
     /// What fails with a node that does not run.
-    fn fall(&mut self, from: NodeId, consequences: Consequences) {
+    pub(super) fn fall(&mut self, from: NodeId, consequences: Consequences) {
         if let Some(failed) = consequences.failed {
             let (topology, world) = (Arc::clone(&self.topology), Arc::clone(&self.world));
             let is_full = |resource| world.held_by(resource).is_some();

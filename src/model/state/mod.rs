@@ -1,6 +1,7 @@
 //! What a run has come to: tree, table, world, what runs. Root decides on it and says every change of it as a record;
 //! whoever reads the records has the same state, since [`State::apply`] is all that ever changes one.
 
+mod anew;
 mod apply;
 mod check;
 mod chunks;

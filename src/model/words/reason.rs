@@ -233,11 +233,6 @@ pub enum Reason {
         /// The node.
         node: NodeId,
     },
-    /// A node above cleans up.
-    CleaningUp {
-        /// The node.
-        node: NodeId,
-    },
     /// A node above took too long and is waiting for what still runs.
     OutOfTime {
         /// That node.
@@ -329,46 +324,71 @@ impl Reason {
             Self::AlreadyDone { heir, lacks } => {
                 format!("already done for {}, which still lacks: {}", names.node(*heir), lacks.sentence(names))
             }
-            Self::Outbid { by, resource, own, theirs } => format!(
-                "outbid by {} for {} ({theirs:.3} against {own:.3})",
-                names.node(*by),
-                names.resource(*resource)
-            ),
-            Self::LessUrgent { by, resource, own, theirs } => format!(
+            Self::Outbid { .. }
+            | Self::LessUrgent { .. }
+            | Self::DoneOftener { .. }
+            | Self::Outdone { .. }
+            | Self::SameObject { .. }
+            | Self::Clash { .. }
+            | Self::Alternative { .. }
+            | Self::WholeRobot { .. }
+            | Self::WouldDeadlock { .. }
+            | Self::NotItsTurn { .. }
+            | Self::Ending { .. }
+            | Self::Reserved { .. }
+            | Self::TooEarly { .. }
+            | Self::NotYet { .. }
+            | Self::GivenUp { .. }
+            | Self::OutOfTime { .. } => self.of_order(names),
+        }
+    }
+
+    /// The same where others come before it, or its turn is not now.
+    fn of_order(&self, names: &Names) -> String {
+        if let Self::Outbid { by, resource, own, theirs } = self {
+            format!("outbid by {} for {} ({theirs:.3} against {own:.3})", names.node(*by), names.resource(*resource))
+        } else if let Self::LessUrgent { by, resource, own, theirs } = self {
+            format!(
                 "{} is more urgent and takes {} (priority {theirs} against {own})",
                 names.node(*by),
                 names.resource(*resource)
-            ),
-            Self::DoneOftener { by, resource, own, theirs } => format!(
+            )
+        } else if let Self::DoneOftener { by, resource, own, theirs } = self {
+            format!(
                 "{} comes first for {}: it has been done {theirs} times, this one {own} times",
                 names.node(*by),
                 names.resource(*resource)
-            ),
-            Self::Outdone { by } => format!("{} was asked for instead, and did not get what it needs", names.node(*by)),
-            Self::SameObject { object, with } => {
-                format!("{} changes {} too", names.node(*with), names.thing(*object))
-            }
-            Self::Clash { with } => format!("it would be in the way of {}", names.node(*with)),
-            Self::Alternative { chosen } => format!("{} was chosen instead", names.node(*chosen)),
-            Self::WholeRobot { by } => format!("one behavior at a time, and {} has the robot", names.node(*by)),
-            Self::WouldDeadlock { deadlock } => format!("would deadlock: {}", deadlock.sentence(names)),
-            Self::NotItsTurn { after } => format!("its turn comes after {}", names.node(*after)),
-            Self::Ending { failed } => format!("{} failed; its siblings are being canceled", names.node(*failed)),
-            Self::Reserved { resource: Some(resource), by } => {
-                format!("{} is reserved for {}", names.resource(*resource), names.node(*by))
-            }
-            Self::Reserved { resource: None, by } => format!("{} comes first, which changes the same", names.node(*by)),
-            Self::TooEarly { task } => format!("{} has waited longer, and it is its turn", names.node(*task)),
-            Self::NotYet { node, wait_ms } => {
-                format!("{} is not due again before {} s have passed", names.node(*node), *wait_ms as f64 / 1e3)
-            }
-            Self::GivenUp { node } => {
-                format!("{} is given up; what runs below it is being canceled", names.node(*node))
-            }
-            Self::CleaningUp { node } => format!("{} is being cleaned up", names.node(*node)),
-            Self::OutOfTime { node } => {
-                format!("{} took too long; what runs below it is being canceled", names.node(*node))
-            }
+            )
+        } else if let Self::Outdone { by } = self {
+            format!("{} was asked for instead, and did not get what it needs", names.node(*by))
+        } else if let Self::SameObject { object, with } = self {
+            format!("{} changes {} too", names.node(*with), names.thing(*object))
+        } else if let Self::Clash { with } = self {
+            format!("it would be in the way of {}", names.node(*with))
+        } else if let Self::Alternative { chosen } = self {
+            format!("{} was chosen instead", names.node(*chosen))
+        } else if let Self::WholeRobot { by } = self {
+            format!("one behavior at a time, and {} has the robot", names.node(*by))
+        } else if let Self::WouldDeadlock { deadlock } = self {
+            format!("would deadlock: {}", deadlock.sentence(names))
+        } else if let Self::NotItsTurn { after } = self {
+            format!("its turn comes after {}", names.node(*after))
+        } else if let Self::Ending { failed } = self {
+            format!("{} failed; its siblings are being canceled", names.node(*failed))
+        } else if let Self::Reserved { resource: Some(resource), by } = self {
+            format!("{} is reserved for {}", names.resource(*resource), names.node(*by))
+        } else if let Self::Reserved { resource: None, by } = self {
+            format!("{} comes first, which changes the same", names.node(*by))
+        } else if let Self::TooEarly { task } = self {
+            format!("{} has waited longer, and it is its turn", names.node(*task))
+        } else if let Self::NotYet { node, wait_ms } = self {
+            format!("{} is not due again before {} s have passed", names.node(*node), *wait_ms as f64 / 1e3)
+        } else if let Self::GivenUp { node } = self {
+            format!("{} is given up; what runs below it is being canceled", names.node(*node))
+        } else if let Self::OutOfTime { node } = self {
+            format!("{} took too long; what runs below it is being canceled", names.node(*node))
+        } else {
+            String::new()
         }
     }
 

@@ -38,7 +38,7 @@ fn waits_for(reason: &Reason) -> Option<NodeId> {
         Reason::Alternative { chosen } => Some(*chosen),
         Reason::AlreadyDone { heir, .. } => Some(*heir),
         Reason::Ending { failed } => Some(*failed),
-        Reason::OutOfTime { node } | Reason::GivenUp { node } | Reason::CleaningUp { node } => Some(*node),
+        Reason::OutOfTime { node } | Reason::GivenUp { node } => Some(*node),
         Reason::Satisfied
         | Reason::Held { .. }
         | Reason::Unavailable { .. }

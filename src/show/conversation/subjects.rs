@@ -196,7 +196,6 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
         | Reason::TooEarly { .. }
         | Reason::NotYet { .. }
         | Reason::GivenUp { .. }
-        | Reason::CleaningUp { .. }
         | Reason::OutOfTime { .. } => false,
     }
 }

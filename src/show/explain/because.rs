@@ -70,7 +70,6 @@ pub(super) fn because(reason: &Reason, history: &History) -> Because {
         | Reason::TooEarly { .. }
         | Reason::NotYet { .. }
         | Reason::GivenUp { .. }
-        | Reason::CleaningUp { .. }
         | Reason::OutOfTime { .. } => plain(None),
     }
 }

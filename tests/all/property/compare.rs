@@ -26,10 +26,7 @@ pub fn against_reference(case: &Case) -> Counts {
                 model.ended(*leaf, outcome);
                 true
             }
-            Some(Event::Cancel) => {
-                model.tell_to_finish(MissionEnd::Canceled);
-                true
-            }
+            Some(Event::Cancel) => model.tell_to_finish(MissionEnd::Canceled),
             Some(Event::Nothing) => {
                 model.end_stalled(true);
                 true
@@ -76,9 +73,10 @@ fn compare(case: &Case, driver: &Driver, event: Option<&Event>, records: &[Recor
 fn recorded(case: &Case, record: &Record) -> Option<String> {
     Some(match record {
         Record::Released { leaf, end, consequences, unfit, .. } => released(*leaf, *end, consequences, unfit),
-        Record::Decided { granted, refused, reopened, deadlines, urged, .. } => {
+        Record::Decided { granted, refused, reopened, deadlines, urged, overdue, .. } => {
             let refused = refused.iter().map(|Blocked { leaf, reason }| (*leaf, reason));
-            decided(case, granted.iter(), refused, reopened.as_ref(), deadlines) + &changed(urged.as_ref())
+            decided(case, granted.iter(), refused, reopened.as_ref(), deadlines)
+                + &changed(urged.as_ref(), overdue.as_ref())
         }
         Record::Infeasible { leaf, reason, consequences, .. } => infeasible(*leaf, reason, consequences),
         Record::TimedOut { node, consequences, .. } => timed_out(*node, consequences),
@@ -86,10 +84,9 @@ fn recorded(case: &Case, record: &Record) -> Option<String> {
         Record::Overtaken { leaf, skip, goal, consequences, .. } => overtaken(*leaf, *skip, *goal, consequences),
         Record::Ended { end, .. } => format!("{end:?}"),
         Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => return None,
-        Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } => return None,
-        Record::World { .. } | Record::Denied { .. } => return None,
+        Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::World { .. } => return None,
         Record::Resource { .. } | Record::Woke { .. } | Record::Served { .. } => return None,
-        Record::Awaited { .. } | Record::Controller { .. } => return None,
+        Record::Awaited { .. } | Record::Controller { .. } | Record::Denied { .. } => return None,
         Record::Ending { end, until, .. } => format!("ending {end:?} {until:?}"),
         Record::Leaving { way, .. } => format!("leaving {way:?}"),
         Record::Cleaning { node, .. } => format!("cleaning {node:?}"),
@@ -105,7 +102,7 @@ fn stepped(case: &Case, step: &Step) -> String {
             let refused = decision.refused.iter().map(|(&leaf, refusal)| (leaf, &refusal.reason));
             let reopened = decision.reopened.as_ref();
             decided(case, decision.granted.values(), refused, reopened, &decision.deadlines)
-                + &changed(decision.urged.as_ref())
+                + &changed(decision.urged.as_ref(), decision.overdue.as_ref())
         }
         Step::Infeasible { leaf, reason, consequences } => infeasible(*leaf, reason, consequences),
         Step::TimedOut { node, consequences } => timed_out(*node, consequences),
@@ -118,8 +115,9 @@ fn stepped(case: &Case, step: &Step) -> String {
     }
 }
 
-fn changed(urged: Option<&Vec<Urged>>) -> String {
-    urged.map_or_else(String::new, |urged| format!(" urged {urged:?}"))
+fn changed(urged: Option<&Vec<Urged>>, overdue: Option<&Vec<NodeId>>) -> String {
+    let overdue = overdue.map_or_else(String::new, |overdue| format!(" overdue {overdue:?}"));
+    urged.map_or_else(String::new, |urged| format!(" urged {urged:?}")) + &overdue
 }
 
 fn released(leaf: NodeId, end: End, consequences: &Consequences, unfit: &[ResourceId]) -> String {

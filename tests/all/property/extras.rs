@@ -75,7 +75,7 @@ fn add_lasting(rng: &mut Rng, mission: &mut MissionSpec) {
     let facts = mission.start.facts.len();
     for_each_behavior(mission, |spec, _| {
         let mut parts = Vec::new();
-        if rng.is(if spec.kind == "gadget" { 35 } else { 10 }) {
+        if rng.is(if spec.kind == "gadget" { 20 } else { 5 }) {
             parts.push(Condition::Fact(FactId::from(rng.below(facts)), rng.is(50)));
         }
         let needs = match std::mem::replace(&mut spec.precondition, Condition::Never) {

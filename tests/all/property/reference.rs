@@ -4,6 +4,7 @@
 
 mod cleanup;
 mod failing;
+mod fairness;
 mod feasible;
 mod holding;
 mod lapse;
@@ -82,6 +83,9 @@ pub struct Model<'a> {
     iterated: BTreeMap<NodeId, u32>,
     began: BTreeMap<NodeId, Time>,
     resting: BTreeMap<NodeId, (Time, u64)>,
+    /// How many grants to later tasks each task has seen since its own last one, and who is overdue.
+    seen: BTreeMap<NodeId, u32>,
+    overdue: BTreeSet<NodeId>,
     /// Nodes with a cleanup below whose body something was granted since they began.
     begun: BTreeSet<NodeId>,
     /// Nodes that clean up now.
@@ -105,6 +109,8 @@ pub struct Ask {
     pub is_heir: bool,
     /// Per claim the resources that fit, with the distance to reach out.
     pub serving: Vec<Vec<(ResourceId, f64)>>,
+    /// It is its task's turn.
+    pub is_overdue: bool,
     /// With a wish, how much rather another resource than this one.
     pub wish: Option<BTreeMap<ResourceId, u32>>,
 }
@@ -127,6 +133,7 @@ pub struct Decision {
     pub reopened: Option<Reopened>,
     pub deadlines: Vec<Deadline>,
     pub urged: Option<Vec<Urged>>,
+    pub overdue: Option<Vec<NodeId>>,
 }
 
 /// Something that came to pass.
@@ -185,6 +192,8 @@ impl<'a> Model<'a> {
             iterated: BTreeMap::new(),
             began: BTreeMap::new(),
             resting: BTreeMap::new(),
+            seen: BTreeMap::new(),
+            overdue: BTreeSet::new(),
             begun: BTreeSet::new(),
             cleaning: BTreeSet::new(),
             leaving: BTreeMap::new(),

@@ -106,7 +106,10 @@ impl Model<'_> {
         // What was to finish what it can has failed too.
         self.failing.entry(node).and_modify(|failing| failing.finishes = false);
         self.end_failing_above(node, fall);
-        self.take_back(node, fall.failed);
+        self.gather(node, |holder| below.contains(holder));
+        if fall.failed.is_some() {
+            self.take_back(node, fall.failed);
+        }
     }
 
     /// It ended without the end of a behavior.
@@ -140,17 +143,20 @@ impl Model<'_> {
         self.not_yet(node).or_else(over)
     }
 
-    /// The mission is to end; what is to be cleaned up is.
-    pub fn tell_to_finish(&mut self, end: MissionEnd) {
-        self.hidden.clear();
+    /// The mission is to end; what is to be cleaned up is. False if it was told so before.
+    pub fn tell_to_finish(&mut self, end: MissionEnd) -> bool {
         if self.ending.is_some() || self.end.is_some() {
-            return;
+            return false;
         }
+        self.hidden.clear();
         let until = self.now + Duration::from_secs(10);
         self.ending = Some((end, until));
-        self.failing.retain(|node, failing| *node != TOP || !failing.finishes);
+        if !self.cleaning.contains(&TOP) {
+            self.failing.remove(&TOP);
+        }
         self.awaited = None;
         self.log.push(Step::Ending { end, until });
+        true
     }
 
     /// Whether rounds go on; the mission that is told to end ends with the last cleanup.

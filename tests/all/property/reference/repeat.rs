@@ -51,6 +51,7 @@ impl Model<'_> {
     }
 
     pub(super) fn end_iteration(&mut self, node: NodeId) {
+        self.hidden.clear();
         let times = self.ended_times(node) + 1;
         let every = self.mission.tree.repeats[&node].every;
         let began = self.began.get(&node).copied().unwrap_or(self.now);

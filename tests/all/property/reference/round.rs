@@ -19,15 +19,20 @@ struct Answer {
 }
 
 impl Model<'_> {
-    /// Gives up what can never run, asks, grants, goes on, lapses; true if another round follows at once.
-    pub fn round(&mut self) -> bool {
+    /// Gives up what can never run, and begins cleanups; false if no round follows.
+    fn prepare(&mut self) -> bool {
         if self.ending.is_none() {
             self.give_up();
             if self.end.is_none() {
                 self.begin_cleanups();
             }
         }
-        if self.end.is_some() || !self.goes_on_cleaning() {
+        self.end.is_none() && self.goes_on_cleaning()
+    }
+
+    /// Gives up what can never run, asks, grants, goes on, lapses; true if another round follows at once.
+    pub fn round(&mut self) -> bool {
+        if !self.prepare() {
             return false;
         }
         let answer = self.ask(NodeId(1), &[]);
@@ -39,15 +44,8 @@ impl Model<'_> {
         for grant in grants {
             decision.granted.insert(grant.leaf(), grant);
         }
-        let rows = self.rows.clone();
-        for grant in decision.granted.values().cloned().collect::<Vec<_>>() {
-            self.take(&grant);
-            self.settle_grant(&grant);
-            decision.deadlines.extend(self.begin_times(grant.leaf()));
-            self.begin_first_time(grant.leaf());
-            self.running.insert(grant.leaf(), grant);
-        }
-        decision.deadlines.sort_by_key(|deadline| deadline.node);
+        let (rows, was_idle) = (self.rows.clone(), self.running.is_empty());
+        self.grant(&mut decision);
         if !decision.granted.is_empty() {
             self.hidden.clear();
         }
@@ -63,7 +61,10 @@ impl Model<'_> {
         if self.end.is_none() && !answer.is_satisfied {
             self.tell_what_is_broken();
             self.preempt(&taken);
+        }
+        if self.end.is_none() {
             decision.urged = self.urge(&decision, &rows);
+            decision.overdue = self.note_fairness(&decision, was_idle);
         }
         self.log.insert(place, Step::Decided(decision.clone()));
         let yields = if self.end.is_none() { self.give_way(&taken) } else { Vec::new() };
@@ -80,7 +81,11 @@ impl Model<'_> {
         if decision.urged.is_some() || decision.reopened.is_some() || is_overtaken || has_yielded {
             self.hidden.clear();
         }
-        let goes_on = !decision.granted.is_empty()
+        if decision.overdue.is_some() {
+            self.hidden.clear();
+        }
+        let goes_on = decision.overdue.is_some()
+            || !decision.granted.is_empty()
             || decision.reopened.is_some()
             || is_overtaken
             || decision.urged.is_some()
@@ -90,6 +95,17 @@ impl Model<'_> {
             || is_hiding;
         self.awaited = self.awaited.filter(|_| decision.granted.is_empty());
         self.end.is_none() && self.end_of_round(answer.is_satisfied, goes_on, &decision)
+    }
+
+    fn grant(&mut self, decision: &mut Decision) {
+        for grant in decision.granted.values().cloned().collect::<Vec<_>>() {
+            self.take(&grant);
+            self.settle_grant(&grant);
+            decision.deadlines.extend(self.begin_times(grant.leaf()));
+            self.begin_first_time(grant.leaf());
+            self.running.insert(grant.leaf(), grant);
+        }
+        decision.deadlines.sort_by_key(|deadline| deadline.node);
     }
 
     /// The time of every node above runs from the first grant.
@@ -157,6 +173,9 @@ impl Model<'_> {
         }
         if let Some(refusal) = self.hidden.get(&leaf).filter(|_| self.request(leaf, skips, false).is_ok()) {
             return refused(refusal.clone());
+        }
+        if let Some(refusal) = self.too_early(leaf).filter(|_| self.request(leaf, skips, false).is_ok()) {
+            return refused(refusal);
         }
         match self.request(leaf, skips, false) {
             Ok(ask) => Answer { asks: vec![ask], ..Answer::default() },
@@ -322,7 +341,25 @@ impl Model<'_> {
                 true => Reason::Reserved { resource: Some(resource), by },
                 false => Reason::Outbid { by, resource, own, theirs },
             };
-            return Some(Refusal { resources: wanted.collect(), ..reason.into() });
+            // Who is in its way alone, if anybody is, and with what.
+            let clashes = |other: &&Ask| {
+                let mut is_beside = false;
+                self.for_each_choice(&[(*other).clone(), ask.clone()], &mut |_| is_beside = true);
+                !is_beside
+            };
+            let blockers: Vec<&Ask> = accepted.iter().filter(clashes).collect();
+            let claims_of = |ask: &Ask| -> Vec<(ResourceId, Access)> {
+                let claims = std::iter::zip(&self.behavior(ask.grant.leaf()).claims, &ask.serving);
+                claims.flat_map(|(claim, serving)| serving.iter().map(|(id, _)| (*id, claim.access))).collect()
+            };
+            let theirs: Vec<_> = blockers.iter().flat_map(|other| claims_of(other)).collect();
+            let is_contested = |(id, access): &(ResourceId, Access)| {
+                theirs.iter().any(|(other, used)| other == id && (used != access || *used == Access::Exclusive))
+            };
+            let contested: Vec<_> = claims_of(ask).into_iter().filter(is_contested).map(|(id, _)| id).collect();
+            let behaviors = blockers.iter().map(|other| other.grant.leaf()).collect();
+            let resources = if blockers.is_empty() { wanted.collect() } else { contested };
+            return Some(Refusal { resources, behaviors, ..reason.into() });
         }
         let others = self.running.keys().copied().chain(accepted.iter().map(|other| other.grant.leaf()));
         let clash = others.into_iter().find(|&other| self.clashes(other, ask.grant.leaf()))?;
@@ -418,7 +455,8 @@ fn on(reason: Reason, behavior: NodeId) -> Refusal {
 /// The order of requests, and of wishes behind the requests that are as urgent.
 pub(super) fn order(a: &Ask, b: &Ask) -> Ordering {
     let (one, other) = (&a.grant.request, &b.grant.request);
-    let by_urgency = other.priority.cmp(&one.priority).then(a.wish.is_some().cmp(&b.wish.is_some()));
+    let by_turn = a.wish.is_some().cmp(&b.wish.is_some()).then(b.is_overdue.cmp(&a.is_overdue));
+    let by_urgency = other.priority.cmp(&one.priority).then(by_turn);
     let by_potential = one.iterations.cmp(&other.iterations).then(other.potential.total_cmp(&one.potential));
     by_urgency.then(by_potential).then(b.is_heir.cmp(&a.is_heir)).then(one.leaf.cmp(&other.leaf))
 }

@@ -44,7 +44,8 @@ impl Model<'_> {
         self.ending = Some((end, self.now + Duration::from_secs(10)));
         if self.owes(TOP, None) || is_told {
             self.ending = None;
-            return self.tell_to_finish(end);
+            self.tell_to_finish(end);
+            return;
         }
         self.ending = None;
         self.finish(end);

@@ -18,7 +18,7 @@ impl Model<'_> {
     }
 
     /// How urgent it is by what the task says.
-    fn told_priority(&self, node: NodeId) -> i32 {
+    pub(super) fn told_priority(&self, node: NodeId) -> i32 {
         self.mission.tree.priority(node)
     }
 
@@ -57,7 +57,7 @@ impl Model<'_> {
             return None;
         }
         let least = self.mission.tree.leaves().map(|leaf| self.told_priority(leaf)).min()?;
-        if self.priority(leaf) <= least {
+        if self.priority(leaf) <= least && !self.is_overdue(leaf) {
             return None;
         }
         self.request(leaf, skips, true).ok()

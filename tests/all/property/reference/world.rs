@@ -85,6 +85,7 @@ impl Model<'_> {
                 met: Vec::new(),
             },
             is_heir,
+            is_overdue: self.is_overdue(leaf),
             wish: is_wish.then(|| self.preferences(leaf, skips, &serving)),
             serving,
         })
