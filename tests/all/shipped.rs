@@ -316,8 +316,8 @@ fn the_examples_of_the_docs_are_sound() {
     let told = home.start([std::ffi::OsStr::new("simulate"), tea.as_os_str()]).ends(0).stderr;
     assert!(told.contains("step 1: move to shelf (base)") && !told.contains("attached"), "{told}");
     let docs = std::fs::read_to_string(file("docs/missions.md")).expect("it is there");
-    let examples: [&str; 9] = yaml(&docs).collect::<Vec<_>>().try_into().expect("nine examples");
-    let [mission, limits, parameters, behaviors, calls, hands, subtrees, desk, failures] = examples;
+    let examples: [&str; 10] = yaml(&docs).collect::<Vec<_>>().try_into().expect("ten examples");
+    let [mission, limits, parameters, behaviors, calls, hands, busy, subtrees, desk, failures] = examples;
     home.start(["check".as_ref(), home.write("desk.yaml", desk).as_os_str()]).ends(0);
     let failures = home.write("failures.yaml", failures);
     let desk = file("config/missions/desk.yaml");
@@ -331,6 +331,8 @@ fn the_examples_of_the_docs_are_sound() {
     let limited = format!("{plain}{limits}").replace("  objects:\n", "  objects:\n    pot: {at: shelf}\n");
     let (_, report) = simulate(&load(&home.write("limited.yaml", &limited)), &Settings::default(), Vec::new());
     assert_eq!((report.outcome.word(), report.steps.len()), ("done", 4));
+    let busy = load(&home.write("busy.yaml", &format!("{plain}{busy}")));
+    assert_eq!(simulate(&busy, &Settings::default(), Vec::new()).1.outcome.word(), "done");
     let told = home.write("told.yaml", &format!("{plain}{parameters}"));
     let finished = home.start(["check", told.to_str().expect("UTF-8"), "--set", "to=table"]).ends(0);
     assert_eq!(finished.stderr, "");

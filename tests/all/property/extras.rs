@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use ambidex::model::{BehaviorSpec, Condition, FactId, MissionSpec, NodeId, NodeKind, Repeat, Selector};
+use ambidex::model::{BehaviorSpec, Condition, EffectTerm, FactId, MissionSpec, NodeId, NodeKind, ObjectId, Repeat, Selector};
 
 use crate::driver::Rng;
-use crate::support::GRIPPER;
+use crate::support::{GRIPPER, Tree};
 
 /// Most nodes of one tree that repeat.
 const MOST_REPEATING: usize = 3;
@@ -118,5 +118,17 @@ fn add_repeats(rng: &mut Rng, mission: &mut MissionSpec) {
         let every = rng.is(40).then(|| Duration::from_millis(100 + rng.below(12_000) as u64));
         let times = Some(2 + rng.below(2) as u32);
         mission.tree.repeats.insert(rng.one(&can), Repeat { times, every });
+    }
+}
+
+/// An object that something in a tree takes.
+pub fn taken(tree: &Tree) -> Option<ObjectId> {
+    match tree {
+        Tree::And(children) | Tree::Or(children) | Tree::Then(children) => children.iter().find_map(taken),
+        Tree::Cleanup(children) => taken(&children[0]),
+        Tree::Leaf(_, spec) => spec.effects.iter().find_map(|effect| match *effect {
+            EffectTerm::Taken(object, _) => Some(object),
+            EffectTerm::Lies(..) | EffectTerm::LetGo(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
+        }),
     }
 }

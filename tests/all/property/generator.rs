@@ -245,7 +245,7 @@ impl<'a> Maker<'a> {
 
     /// Here and there a cleanup behind a node: mostly one that puts down what the node took.
     fn clean(&mut self, tree: Tree) -> Tree {
-        let taken = taken(&tree);
+        let taken = extras::taken(&tree);
         let tree = match tree {
             Tree::And(children) => Tree::And(self.clean_all(children)),
             Tree::Or(children) => Tree::Or(self.clean_all(children)),
@@ -495,17 +495,5 @@ impl<'a> Maker<'a> {
         spec.backoff = Duration::from_millis([0, 200, 500][self.leaves % 3]);
         self.leaves += 1;
         Tree::Leaf(format!("{word}{}", self.leaves), Box::new(spec))
-    }
-}
-
-/// An object that something in a tree takes.
-fn taken(tree: &Tree) -> Option<ObjectId> {
-    match tree {
-        Tree::And(children) | Tree::Or(children) | Tree::Then(children) => children.iter().find_map(taken),
-        Tree::Cleanup(children) => taken(&children[0]),
-        Tree::Leaf(_, spec) => spec.effects.iter().find_map(|effect| match *effect {
-            EffectTerm::Taken(object, _) => Some(object),
-            EffectTerm::Lies(..) | EffectTerm::LetGo(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
-        }),
     }
 }

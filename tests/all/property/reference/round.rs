@@ -78,10 +78,8 @@ impl Model<'_> {
         if let Some(node) = clean {
             self.end_cleanup_alone(node, true);
         }
-        if decision.urged.is_some() || decision.reopened.is_some() || is_overtaken || has_yielded {
-            self.hidden.clear();
-        }
-        if decision.overdue.is_some() {
+        let is_order = decision.urged.is_some() || decision.overdue.is_some();
+        if is_order || decision.reopened.is_some() || is_overtaken || has_yielded {
             self.hidden.clear();
         }
         let goes_on = decision.overdue.is_some()
