@@ -84,8 +84,9 @@ impl Overtaking<'_> {
         let is_left =
             |leaf: &NodeId| topology.path(*leaf).take_while(|node| *node != then).all(|node| !self.state.is_done(node));
         // What cleans up below is passed over with what it would clean up.
-        let is_asked =
-            |leaf: &NodeId| !topology.path(*leaf).take_while(|node| *node != then).any(|node| topology.is_cleanup(node));
+        let is_asked = |leaf: &NodeId| {
+            !topology.path(*leaf).take_while(|node| *node != then).any(|node| topology.is_cleanup(node))
+        };
         let mut left = skipped.filter(is_left).filter(is_asked);
         left.all(|leaf| self.concerns(leaf, &concern)).then_some(goal)
     }

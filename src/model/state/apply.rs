@@ -375,9 +375,7 @@ impl State {
         let top = reopened.node;
         // What was done is done from its beginning, as often as it says.
         let is_done = |node: NodeId| node > top && self.phase(node) == Phase::Done;
-        let is_again = |node: &NodeId| {
-            self.iterations.contains_key(node) && self.topology.path(*node).any(is_done)
-        };
+        let is_again = |node: &NodeId| self.iterations.contains_key(node) && self.topology.path(*node).any(is_done);
         let again: Vec<NodeId> = reopened.reset.iter().copied().filter(is_again).collect();
         for node in again {
             Arc::make_mut(&mut self.iterations).remove(&node);
@@ -447,6 +445,10 @@ impl State {
         let topology = Arc::clone(&self.topology);
         let mut child = failing.node;
         for node in topology.path(failing.node).skip(1).take_while(|node| node.0 > 0) {
+            // What a cleanup comes to is nothing to those above.
+            if topology.is_cleanup(child) {
+                break;
+            }
             if self.phase(node) == Phase::Pending {
                 self.status_mut(node).phase = Phase::Failing(Failing { node, child, ..failing });
             }
