@@ -307,6 +307,10 @@ impl State {
         let topology = Arc::clone(&self.topology);
         let mut child = failing.node;
         for node in topology.path(failing.node).skip(1).take_while(|node| node.0 > 0) {
+            // What a cleanup comes to is nothing to those above.
+            if topology.is_cleanup(child) {
+                break;
+            }
             if self.phase(node) == Phase::Pending {
                 self.status_mut(node).phase = Phase::Failing(Failing { node, child, ..failing });
             }

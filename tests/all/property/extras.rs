@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use ambidex::model::{BehaviorSpec, Condition, EffectTerm, FactId, MissionSpec, NodeId, NodeKind, ObjectId, Repeat, Selector};
+use ambidex::model::{
+    BehaviorSpec, Condition, EffectTerm, FactId, MissionSpec, NodeId, NodeKind, ObjectId, Repeat, Selector,
+};
 
 use crate::driver::Rng;
 use crate::support::{GRIPPER, Tree};

@@ -260,6 +260,13 @@ impl<'a> Model<'a> {
 
     /// Who was told to end since the last time, what runs below a node that fails included.
     pub fn stops(&mut self) -> Vec<(NodeId, StopCause)> {
+        self.tell_what_ends();
+        let mut told = std::mem::take(&mut self.told);
+        told.sort_by_key(|(leaf, _)| *leaf);
+        told
+    }
+
+    pub(crate) fn tell_what_ends(&mut self) {
         let is_ending = |leaf: &NodeId| {
             let is_it = |node: NodeId| self.is_canceling(node) || self.is_given_up(node);
             self.is_grace_over() || self.within(*leaf).into_iter().any(is_it)
@@ -267,9 +274,6 @@ impl<'a> Model<'a> {
         let told = |leaf: &NodeId| self.stopping.get(leaf) != Some(&StopCause::Ends) && is_ending(leaf);
         let now: Vec<NodeId> = self.running.keys().copied().filter(told).collect();
         now.into_iter().for_each(|leaf| self.tell_to_end(leaf, StopCause::Ends));
-        let mut told = std::mem::take(&mut self.told);
-        told.sort_by_key(|(leaf, _)| *leaf);
-        told
     }
 
     fn tell_to_end(&mut self, leaf: NodeId, cause: StopCause) {

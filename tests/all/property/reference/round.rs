@@ -59,6 +59,7 @@ impl Model<'_> {
             }
         }
         if self.end.is_none() && !answer.is_satisfied {
+            self.tell_what_ends();
             self.tell_what_is_broken();
             self.preempt(&taken);
         }
