@@ -274,7 +274,8 @@ impl Settling<'_> {
         {
             // A body that did what it could has failed for good now.
             let (cause, fault) = before.map_or((self.cause, self.fault), |before| (before.cause, before.fault));
-            let finishes = ordering == Ordering::And && !can_recover(tree, state, node, fault);
+            let goes_on = !state.is_over(node) && !can_recover(tree, state, node, fault);
+            let finishes = ordering == Ordering::And && goes_on;
             self.failing = Some(Failing { node, child, cause, fault, finishes });
             self.failing
         } else {

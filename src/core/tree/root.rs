@@ -396,7 +396,9 @@ impl Root {
             Some(Found::Overtaken(overtaken)) => (None, Some(overtaken)),
             None => (None, None),
         };
-        let is_nothing = verdict.granted.is_empty() && found.is_none() && overtaken.is_none() && !is_hiding;
+        // What was satisfied in this round may not be so any more.
+        let begins_anew = found.is_some() || overtaken.is_some();
+        let is_nothing = verdict.granted.is_empty() && !begins_anew && !is_hiding;
         self.tell_why(&mut decided, &verdict, is_nothing);
         if let Record::Decided { reopened, urged, overdue, .. } = &mut decided {
             self.is_wanted |= urged.is_some() || overdue.is_some();
@@ -408,7 +410,9 @@ impl Root {
             self.overtake(now, overtaken, out);
         }
         self.give_way(now, &wished, out);
-        self.end_satisfied(now, out);
+        if !begins_anew {
+            self.end_satisfied(now, out);
+        }
         let is_idle = self.state.running().is_empty() && self.state.waits().is_empty();
         self.is_quiet = is_nothing && is_idle && !self.is_wanted;
         (verdict, wished)

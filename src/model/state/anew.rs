@@ -80,7 +80,9 @@ impl State {
             Phase::Failing(failing) => Some(failing),
             Phase::Pending | Phase::Ending | Phase::Done | Phase::Failed | Phase::Cleaning(_) => None,
         };
-        self.status_mut(node).phase = Phase::Cleaning(failing);
+        let is_ending = self.phase(node) == Phase::Ending;
+        let status = self.status_mut(node);
+        (status.phase, status.is_ending) = (Phase::Cleaning(failing), is_ending);
         Arc::make_mut(&mut self.cleaning).insert(node);
         true
     }
@@ -105,8 +107,9 @@ impl State {
             *self.status_mut(NodeId(index)) = Status::default();
         }
         self.gather(node, |holder| below.contains(&holder));
+        let is_ending = std::mem::take(&mut self.status_mut(node).is_ending);
         if let Phase::Cleaning(_) = self.phase(node) {
-            self.status_mut(node).phase = Phase::Pending;
+            self.status_mut(node).phase = if is_ending { Phase::Ending } else { Phase::Pending };
         }
         self.forget_begun(node);
     }

@@ -123,6 +123,15 @@ impl State {
         }
     }
 
+    /// No time runs below a node any more, but in cleanups, which go on.
+    fn end_times_of_body(&mut self, node: NodeId) {
+        let topology = Arc::clone(&self.topology);
+        let in_cleanup = |timed| topology.path(timed).take_while(|above| *above > node).any(|at| topology.is_cleanup(at));
+        let timed = self.timed.range(node..topology.end(node)).map(|(&timed, _)| timed);
+        let of_body: Vec<NodeId> = timed.filter(|timed| !in_cleanup(*timed)).collect();
+        of_body.into_iter().for_each(|timed| self.end_time(timed));
+    }
+
     pub(super) fn end_times(&mut self, nodes: std::ops::Range<NodeId>) {
         let timed: Vec<NodeId> = self.timed.range(nodes).map(|(&node, _)| node).collect();
         timed.into_iter().for_each(|node| self.end_time(node));
@@ -300,7 +309,7 @@ impl State {
     fn begin_failing(&mut self, failing: Failing) {
         self.status_mut(failing.node).phase = Phase::Failing(failing);
         if !failing.finishes {
-            self.end_times(failing.node..self.topology.end(failing.node));
+            self.end_times_of_body(failing.node);
             return;
         }
         // Nothing above can be complete any more either.

@@ -17,6 +17,8 @@ pub struct Status {
     pub is_stopping: bool,
     /// Whether something below it was granted since it last began.
     pub is_begun: bool,
+    /// Whether it goes on to be left or canceled when its cleanup is over.
+    pub is_ending: bool,
     /// Why it does not ask although it is not done.
     pub bar: Option<Box<Bar>>,
     /// How it failed, while it waits before it asks again.

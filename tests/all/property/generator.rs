@@ -77,6 +77,14 @@ impl Case {
         Self { prevents_deadlock: true, ..self.clone() }
     }
 
+    /// The same where nothing goes wrong and nobody interferes.
+    pub fn undisturbed(&self) -> Self {
+        let mut mission = MissionSpec::clone(&self.mission);
+        mission.tree.limits.clear();
+        let plan = Plan { seed: self.plan.seed, ..Plan::default() };
+        Self { mission: Arc::new(mission), plan, ..self.clone() }
+    }
+
     pub fn allocator(&self) -> Arc<dyn Allocator> {
         if self.is_serial { Arc::new(Serial) } else { Arc::new(Greedy) }
     }

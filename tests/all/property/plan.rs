@@ -10,7 +10,7 @@ use ambidex::model::{
 use crate::driver::Rng;
 
 /// What happens to whom, however the messages travel.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Plan {
     pub seed: u64,
     /// Of a hundred attempts, how many fail.

@@ -71,11 +71,12 @@ impl Model<'_> {
         let yields = if self.end.is_none() { self.give_way(&taken) } else { Vec::new() };
         let has_yielded = !yields.is_empty();
         self.log.extend(yields.into_iter().map(Step::Reopened));
-        let over = answer.over.iter().min().copied().filter(|node| !self.runs_below(*node) && self.end.is_none());
+        let counts = self.end.is_none() && !is_overtaken && decision.reopened.is_none();
+        let over = answer.over.iter().min().copied().filter(|node| counts && !self.runs_below(*node));
         if let Some(node) = over {
             self.end_iteration(node);
         }
-        let clean = answer.clean.iter().min().copied().filter(|_| over.is_none() && self.end.is_none());
+        let clean = answer.clean.iter().min().copied().filter(|_| over.is_none() && counts);
         if let Some(node) = clean {
             self.end_cleanup_alone(node, true);
         }
@@ -307,12 +308,26 @@ impl Model<'_> {
                 None => self.incompatible(&accepted, &ask),
             };
             match refusal {
+                None if ask.wish.is_some() => {
+                    accepted.push(ask);
+                    self.keep_cheapest(&mut accepted);
+                }
                 None => accepted.push(ask),
                 Some(refusal) if ask.wish.is_none() => refused.push((leaf, refusal)),
                 Some(_) => {}
             }
         }
         (accepted, refused)
+    }
+
+    /// The last one takes what is cheapest now, whatever comes behind it.
+    fn keep_cheapest(&self, accepted: &mut [Ask]) {
+        let chosen = self.cheapest(accepted);
+        let last = accepted.last_mut().expect("one that was accepted");
+        let own = chosen[chosen.len() - last.serving.len()..].iter();
+        for (serving, id) in std::iter::zip(&mut last.serving, own) {
+            serving.retain(|(other, _)| other == id);
+        }
     }
 
     fn incompatible(&self, accepted: &[Ask], ask: &Ask) -> Option<Refusal> {
@@ -382,8 +397,8 @@ impl Model<'_> {
         choose(&claims, &mut Vec::new(), found);
     }
 
-    /// The cheapest way for the whole set, the first in resource order among equals; also what wishes take.
-    fn bind(&self, accepted: &[Ask]) -> (Vec<Grant>, Vec<Grant>) {
+    /// The cheapest way for the whole set, the first in resource order among equals.
+    fn cheapest(&self, accepted: &[Ask]) -> Vec<ResourceId> {
         let per_claim = accepted.iter().flat_map(|ask| ask.serving.iter().map(|_| ask.wish.as_ref()));
         let per_claim: Vec<_> = per_claim.collect();
         let mut best: Option<(u32, f64, Vec<ResourceId>)> = None;
@@ -397,7 +412,12 @@ impl Model<'_> {
                 best = Some((rank, cost, choice.iter().map(|(id, _)| *id).collect()));
             }
         });
-        let mut chosen = best.map(|(.., chosen)| chosen).unwrap_or_default().into_iter();
+        best.map(|(.., chosen)| chosen).unwrap_or_default()
+    }
+
+    /// Grants, and what wishes take.
+    fn bind(&self, accepted: &[Ask]) -> (Vec<Grant>, Vec<Grant>) {
+        let mut chosen = self.cheapest(accepted).into_iter();
         let (mut grants, mut taken) = (Vec::new(), Vec::new());
         for ask in accepted {
             let mut grant = ask.grant.clone();

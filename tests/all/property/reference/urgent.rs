@@ -45,7 +45,7 @@ impl Model<'_> {
     fn is_waited_for(&self, leaf: NodeId, held: &Held) -> bool {
         match held.kind {
             LeaseKind::Running => true,
-            LeaseKind::Intention => self.told_priority(held.holder) < self.priority(leaf),
+            LeaseKind::Intention => self.priority(held.holder) < self.priority(leaf),
             LeaseKind::Physical => false,
         }
     }
@@ -115,7 +115,7 @@ impl Model<'_> {
     }
 
     fn may_be_preempted(&self, running: NodeId, wish: NodeId) -> bool {
-        self.told_priority(running) < self.priority(wish) && self.behavior(running).is_interruptible
+        self.priority(running) < self.priority(wish) && self.behavior(running).is_interruptible
     }
 
     /// What runs and lacks what must last is told to end.
@@ -169,7 +169,7 @@ impl Model<'_> {
                 let is_idle = |held: &&Held| {
                     held.kind == LeaseKind::Intention
                         && !self.is_own(node, &wish.request.skips, held.holder)
-                        && self.told_priority(held.holder) < self.priority(node)
+                        && self.priority(held.holder) < self.priority(node)
                 };
                 let idle: Vec<Held> = self.rows[resource.index()].leases.iter().filter(is_idle).copied().collect();
                 for Held { holder, behavior, .. } in idle {
