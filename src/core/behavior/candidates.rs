@@ -9,8 +9,9 @@ use ambidex_model::{
     Reason, ResourceId, RobotSpec, Selector, Service, TypeId, match_claims,
 };
 
-/// What it costs more to be given what others would have to give up, or to wait for what will be free, meters: more than
-/// any reach.
+/// What it costs a wish more to be given what it failed with before, what others would have to give up, or what will be
+/// free, meters: more than any reach.
+const AVOIDED_M: f64 = 1e2;
 const GIVEN_UP_M: f64 = 1e3;
 const WAITED_FOR_M: f64 = 1e6;
 
@@ -130,7 +131,8 @@ impl Serving<'_> {
         Ok(ClaimOptions { access, keep: claim.keep, candidates: self.in_order(candidates, access) })
     }
 
-    /// Where it may wait, what is free comes first, then what would be given up, then what is to be waited for.
+    /// Where it may wait, what is free comes first, then what would be given up, then what is to be waited for; among these
+    /// last what it failed with before.
     fn in_order(&self, mut candidates: Vec<Candidate>, access: Access) -> Vec<Candidate> {
         let Some(patience) = self.patience else { return candidates };
         for candidate in &mut candidates {
@@ -140,6 +142,9 @@ impl Serving<'_> {
                     || lease.kind != LeaseKind::Running
                     || self.is_preempted(lease, patience)
             };
+            if std::mem::take(&mut candidate.has_failed) {
+                candidate.cost_m += AVOIDED_M;
+            }
             candidate.cost_m += match resource.obstacle(self.line, access) {
                 None => 0.0,
                 Some(_) if resource.leases().iter().all(yields) => GIVEN_UP_M,

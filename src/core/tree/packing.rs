@@ -23,7 +23,15 @@ pub(super) struct Packing<'a> {
     /// Accepted ones that are not granted: they only keep others from what they need.
     wishes: BTreeSet<NodeId>,
     /// What found nothing beside the accepted ones, by a hash of what it wants; nor does whoever wants the same.
-    late: BTreeMap<u64, Vec<Arc<Request>>>,
+    late: BTreeMap<u64, Vec<Late>>,
+}
+
+/// A request that came too late.
+#[derive(Debug)]
+struct Late {
+    request: Arc<Request>,
+    /// Whether nothing but wishes was in its way.
+    is_reserved: bool,
 }
 
 /// Choices that one search tries at most. The robots of the paper claim a few dozen; a robot with many alike arms could
@@ -49,9 +57,9 @@ impl<'a> Packing<'a> {
         }
         // Most requests of a large tree come too late for everything: that is seen without a search.
         let wanted = hash_of_wanted(&request);
-        let is_late = self.late.get(&wanted).is_some_and(|late| late.iter().any(|late| wants_the_same(late, &request)));
-        if is_late {
-            return Err(self.outbid(&request));
+        let mut late = self.late.get(&wanted).into_iter().flatten();
+        if let Some(late) = late.find(|late| wants_the_same(&late.request, &request)) {
+            return Err(self.late(&request, late.is_reserved));
         }
         let has_room = self.has_room(&request);
         let may_rearrange = || self.has_alternatives() && self.could_match(&request);
@@ -67,9 +75,37 @@ impl<'a> Packing<'a> {
                 return Err(reason);
             }
         }
-        let reason = self.outbid(&request);
-        self.late.entry(wanted).or_default().push(request);
+        let reason = self.late(&request, true);
+        let is_reserved = matches!(reason, Reason::Reserved { .. });
+        self.late.entry(wanted).or_default().push(Late { request, is_reserved });
         Err(reason)
+    }
+
+    /// Why a request comes too late: only wishes are in its way, if that may be, or others came first.
+    fn late(&self, request: &Arc<Request>, may_be_reserved: bool) -> Reason {
+        if may_be_reserved && !self.wishes.is_empty() && self.fits_without_wishes(request) {
+            let of_wishes = |leaf| self.wishes.contains(&leaf);
+            let (by, resource) = match self.in_the_way(request, of_wishes) {
+                Some((wish, resource)) => (wish.leaf, Some(resource)),
+                None => (*self.wishes.first().expect("there are wishes"), None),
+            };
+            return Reason::Reserved { resource, by };
+        }
+        let of_requests = |leaf| !self.wishes.contains(&leaf);
+        match self.in_the_way(request, of_requests).or_else(|| self.in_the_way(request, |_| true)) {
+            Some((other, resource)) => Reason::outbid(request, resource, other),
+            // Only its own claims are in each other's way.
+            None => {
+                let options: Vec<_> = request.claims.iter().map(ClaimOptions::resources).collect();
+                too_few(&options, options[0][0], &self.view.mission.robot)
+            }
+        }
+    }
+
+    fn fits_without_wishes(&self, request: &Arc<Request>) -> bool {
+        let is_granted = |accepted: &&Arc<Request>| !self.wishes.contains(&accepted.leaf);
+        let granted: Vec<_> = self.accepted.iter().filter(is_granted).cloned().collect();
+        Search::new(self.view, &granted, request).any()
     }
 
     /// Adds what is wished for, if it finds a place; else it takes nothing. It keeps the cheapest that it finds then,
@@ -166,27 +202,17 @@ impl<'a> Packing<'a> {
         self.accepted.iter().flat_map(|request| &request.claims).any(|claim| claim.candidates.len() > 1)
     }
 
-    /// The first claim that an accepted request stands in the way of.
-    fn outbid(&self, request: &Request) -> Reason {
-        let users = || std::iter::zip(&self.accepted, &self.chosen);
-        let contested = request.claims.iter().find_map(|claim| {
+    /// Who uses what the first such claim of a request could have, and what; only of those that count.
+    fn in_the_way(&self, request: &Request, counts: impl Fn(NodeId) -> bool) -> Option<(&Request, ResourceId)> {
+        let users = || std::iter::zip(&self.accepted, &self.chosen).filter(|(other, _)| counts(other.leaf));
+        request.claims.iter().find_map(|claim| {
             let users = users().flat_map(|(other, chosen)| {
-                std::iter::zip(&other.claims, chosen).map(move |(used, choice)| (other, used.access, choice.resource))
+                std::iter::zip(&other.claims, chosen).map(move |(used, choice)| (&**other, used.access, choice.resource))
             });
             let mut in_the_way = users.filter(|(_, access, _)| !access.joins(claim.access));
-            in_the_way.find(|(_, _, used)| claim.candidates.iter().any(|candidate| candidate.resource == *used))
-        });
-        match contested {
-            Some((other, _, resource)) if self.wishes.contains(&other.leaf) => {
-                Reason::Reserved { resource: Some(resource), by: other.leaf }
-            }
-            Some((other, _, resource)) => Reason::outbid(request, resource, other),
-            // Only its own claims are in each other's way.
-            None => {
-                let options: Vec<_> = request.claims.iter().map(ClaimOptions::resources).collect();
-                too_few(&options, options[0][0], &self.view.mission.robot)
-            }
-        }
+            let found = in_the_way.find(|(_, _, used)| claim.candidates.iter().any(|one| one.resource == *used));
+            found.map(|(other, _, resource)| (other, resource))
+        })
     }
 }
 

@@ -344,10 +344,8 @@ impl State {
             self.forget_needs(completed.node..topology.end(completed.node));
             self.forget_moments(completed.node..topology.end(completed.node));
         }
-        if let Some(failed) = consequences.failed {
-            let from = consequences.completed.map_or(goal, |completed| self.topology.parent(completed.node));
-            self.fall(from, Consequences { failed: Some(failed), ..Consequences::default() });
-        }
+        let from = consequences.completed.map_or(goal, |completed| self.topology.parent(completed.node));
+        self.fall(from, consequences);
         if let Some(cleaned) = consequences.cleaned {
             self.end_cleaning(cleaned);
         }

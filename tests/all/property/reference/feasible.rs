@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use ambidex::model::{Condition, Consequences, NodeId, NodeKind, Reason, ResourceId, Selector};
+use ambidex::model::{Condition, Consequences, Misheld, NodeId, NodeKind, Reason, ResourceId, Selector};
 
 use super::world::{distance_m, singles};
 use super::{Model, Step};
@@ -55,7 +55,13 @@ impl Model<'_> {
         }
         Some(match part {
             Condition::At { place, .. } => Reason::NotAt { place: *place },
-            part => self.unmet(part, leaf, &[]).expect("what is so is not out of reach").reason,
+            // Whoever has them now.
+            part => match self.unmet(part, leaf, &[]).expect("what is so is not out of reach").reason {
+                Reason::Misheld(Misheld::NotSo { hold, .. }) => {
+                    Reason::Misheld(Misheld::NotSo { hold, found: self.holding(&hold).len() as u32 })
+                }
+                reason => reason,
+            },
         })
     }
 
