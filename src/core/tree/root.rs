@@ -265,7 +265,7 @@ impl Root {
         let (mut verdict, wished) = self.decide(now, &view, answer, out);
         verdict.stopped = self.stop_what_ends(now, out);
         verdict.stopped.extend(self.stop_broken(now, out));
-        verdict.stopped.extend(self.preempt(now, &wished, out));
+        verdict.stopped.extend(self.preempt(now, &view, &wished, out));
         if !verdict.granted.is_empty() || !verdict.stopped.is_empty() {
             out.push(Effect::Down(TOP, Down::Verdict(Arc::new(verdict))));
         }
@@ -409,7 +409,7 @@ impl Root {
         if let Some(overtaken) = overtaken {
             self.overtake(now, overtaken, out);
         }
-        self.give_way(now, &wished, out);
+        self.give_way(now, view, &wished, out);
         if !begins_anew {
             self.end_satisfied(now, out);
         }

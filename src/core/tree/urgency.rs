@@ -39,11 +39,17 @@ impl Root {
 
     /// Interrupts less urgent behaviors for wishes that found a place, each once until that is granted or there is
     /// progress.
-    pub(super) fn preempt(&mut self, now: Time, wished: &[Grant], out: &mut Outbox) -> BTreeSet<NodeId> {
+    pub(super) fn preempt(
+        &mut self,
+        now: Time,
+        view: &View,
+        wished: &[Grant],
+        out: &mut Outbox,
+    ) -> BTreeSet<NodeId> {
         let mut stopped = BTreeSet::new();
         for wish in wished {
             let by = wish.leaf();
-            let victims: Vec<NodeId> = self.victims(wish).filter(|leaf| self.may_preempt(*leaf, by)).collect();
+            let victims: Vec<NodeId> = self.victims(view, wish).filter(|leaf| self.may_preempt(*leaf, by)).collect();
             let progress = self.state.progress();
             self.preempted.extend(victims.iter().map(|leaf| ((*leaf, by), progress)));
             stopped.extend(self.stop(now, victims, StopCause::Preempted { by }, out));
@@ -52,7 +58,7 @@ impl Root {
     }
 
     /// Less urgent behaviors run on what a wish needs, or change the same object, and may be interrupted.
-    fn victims<'a>(&'a self, wish: &'a Grant) -> impl Iterator<Item = NodeId> + 'a {
+    fn victims<'a>(&'a self, view: &'a View, wish: &'a Grant) -> impl Iterator<Item = NodeId> + 'a {
         let tree = &self.mission.tree;
         let line = self.line(wish);
         self.state.running().iter().filter_map(move |(&leaf, running)| {
@@ -63,7 +69,7 @@ impl Root {
                 holds && !line.contains(leaf) && resource.obstacle(&line, binding.access).is_some()
             });
             let is_meant = is_in_the_way || wish.request.changes.iter().any(changes);
-            let is_less_urgent = self.priority(leaf) < wish.request.priority;
+            let is_less_urgent = view.priority(leaf) < wish.request.priority;
             let may_be = tree.behavior(leaf).is_some_and(|spec| spec.is_interruptible);
             (is_meant && is_less_urgent && may_be).then_some(leaf)
         })
@@ -74,9 +80,9 @@ impl Root {
     }
 
     /// What is kept for less urgent intentions and in the way of wishes that found a place is given up.
-    pub(super) fn give_way(&mut self, now: Time, wished: &[Grant], out: &mut Outbox) {
+    pub(super) fn give_way(&mut self, now: Time, view: &View, wished: &[Grant], out: &mut Outbox) {
         for wish in wished {
-            let ended = self.in_the_way(wish);
+            let ended = self.in_the_way(view, wish);
             if !ended.is_empty() && !self.is_over() {
                 let (undecided, reset) = (Vec::new(), Vec::new());
                 let cause = Cause::Yield;
@@ -87,14 +93,14 @@ impl Root {
         }
     }
 
-    fn in_the_way(&self, wish: &Grant) -> Vec<Kept> {
+    fn in_the_way(&self, view: &View, wish: &Grant) -> Vec<Kept> {
         let line = self.line(wish);
         let in_the_way = wish.bindings.iter().filter_map(|binding| {
             let resource = self.state.table().resource(binding.resource);
             resource.obstacle(&line, binding.access).map(|_| (binding.resource, resource))
         });
         let yields = |lease: &&Lease| {
-            let is_less_urgent = self.priority(lease.holder) < wish.request.priority;
+            let is_less_urgent = view.priority(lease.holder) < wish.request.priority;
             lease.kind == LeaseKind::Intention && is_less_urgent && !line.contains(lease.holder)
         };
         let kept = in_the_way.flat_map(|(id, resource)| {
@@ -135,10 +141,6 @@ impl Root {
         }
         let told = urged.iter().map(|(&node, &priority)| Urged { node, priority }).collect();
         (urged != *self.state.urged()).then_some(told)
-    }
-
-    fn priority(&self, node: NodeId) -> i32 {
-        priority(&self.mission.tree, self.state.urged(), node)
     }
 
     /// What a reason says is held by others.

@@ -156,7 +156,8 @@ fn compare_state(driver: &Driver, model: &Model<'_>, seen: &str) {
         let (row, core) = (&model.rows[id.index()], (resource.access(), leases.collect()));
         assert!((row.access, row.leases.clone()) == core, "{}\n{id:?}: core {core:?}, reference {row:?}", seen);
     }
-    assert!(*driver.root().state().world() == model.world_state, "{}\nreference {:?}", seen, model.world_state);
+    let world = driver.root().state().world();
+    assert!(*world == model.world_state, "{seen}\ncore {world:?}\nreference {:?}", model.world_state);
     assert!(driver.root().state().running().keys().eq(model.running.keys()), "{seen}");
 }
 

@@ -63,8 +63,12 @@ pub fn add(seed: u64, extras: Extras, mission: &mut MissionSpec) {
 /// Few nodes say how urgent they are; what holds an arm or changes an object is mostly left alone.
 fn add_priorities(rng: &mut Rng, mission: &mut MissionSpec) {
     let nodes = (1..mission.tree.nodes.len()).map(NodeId::from);
-    let told: BTreeMap<_, _> =
-        nodes.filter_map(|node| rng.is(25).then(|| (node, rng.one(&[-1, 0, 1, 1, 2, 5])))).collect();
+    let mut told = BTreeMap::new();
+    for node in nodes {
+        if rng.is(25) {
+            told.insert(node, rng.one(&[-1, 0, 1, 1, 2, 5]));
+        }
+    }
     mission.tree = mission.tree.clone().with_priorities(&told);
     for_each_behavior(mission, |spec, gripper| {
         let is_held = gripper || !spec.changes.is_empty();

@@ -104,8 +104,13 @@ impl Feasibility {
             Record::Decided { granted, reopened, .. } => {
                 // What was done, and ways that were chosen, counted towards what others may do.
                 let is_less = |reopened: &Reopened| reopened.lapsed().is_none() || !reopened.undecided.is_empty();
-                self.is_stale |= reopened.as_ref().is_some_and(is_less);
-                self.returned.extend(reopened.as_ref().map(|reopened| reopened.node));
+                let counts = |reopened| is_less(reopened) || !self.spared.is_empty();
+                self.is_stale |= reopened.as_ref().is_some_and(counts);
+                if let Some(Reopened { node, .. }) = reopened {
+                    self.returned.push(*node);
+                    // What was done proved something as long as it might be sent back.
+                    self.suspect_below(*node..self.mission.tree.topology.end(*node));
+                }
                 // What nobody had a lease of was everybody's own.
                 self.is_stale |= !granted.is_empty() && self.spared.iter().any(|leaf| self.is_to_hold(*leaf));
                 for skip in granted.iter().flat_map(|grant| &grant.request.skips) {

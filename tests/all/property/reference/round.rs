@@ -63,12 +63,12 @@ impl Model<'_> {
             self.tell_what_is_broken();
             self.preempt(&taken);
         }
+        let yields = if self.end.is_none() { self.give_way(&taken) } else { Vec::new() };
         if self.end.is_none() {
             decision.urged = self.urge(&decision, &rows);
             decision.overdue = self.note_fairness(&decision, was_idle);
         }
         self.log.insert(place, Step::Decided(decision.clone()));
-        let yields = if self.end.is_none() { self.give_way(&taken) } else { Vec::new() };
         let has_yielded = !yields.is_empty();
         self.log.extend(yields.into_iter().map(Step::Reopened));
         let counts = self.end.is_none() && !is_overtaken && decision.reopened.is_none();
