@@ -1,6 +1,6 @@
 //! Fairness between tasks: one that waits for long comes before those that came after it (`semantics` 6, "Fairness").
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::Verdict;
 use ambidex_model::state::State;
@@ -26,7 +26,15 @@ pub(super) fn barred_by(tree: &TreeSpec, state: &State, leaf: NodeId) -> Option<
 
 /// The task that a node belongs to.
 fn task_of(tree: &TreeSpec, node: NodeId) -> Option<NodeId> {
-    tree.tasks.iter().copied().find(|task| tree.topology.is_within(node, *task))
+    tree.tasks[..tree.tasks.partition_point(|task| *task <= node)]
+        .last()
+        .copied()
+        .filter(|task| tree.topology.is_within(node, *task))
+}
+
+/// Tasks that hold something.
+pub(super) fn holding(tree: &TreeSpec, state: &State) -> BTreeSet<NodeId> {
+    state.table().leases().filter_map(|(_, lease)| task_of(tree, lease.holder)).collect()
 }
 
 /// Whether something of a task holds anything.
@@ -46,14 +54,19 @@ impl Fairness {
         if tree.tasks.len() < 2 {
             return None;
         }
-        let served = |task: NodeId| verdict.granted.keys().filter(move |leaf| tree.topology.is_within(**leaf, task));
+        let mut served: BTreeMap<NodeId, u32> = BTreeMap::new();
+        for task in verdict.granted.keys().filter_map(|leaf| task_of(tree, *leaf)) {
+            *served.entry(task).or_default() += 1;
+        }
+        let mut later: u32 = served.values().sum();
         let is_idle = state.running().is_empty() && verdict.granted.is_empty();
-        for (index, &task) in tree.tasks.iter().enumerate() {
-            let later = tree.tasks[index + 1..].iter().map(|later| served(*later).count() as u32).sum::<u32>();
+        for &task in &tree.tasks {
+            let own = served.get(&task).copied().unwrap_or_default();
+            later -= own;
             let below = task..tree.topology.end(task);
             let waits = reasons.range(below).any(|(_, reason)| reason.is_of_others());
             let is_lifted = is_idle && state.overdue().contains(&task);
-            if served(task).next().is_some() || !waits || is_lifted {
+            if own > 0 || !waits || is_lifted {
                 self.seen.remove(&task);
             } else if later > 0 {
                 *self.seen.entry(task).or_default() += later;

@@ -207,7 +207,8 @@ impl<'a> Packing<'a> {
         let users = || std::iter::zip(&self.accepted, &self.chosen).filter(|(other, _)| counts(other.leaf));
         request.claims.iter().find_map(|claim| {
             let users = users().flat_map(|(other, chosen)| {
-                std::iter::zip(&other.claims, chosen).map(move |(used, choice)| (&**other, used.access, choice.resource))
+                std::iter::zip(&other.claims, chosen)
+                    .map(move |(used, choice)| (&**other, used.access, choice.resource))
             });
             let mut in_the_way = users.filter(|(_, access, _)| !access.joins(claim.access));
             let found = in_the_way.find(|(_, _, used)| claim.candidates.iter().any(|one| one.resource == *used));

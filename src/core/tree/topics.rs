@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::TOP;
+use super::{TOP, fairness};
 use ambidex_model::state::State;
 use ambidex_model::{
     Cause, Change, Condition, EffectTerm, FactId, LeaseKind, MissionSpec, NodeId, ObjectId, Potential, Record,
@@ -116,6 +116,7 @@ impl Touches {
     pub(super) fn note(&mut self, before: &State, after: &State, record: &Record) {
         if !Arc::ptr_eq(before.table(), after.table()) {
             self.note_table(before, after);
+            self.note_tasks(before, after);
         }
         if before.world().base != after.world().base {
             self.touch(Topic::Base);
@@ -156,7 +157,10 @@ impl Touches {
             }
             Record::Woke { leaves, .. } => leaves.iter().for_each(|leaf| self.touch(Topic::Own(*leaf))),
             Record::Infeasible { leaf, .. } => self.touch(Topic::Own(*leaf)),
-            Record::TimedOut { node, .. } => self.touch(Topic::Own(*node)),
+            Record::TimedOut { node, consequences, .. } => {
+                self.touch(Topic::Own(*node));
+                consequences.cleaned.into_iter().for_each(|node| self.touch_all(node));
+            }
             Record::Reopened { reopened, .. } => {
                 self.touch(Topic::Own(reopened.up_to));
                 reopened.reset.iter().for_each(|node| self.touch(Topic::Own(*node)));
@@ -172,6 +176,18 @@ impl Touches {
             Record::Served { .. } | Record::Awaited { .. } | Record::Denied { .. } => {}
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Stopped { .. } => {}
             Record::Sent { .. } | Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => {}
+        }
+    }
+
+    /// While a task is overdue, it matters to the others whether they hold anything.
+    fn note_tasks(&mut self, before: &State, after: &State) {
+        if after.overdue().is_empty() {
+            return;
+        }
+        let tree = &self.mission.tree;
+        let (held, holding) = (fairness::holding(tree, before), fairness::holding(tree, after));
+        for task in held.symmetric_difference(&holding) {
+            self.touch(Topic::Intention(*task));
         }
     }
 

@@ -39,13 +39,7 @@ impl Root {
 
     /// Interrupts less urgent behaviors for wishes that found a place, each once until that is granted or there is
     /// progress.
-    pub(super) fn preempt(
-        &mut self,
-        now: Time,
-        view: &View,
-        wished: &[Grant],
-        out: &mut Outbox,
-    ) -> BTreeSet<NodeId> {
+    pub(super) fn preempt(&mut self, now: Time, view: &View, wished: &[Grant], out: &mut Outbox) -> BTreeSet<NodeId> {
         let mut stopped = BTreeSet::new();
         for wish in wished {
             let by = wish.leaf();

@@ -91,7 +91,7 @@ impl State {
         let is_sound = self.cleaning.contains(&node) && self.can_fail(node, consequences);
         if is_sound {
             self.end_cleaning(node);
-            self.fall(node, consequences);
+            self.fall(node, Consequences { cleaned: None, ..consequences });
         }
         is_sound
     }

@@ -126,7 +126,8 @@ impl State {
     /// No time runs below a node any more, but in cleanups, which go on.
     fn end_times_of_body(&mut self, node: NodeId) {
         let topology = Arc::clone(&self.topology);
-        let in_cleanup = |timed| topology.path(timed).take_while(|above| *above > node).any(|at| topology.is_cleanup(at));
+        let in_cleanup =
+            |timed| topology.path(timed).take_while(|above| *above > node).any(|at| topology.is_cleanup(at));
         let timed = self.timed.range(node..topology.end(node)).map(|(&timed, _)| timed);
         let of_body: Vec<NodeId> = timed.filter(|timed| !in_cleanup(*timed)).collect();
         of_body.into_iter().for_each(|timed| self.end_time(timed));
@@ -293,7 +294,7 @@ impl State {
         true
     }
 
-    /// What fails with a node that does not run.
+    /// What fails with a node that does not run, and the cleanup that is over with it.
     pub(super) fn fall(&mut self, from: NodeId, consequences: Consequences) {
         if let Some(failed) = consequences.failed {
             let (topology, world) = (Arc::clone(&self.topology), Arc::clone(&self.world));
@@ -303,6 +304,9 @@ impl State {
         }
         if let Some(failing) = consequences.failing {
             self.begin_failing(failing);
+        }
+        if let Some(cleaned) = consequences.cleaned {
+            self.end_cleaning(cleaned);
         }
     }
 
@@ -346,9 +350,6 @@ impl State {
         }
         let from = consequences.completed.map_or(goal, |completed| self.topology.parent(completed.node));
         self.fall(from, consequences);
-        if let Some(cleaned) = consequences.cleaned {
-            self.end_cleaning(cleaned);
-        }
         true
     }
 

@@ -227,9 +227,10 @@ impl<'a> Maker<'a> {
         let places = 3 + rng.below(4);
         let blocked = (is_wild && rng.is(40)).then(|| PlaceId::from(rng.below(places)));
         let count = if body.grippers == 0 { rng.below(2) } else { 1 + rng.below(4) };
+        let mut is_full = body.grippers == 0;
         let objects = (0..count).map(|_| match rng.below(20) {
             0 if is_wild => Location::Unknown,
-            1 if is_wild && body.grippers > 0 => Location::held(ResourceId(0)),
+            1 if is_wild && !std::mem::replace(&mut is_full, true) => Location::held(ResourceId(0)),
             _ => Location::At(rng.below(places).into()),
         });
         let objects: Vec<_> = objects.collect();

@@ -106,10 +106,13 @@ impl Feasibility {
                 let is_less = |reopened: &Reopened| reopened.lapsed().is_none() || !reopened.undecided.is_empty();
                 let counts = |reopened| is_less(reopened) || !self.spared.is_empty();
                 self.is_stale |= reopened.as_ref().is_some_and(counts);
-                if let Some(Reopened { node, .. }) = reopened {
-                    self.returned.push(*node);
+                if let Some(Reopened { node, up_to, .. }) = reopened {
+                    let end = |node| self.mission.tree.topology.end(node);
+                    // Other ways of an OR that is not done any more count again.
+                    let open = self.terms.promises.range(*up_to..end(*up_to));
+                    self.returned.extend(open.map(|(&leaf, _)| leaf));
                     // What was done proved something as long as it might be sent back.
-                    self.suspect_below(*node..self.mission.tree.topology.end(*node));
+                    self.suspect_below(*node..end(*node));
                 }
                 // What nobody had a lease of was everybody's own.
                 self.is_stale |= !granted.is_empty() && self.spared.iter().any(|leaf| self.is_to_hold(*leaf));

@@ -72,7 +72,8 @@ impl Model<'_> {
         let has_yielded = !yields.is_empty();
         self.log.extend(yields.into_iter().map(Step::Reopened));
         let counts = self.end.is_none() && !is_overtaken && decision.reopened.is_none();
-        let over = answer.over.iter().min().copied().filter(|node| counts && !self.runs_below(*node) && !self.is_over(*node));
+        let over =
+            answer.over.iter().min().copied().filter(|node| counts && !self.runs_below(*node) && !self.is_over(*node));
         if let Some(node) = over {
             self.end_iteration(node);
         }
