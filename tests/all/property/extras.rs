@@ -60,6 +60,34 @@ pub fn add(seed: u64, extras: Extras, mission: &mut MissionSpec) {
     }
 }
 
+/// In some THENs a behavior that waits for a fact, and behind it one whose goal others may reach.
+pub fn add_shortcuts(seed: u64, mission: &mut MissionSpec) {
+    let mut rng = Rng::of(&[seed, 14]);
+    if !rng.is(20) {
+        return;
+    }
+    let facts = mission.start.facts.len();
+    let (needed, reached) = (rng.below(facts / 2), facts / 2 + rng.below(facts / 2));
+    mission.world.outside.resize(facts, false);
+    (mission.world.outside[needed], mission.world.outside[reached]) = (true, rng.is(60));
+    let (needed, reached) = (FactId::from(needed), FactId::from(reached));
+    for node in (1..mission.tree.nodes.len()).map(NodeId::from) {
+        let is_gadget = |child: &NodeId| mission.tree.behavior(*child).is_some_and(|spec| spec.kind == "gadget");
+        let gadgets: Vec<_> = mission.tree.topology.children(node).filter(is_gadget).collect();
+        if mission.tree.nodes[node.index()] != NodeKind::Then || gadgets.len() < 2 {
+            continue;
+        }
+        if let NodeKind::Behavior(spec) = &mut mission.tree.nodes[gadgets[0].index()] {
+            spec.effects.push(EffectTerm::Fact(reached, true));
+            let precondition = std::mem::replace(&mut spec.precondition, Condition::Never);
+            spec.precondition = Condition::All(vec![precondition, Condition::Fact(needed, true)]);
+        }
+        if let NodeKind::Behavior(spec) = &mut mission.tree.nodes[gadgets[1].index()] {
+            spec.satisfied = Condition::Fact(reached, true);
+        }
+    }
+}
+
 /// Few nodes say how urgent they are; what holds an arm or changes an object is mostly left alone.
 fn add_priorities(rng: &mut Rng, mission: &mut MissionSpec) {
     let nodes = (1..mission.tree.nodes.len()).map(NodeId::from);

@@ -54,7 +54,7 @@ impl Case {
             Obstacle { min: corner(-0.4, 0.0), max: corner(0.4, 1.0) }
         }));
         add_limits(seed, &mut mission);
-        add_shortcuts(seed, &mut mission);
+        extras::add_shortcuts(seed, &mut mission);
         extras::add(seed, extras, &mut mission);
         add_hands(seed, body, &mut mission);
         // Rules speak of behaviors on resources: what claims none is in nobody's way.
@@ -125,33 +125,6 @@ fn add_limits(seed: u64, mission: &mut MissionSpec) {
     }
     if rng.is(40) {
         mission.world.outside = (0..1 + rng.below(FACTS)).map(|_| rng.is(50)).collect();
-    }
-}
-
-/// In some THENs a behavior that waits for a fact, and behind it one whose goal others may reach.
-fn add_shortcuts(seed: u64, mission: &mut MissionSpec) {
-    let mut rng = Rng::of(&[seed, 14]);
-    if !rng.is(20) {
-        return;
-    }
-    let (needed, reached) = (rng.below(FACTS / 2), FACTS / 2 + rng.below(FACTS / 2));
-    mission.world.outside.resize(FACTS, false);
-    (mission.world.outside[needed], mission.world.outside[reached]) = (true, rng.is(60));
-    let (needed, reached) = (FactId::from(needed), FactId::from(reached));
-    for node in (1..mission.tree.nodes.len()).map(NodeId::from) {
-        let is_gadget = |child: &NodeId| mission.tree.behavior(*child).is_some_and(|spec| spec.kind == "gadget");
-        let gadgets: Vec<_> = mission.tree.topology.children(node).filter(is_gadget).collect();
-        if mission.tree.nodes[node.index()] != NodeKind::Then || gadgets.len() < 2 {
-            continue;
-        }
-        if let NodeKind::Behavior(spec) = &mut mission.tree.nodes[gadgets[0].index()] {
-            spec.effects.push(EffectTerm::Fact(reached, true));
-            let precondition = std::mem::replace(&mut spec.precondition, Condition::Never);
-            spec.precondition = Condition::All(vec![precondition, Condition::Fact(needed, true)]);
-        }
-        if let NodeKind::Behavior(spec) = &mut mission.tree.nodes[gadgets[1].index()] {
-            spec.satisfied = Condition::Fact(reached, true);
-        }
     }
 }
 
