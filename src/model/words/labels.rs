@@ -21,7 +21,7 @@ pub struct Labels {
 }
 
 impl Labels {
-    /// Those of a mission. Of a name that is longer than [`NAME_MAX`] only the beginning is told.
+    /// Those of a mission. Of a name that is longer than [`NAME_MAX`](crate::NAME_MAX) only the beginning is told.
     pub fn new(names: &Names) -> Self {
         let labels = |names: &[String]| names.iter().map(|name| shortened(name)).collect::<Vec<_>>();
         let (objects, places) = (labels(&names.objects), labels(&names.places));
