@@ -186,7 +186,8 @@ impl State {
         nodes.into_iter().filter(move |node| {
             let mut up_to_top = self.topology.path(*node).take_while(|above| *above >= top);
             let is_left = up_to_top.all(|node| !matches!(self.phase(node), Phase::Done | Phase::Failed));
-            is_left && self.status(*node).is_begun
+            // One that goes on is not cut short, though another way of an OR above is done.
+            self.cleaning.contains(node) || (is_left && self.status(*node).is_begun)
         })
     }
 

@@ -26,11 +26,10 @@ pub struct Counts {
 
 /// Made elsewhere: a leaf whose turn has not come is not activated.
 const NOT_OF_THE_CORE: [&str; 1] = ["NotItsTurn"];
-const REASONS: [&str; 28] = [
+const REASONS: [&str; 27] = [
     "Satisfied",
     "Held",
     "NoneFree",
-    "Unfit",
     "OutOfReach",
     "NotHeld",
     "Taken",
