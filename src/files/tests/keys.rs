@@ -11,6 +11,7 @@ use super::super::{InMemory, check};
 const MISSION: &str = "\
 mission: everything
 robot: robot.yaml
+bypass: 3
 include: [library.yaml]
 parameters: {thing: {type: object, default: cup}}
 behaviors:
@@ -35,6 +36,8 @@ behaviors:
     timeout: 5 s
     retries: 1
     backoff: 1 s
+    while: [{not_fact: dusty}]
+    interruptible: false
   lay:
     parameters: {what: object, where: place}
     claims: {hand: {type: gripper, holds: $what}, base: {type: base, keep: {for: there}, shared: there}}
@@ -71,8 +74,8 @@ task:
   then:
     - use: {twice: shelf}
     - or: [{move: shelf}, {wait: , name: rest, retries: 2, backoff: 2 s, timeout: 1 min}]
-    - pick: $thing
-    - place: {object: cup, at: table}
+    - {pick: $thing, priority: 2, cleanup: {wait: }}
+    - {place: {object: cup, at: table}, repeat: 2, every: 5 s}
 ";
 const LIBRARY: &str = "\
 library: small
@@ -112,6 +115,7 @@ failures:
   - {behavior: rest, attempt: every, fails: aborted}
   - {behavior: rest, attempt: 2, hangs: true}
   - {behavior: rest, drops: all}
+  - {at: 7 s, cancel: true}
 ";
 
 /// One key in one map of a file.
