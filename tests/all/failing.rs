@@ -1,32 +1,22 @@
 //! What goes wrong on purpose in simulations of shipped missions: what comes of it, and that it can be verified.
 
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use ambidex::files::{self, InMemory};
 use ambidex::model::{
     Change, ControllerId, ControllerKind, ControllerMessage, End, Fault, Location, Loss, MissionEnd, MissionSpec, Mode,
     Name, NodeId, Record, Rejection, Time,
 };
 use ambidex::motion::{self, Command, Controller, ControllerState, Progress};
-use ambidex::replay::Replay;
 use ambidex::sim::{self, Body, Event};
 use ambidex::tree::Settings;
 
-use crate::fixtures::{experiment_file, file, load, simulate, simulate_failures};
+use crate::fixtures::{experiment_file, file, load, simulate, simulate_wrongs};
 use crate::home::Home;
 
 /// Simulates a mission with failures; every decision follows from the log.
 fn failing(mission: &Arc<MissionSpec>, failures: &str) -> (MissionEnd, Vec<Record>) {
-    let mut files = InMemory::default();
-    files.insert("failures.yaml", format!("failures:\n{failures}"));
-    let failures = files::load_failures(&files, Path::new("failures.yaml"), mission);
-    let failures = failures.unwrap_or_else(|error| panic!("{:#?}", error.faults()));
-    let (end, records) = simulate_failures(mission, &failures);
-    let mut replay = Replay::new(mission, &Settings::default());
-    records.iter().for_each(|record| replay.take(record).expect("every decision follows"));
-    (end, records)
+    simulate_wrongs(mission, &Settings::default(), failures)
 }
 
 /// How the goals of a behavior ended, each with its moment.

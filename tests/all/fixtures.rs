@@ -5,9 +5,10 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use ambidex::files;
+use ambidex::files::{self, InMemory};
 use ambidex::model::{Failures, MissionEnd, MissionSpec, Record};
 use ambidex::record::{History, MissionReport};
+use ambidex::replay::Replay;
 use ambidex::sim::{self, Event};
 use ambidex::tree::Settings;
 use serde::Deserialize;
@@ -150,6 +151,35 @@ pub fn simulate_failures(mission: &Arc<MissionSpec>, failures: &Failures) -> (Mi
     let mut take = |record: &Record| records.push(record.clone());
     let end = sim::simulate_failures(mission, &Settings::default(), failures, &mut take);
     (end, records)
+}
+
+/// Simulates a mission in which things go wrong as a list in YAML says, or nothing does; every decision follows from its
+/// log.
+pub fn simulate_wrongs(mission: &Arc<MissionSpec>, settings: &Settings, failures: &str) -> (MissionEnd, Vec<Record>) {
+    let mut files = InMemory::default();
+    files.insert("failures.yaml", format!("failures:\n{failures}"));
+    let failures = match failures {
+        "" => Ok(Failures::default()),
+        _ => files::load_failures(&files, Path::new("failures.yaml"), mission),
+    };
+    let failures = failures.unwrap_or_else(|error| panic!("{:#?}", error.faults()));
+    let mut records = Vec::new();
+    let end = sim::simulate_failures(mission, settings, &failures, &mut |record| records.push(record.clone()));
+    let mut replay = Replay::new(mission, settings);
+    records.iter().for_each(|record| replay.take(record).expect("every decision follows"));
+    (end, records)
+}
+
+/// What was granted, round by round.
+pub fn steps(mission: &MissionSpec, records: &[Record]) -> String {
+    let steps = records.iter().filter_map(|record| match record {
+        Record::Decided { granted, .. } if !granted.is_empty() => {
+            let names = granted.iter().map(|grant| mission.names.node(grant.leaf()));
+            Some(names.collect::<Vec<_>>().join(" + "))
+        }
+        _ => None,
+    });
+    steps.collect::<Vec<_>>().join(", ")
 }
 
 /// What records from a header on come to.

@@ -1,14 +1,11 @@
 //! Objects in several hands (`semantics` 2), each sentence with a mission: in simulation, and with processes.
 
-use std::path::Path;
 use std::sync::Arc;
 
-use ambidex::files::{self, InMemory};
 use ambidex::model::{Location, MissionEnd, MissionSpec, ObjectId, Record, ResourceId};
-use ambidex::replay::Replay;
 use ambidex::tree::Settings;
 
-use crate::fixtures::{file, history, load, simulate_failures};
+use crate::fixtures::{file, history, load, simulate_failures, simulate_wrongs, steps};
 use crate::home::{Home, flat};
 
 const LEFT: ResourceId = ResourceId(0);
@@ -60,23 +57,8 @@ fn text(objects: &str, rest: &str) -> String {
 /// Simulates a mission in which things go wrong; every decision follows from its log.
 fn told(home: &Home, text: &str, failures: &str) -> Told {
     let mission = load(&home.write("mission.yaml", text));
-    let mut files = InMemory::default();
-    files.insert("failures.yaml", format!("failures:{failures}\n"));
-    let failures = match failures {
-        "" => Default::default(),
-        _ => files::load_failures(&files, Path::new("failures.yaml"), &mission).expect("they are sound"),
-    };
-    let (end, records) = simulate_failures(&mission, &failures);
-    let mut replay = Replay::new(&mission, &Settings::default());
-    records.iter().for_each(|record| replay.take(record).expect("every decision follows"));
-    let steps = records.iter().filter_map(|record| match record {
-        Record::Decided { granted, .. } if !granted.is_empty() => {
-            let names = granted.iter().map(|grant| mission.names.node(grant.leaf()));
-            Some(names.collect::<Vec<_>>().join(" + "))
-        }
-        _ => None,
-    });
-    let steps = steps.collect::<Vec<_>>().join(", ");
+    let (end, records) = simulate_wrongs(&mission, &Settings::default(), failures);
+    let steps = steps(&mission, &records);
     Told { mission, records, end, steps }
 }
 

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use ambidex::files::{self, InMemory};
 use ambidex::model::{MissionSpec, Record};
 use ambidex::record::History;
-use ambidex::replay::Replay;
 use ambidex::show::live;
-use ambidex::sim;
 use ambidex::tree::Settings;
+
+use crate::fixtures::simulate_wrongs;
 
 const ROBOT: &str = "\
 robot: bench
@@ -55,17 +55,7 @@ pub fn bench(task: &str) -> MissionSpec {
 /// What is told of a simulation, but for the ends of what succeeded; every decision follows from its log.
 pub fn told(mission: MissionSpec, settings: &Settings, failures: &str) -> Vec<String> {
     let mission = Arc::new(mission);
-    let mut files = InMemory::default();
-    files.insert("failures.yaml", format!("failures:{failures}\n"));
-    let failures = match failures {
-        "" => Default::default(),
-        _ => files::load_failures(&files, Path::new("failures.yaml"), &mission).expect("they are sound"),
-    };
-    let mut records = Vec::new();
-    sim::simulate_failures(&mission, settings, &failures, &mut |record| records.push(record.clone()));
-    let mut replay = Replay::new(&mission, settings);
-    records.iter().for_each(|record| replay.take(record).expect("every decision follows"));
-    lines(&records)
+    lines(&simulate_wrongs(&mission, settings, failures).1)
 }
 
 /// The lines of a log, but for its first and for the ends of what succeeded, each with its second.

@@ -31,6 +31,7 @@ mod repeating;
 mod resuming;
 mod rooms;
 mod rules;
+mod sensor;
 mod shipped;
 mod support;
 mod tidy;

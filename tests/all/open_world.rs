@@ -1,39 +1,21 @@
 //! Whole missions of an open world, in simulation and with processes: what can never run, what takes too long, what others
 //! did, what is waited for, what lies elsewhere now. The situations are those of bug reports about other executives.
 
-use std::path::Path;
 use std::sync::Arc;
 
-use ambidex::files::{self, InMemory};
 use ambidex::model::{Location, MissionEnd, MissionSpec, Record};
-use ambidex::replay::Replay;
 use ambidex::tree::Settings;
 
 use rustix::process::Signal;
 
-use crate::fixtures::{history, load, mission, simulate_failures};
+use crate::fixtures::{history, load, mission, simulate_failures, simulate_wrongs, steps};
 use crate::home::{Home, flat};
 
 /// A mission with failures, its end and its steps; every decision follows from its log.
 fn told(home: &Home, objects_and_task: &str, failures: &str) -> (Arc<MissionSpec>, MissionEnd, String) {
     let mission = load(&home.write("mission.yaml", &mission(objects_and_task)));
-    let mut files = InMemory::default();
-    files.insert("failures.yaml", format!("failures:{failures}\n"));
-    let failures = match failures {
-        "" => Default::default(),
-        _ => files::load_failures(&files, Path::new("failures.yaml"), &mission).expect("they are sound"),
-    };
-    let (end, records) = simulate_failures(&mission, &failures);
-    let mut replay = Replay::new(&mission, &Settings::default());
-    records.iter().for_each(|record| replay.take(record).expect("every decision follows"));
-    let steps = records.iter().filter_map(|record| match record {
-        Record::Decided { granted, .. } if !granted.is_empty() => {
-            let names = granted.iter().map(|grant| mission.names.node(grant.leaf()));
-            Some(names.collect::<Vec<_>>().join(" + "))
-        }
-        _ => None,
-    });
-    let steps = steps.collect::<Vec<_>>().join(", ");
+    let (end, records) = simulate_wrongs(&mission, &Settings::default(), failures);
+    let steps = steps(&mission, &records);
     (mission, end, steps)
 }
 

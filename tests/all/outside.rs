@@ -4,10 +4,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use ambidex::model::{
-    Change, ControllerId, ControllerKind, ControllerMessage, FactId, Location, Misreport, MissionEnd, MissionSpec,
-    Mode, NodeId, ObjectId, Objection, Origin, PlaceId, Record, Rejection, Reportable, ResourceId, Time, Told, Uptake,
+    Change, ControllerId, ControllerMessage, FactId, Location, Misreport, MissionEnd, MissionSpec, NodeId, ObjectId,
+    Objection, Origin, PlaceId, Record, Reportable, ResourceId, Time, Told, Uptake,
 };
-use ambidex::motion::{self, Command, Controller, ControllerState, Progress, Report};
+use ambidex::motion::{self, Report};
 use ambidex::replay::Replay;
 use ambidex::show::{Palette, live, timeline};
 use ambidex::sim::{self, Body, Event};
@@ -16,6 +16,7 @@ use ambidex::tree::Settings;
 use crate::driver::{Driver, Rng};
 use crate::fixtures::{file, history, load, mission};
 use crate::home::Home;
+use crate::sensor::Sensor;
 
 const ROOT: NodeId = NodeId(0);
 const OPEN: FactId = FactId(0);
@@ -228,38 +229,11 @@ fn who_says_what_is_told() {
     assert!(text.contains("2.00 s  \"door open\" holds now: set by an operator"), "{text}");
 }
 
-/// Sees what it is told to see.
-struct Seeing(Vec<Report>);
-
-impl Controller for Seeing {
-    fn configure(&mut self, _limits: &ControllerKind, _start: ControllerState) -> ControllerState {
-        self.state()
-    }
-
-    fn start(&mut self, _command: &Command, _mode: Mode) -> Result<(), Rejection> {
-        Err(Rejection::Unsupported)
-    }
-
-    fn cancel(&mut self) {}
-
-    fn step(&mut self) -> Progress {
-        Progress::Idle
-    }
-
-    fn state(&self) -> ControllerState {
-        ControllerState::Device
-    }
-
-    fn reports(&self) -> Vec<Report> {
-        self.0.clone()
-    }
-}
-
 const DOOR: ControllerId = ControllerId(2);
 
 fn seeing(mission: &Arc<MissionSpec>, reports: Vec<Report>) -> (MissionEnd, Vec<Record>) {
     let mut bodies = bodies(mission);
-    bodies[DOOR.index()] = Box::new(Seeing(reports));
+    bodies[DOOR.index()] = Box::new(Sensor(move || reports.clone()));
     // It attaches long before the mission begins.
     let others = [0, 1].map(|id| (Time::ZERO + Duration::from_secs(3), Event::Attach(ControllerId(id))));
     let events = [(Time::ZERO, Event::Attach(DOOR))].into_iter().chain(others).collect();

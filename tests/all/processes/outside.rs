@@ -10,13 +10,13 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use ambidex::link::{Exit, Instance, ServeError, ServeOptions, Stop, Stopper, serve};
-use ambidex::model::{ControllerKind, Mode, Rejection};
-use ambidex::motion::{Command, Controller, ControllerState, Progress, Report};
+use ambidex::motion::Report;
 use rustix::process::Signal;
 use serde_json::Value;
 
 use crate::fixtures::file;
 use crate::home::{Finished, Home, Process, within};
+use crate::sensor::Sensor;
 
 const OPEN: &str = "door open";
 const WAITS: &str = "nothing can go on before others change \"door open\"";
@@ -202,41 +202,14 @@ fn whatever_is_said_to_the_socket_is_answered_or_ends_it() {
     home.is_empty();
 }
 
-/// Sees the door open or shut, and something that nobody asked it for.
-struct Door {
-    is_open: Arc<AtomicBool>,
-}
-
-impl Controller for Door {
-    fn configure(&mut self, _limits: &ControllerKind, _start: ControllerState) -> ControllerState {
-        self.state()
-    }
-
-    fn start(&mut self, _command: &Command, _mode: Mode) -> Result<(), Rejection> {
-        Err(Rejection::Unsupported)
-    }
-
-    fn cancel(&mut self) {}
-
-    fn step(&mut self) -> Progress {
-        Progress::Idle
-    }
-
-    fn state(&self) -> ControllerState {
-        ControllerState::Device
-    }
-
-    fn reports(&self) -> Vec<Report> {
-        vec![Report::fact(OPEN, self.is_open.load(Ordering::Relaxed)), Report::fact("door shut", true)]
-    }
-}
-
-/// A sensor over shared memory, in a thread of this process.
+/// A sensor over shared memory, in a thread of this process: sees the door open or shut, and something that nobody asked
+/// it for.
 fn sensor(home: &Home, is_open: &Arc<AtomicBool>) -> (Stopper, JoinHandle<Result<Exit, ServeError>>) {
     let (stop, stopper) = Stop::by_hand().expect("a pair");
-    let (instance, body) = (Instance::new(home.instance()).expect("a name"), Door { is_open: Arc::clone(is_open) });
+    let (instance, is_open) = (Instance::new(home.instance()).expect("a name"), Arc::clone(is_open));
+    let sees = move || vec![Report::fact(OPEN, is_open.load(Ordering::Relaxed)), Report::fact("door shut", true)];
     let options = ServeOptions { stop: Some(stop), ..ServeOptions::default() };
-    (stopper, thread::spawn(move || serve(&instance, "door", body, options)))
+    (stopper, thread::spawn(move || serve(&instance, "door", Sensor(sees), options)))
 }
 
 #[test]
