@@ -204,8 +204,7 @@ fn decisions() -> Vec<Record> {
 }
 
 fn reopened(cause: Cause) -> Reopened {
-    let (undecided, ended, reset) = (Vec::new(), Vec::new(), Vec::new());
-    Reopened { node: NodeId(2), up_to: NodeId(1), cause, undecided, ended, reset }
+    Reopened::new(NodeId(2), NodeId(1), cause)
 }
 
 /// What root was told, its turns, and what it did in them besides deciding and releasing.

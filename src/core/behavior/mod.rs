@@ -14,7 +14,7 @@ pub use goal::{believed, changes, goal};
 pub(crate) use slots::understood;
 
 use crate::world::{KnownPaths, View};
-use ambidex_model::{BehaviorSpec, ClaimOptions, Lineage, NodeId, Potential, Reason, Request, Task, TypeId};
+use ambidex_model::{BehaviorSpec, Lineage, NodeId, Potential, Reason, Request, Task, TypeId};
 
 /// What a behavior says to an activation.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,7 +44,7 @@ pub fn answer_again(
     if !is_needed(spec, view, by) {
         return Answer::Satisfied;
     }
-    request(spec, view, line, known).map_or_else(Answer::Blocked, Answer::Request)
+    request(spec, view, line, known, None).map_or_else(Answer::Blocked, Answer::Request)
 }
 
 /// What a behavior that is not done says (III-B, III-C); paths that it asks for are `known` after that.
@@ -52,22 +52,7 @@ pub fn answer(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>, known: &mut 
     if is_satisfied(spec, view, line, known) {
         return Answer::Satisfied;
     }
-    match request(spec, view, line, known) {
-        Ok(request) => Answer::Request(request),
-        Err(reason) => Answer::Blocked(reason),
-    }
-}
-
-fn request(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>, known: &mut KnownPaths) -> Result<Request, Reason> {
-    check(&spec.precondition, view, line, known)?;
-    let potential = potential(&spec.potential, view, line)?;
-    if let Some(reason) = changed_by_another(spec, view) {
-        return Err(reason);
-    }
-    check_grasps(spec, view)?;
-    holding::check(spec, view, line)?;
-    let claims = candidates::options(&spec.claims, &Serving { view, line, patience: None })?;
-    Ok(made(spec, view, line, potential, claims))
+    request(spec, view, line, known, None).map_or_else(Answer::Blocked, Answer::Request)
 }
 
 /// What a behavior would ask for if nothing ran and nothing less urgent kept anything for an intention; none where that is
@@ -79,12 +64,35 @@ pub fn wish(
     known: &mut KnownPaths,
     priority: i32,
 ) -> Option<Request> {
-    check(&spec.precondition, view, line, known).ok()?;
-    let potential = potential(&spec.potential, view, line).ok()?;
-    check_grasps(spec, view).ok()?;
-    holding::check(spec, view, line).ok()?;
-    let claims = candidates::options(&spec.claims, &Serving { view, line, patience: Some(priority) }).ok()?;
-    Some(made(spec, view, line, potential, claims))
+    request(spec, view, line, known, Some(priority)).ok()
+}
+
+/// What a behavior asks for; with the patience of who wishes for it, whatever runs.
+fn request(
+    spec: &BehaviorSpec,
+    view: &View,
+    line: &Lineage<'_>,
+    known: &mut KnownPaths,
+    patience: Option<i32>,
+) -> Result<Request, Reason> {
+    check(&spec.precondition, view, line, known)?;
+    let potential = potential(&spec.potential, view, line)?;
+    if let Some(reason) = changed_by_another(spec, view).filter(|_| patience.is_none()) {
+        return Err(reason);
+    }
+    check_grasps(spec, view)?;
+    holding::check(spec, view, line)?;
+    Ok(Request {
+        leaf: line.node,
+        priority: 0,
+        iterations: 0,
+        potential,
+        heir: view.is_heir(line),
+        claims: candidates::options(&spec.claims, &Serving { view, line, patience })?,
+        changes: spec.changes.clone(),
+        skips: line.skips.to_vec(),
+        place: None,
+    })
 }
 
 /// A running behavior that changes an object that this one changes.
@@ -106,20 +114,6 @@ fn check_grasps(spec: &BehaviorSpec, view: &View) -> Result<(), Reason> {
         }
     }
     Ok(())
-}
-
-fn made(spec: &BehaviorSpec, view: &View, line: &Lineage<'_>, potential: f64, claims: Vec<ClaimOptions>) -> Request {
-    Request {
-        leaf: line.node,
-        priority: 0,
-        iterations: 0,
-        potential,
-        heir: view.is_heir(line),
-        claims,
-        changes: spec.changes.clone(),
-        skips: line.skips.to_vec(),
-        place: None,
-    }
 }
 
 /// Activation potential, greater than 0; a potential of 0 means not to ask. n is 1 when the robot has none of the type.

@@ -7,32 +7,23 @@ use ambidex_model::{BehaviorSpec, Change, EffectTerm, Grant, Location, MissionSp
 pub(super) fn follows(spec: &BehaviorSpec, grant: &Grant, said: &[Change], robot: &RobotSpec) -> Vec<Change> {
     let resource = |claim: usize| grant.bindings[claim].resource;
     let is_slot = |resource: ResourceId| robot.resources[resource.index()].controller.is_none();
-    let has = |wanted: &dyn Fn(EffectTerm) -> Option<Change>| {
-        spec.effects.iter().filter_map(|effect| wanted(*effect)).any(|change| said.contains(&change))
-    };
-    let follow = |effect: &EffectTerm| match *effect {
+    let is_said = |change| said.contains(&change);
+    let has = |wanted: &dyn Fn(&EffectTerm) -> bool| spec.effects.iter().any(wanted);
+    let follow = |effect: &EffectTerm| {
+        match *effect {
         // A hand that let go of it has put it there.
-        EffectTerm::Taken(object, slot) if is_slot(resource(slot)) => has(&|other| match other {
-            EffectTerm::LetGo(of, hand) if of == object => Some(Change::Emptied(resource(hand))),
-            EffectTerm::LetGo(..)
-            | EffectTerm::Taken(..)
-            | EffectTerm::Lies(..)
-            | EffectTerm::Stands(_)
-            | EffectTerm::Fact(..) => None,
+        EffectTerm::Taken(object, slot) if is_slot(resource(slot)) => has(&|other| {
+            matches!(*other, EffectTerm::LetGo(of, hand) if of == object && is_said(Change::Emptied(resource(hand))))
         })
         .then_some(Change::Taken(object, resource(slot))),
         // A hand that has it has taken it out.
-        EffectTerm::LetGo(object, slot) if is_slot(resource(slot)) => has(&|other| match other {
-            EffectTerm::Taken(of, hand) if of == object => Some(Change::Taken(object, resource(hand))),
-            EffectTerm::LetGo(..)
-            | EffectTerm::Taken(..)
-            | EffectTerm::Lies(..)
-            | EffectTerm::Stands(_)
-            | EffectTerm::Fact(..) => None,
+        EffectTerm::LetGo(object, slot) if is_slot(resource(slot)) => has(&|other| {
+            matches!(*other, EffectTerm::Taken(of, hand) if of == object && is_said(Change::Taken(object, resource(hand))))
         })
         .then_some(Change::Emptied(resource(slot))),
         EffectTerm::Taken(..) | EffectTerm::LetGo(..) => None,
         EffectTerm::Lies(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
+    }
     };
     spec.effects.iter().filter_map(follow).collect()
 }

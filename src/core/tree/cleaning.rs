@@ -20,11 +20,12 @@ impl Root {
                 self.edit(Record::Cleaning { at: now, node }, out);
             }
         }
-        for or in self.ors.clone() {
-            let way = self.state.status(or).way.filter(|way| self.state.phase(*way) == Phase::Ending);
-            if let Some(way) = way.filter(|way| self.state.owed_cleanup(*way, None).is_none()) {
+        let is_ending = |way: &NodeId| self.state.phase(*way) == Phase::Ending;
+        let chosen = self.ors.iter().filter_map(|or| Some((*or, self.state.status(*or).way.filter(is_ending)?)));
+        for (or, way) in chosen.collect::<Vec<_>>() {
+            if self.state.owed_cleanup(way, None).is_none() {
                 self.is_wanted = true;
-                self.edit(Record::Reopened { at: now, reopened: left(or, way) }, out);
+                self.edit(Record::Reopened { at: now, reopened: Reopened::new(way, or, Cause::Leave) }, out);
             }
         }
     }
@@ -34,7 +35,7 @@ impl Root {
         self.is_wanted = true;
         match self.state.owed_cleanup(way, None) {
             Some(_) => self.edit(Record::Leaving { at: now, way }, out),
-            None => self.edit(Record::Reopened { at: now, reopened: left(or, way) }, out),
+            None => self.edit(Record::Reopened { at: now, reopened: Reopened::new(way, or, Cause::Leave) }, out),
         }
     }
 
@@ -80,9 +81,4 @@ impl Root {
             && state.owed_cleanup(node, Some(node)).is_none()
             && !self.is_grace_over()
     }
-}
-
-fn left(or: NodeId, way: NodeId) -> Reopened {
-    let (undecided, ended, reset) = (Vec::new(), Vec::new(), Vec::new());
-    Reopened { node: way, up_to: or, cause: Cause::Leave, undecided, ended, reset }
 }

@@ -110,7 +110,7 @@ impl Root {
         begin_anew(&view, node, &mut reset);
         reset.sort_unstable();
         let cause = Cause::Retry { fault, until: self.turned + wait };
-        Reopened { node, up_to: node, cause, undecided: Vec::new(), ended: Vec::new(), reset }
+        Reopened { reset, ..Reopened::new(node, node, cause) }
     }
 
     /// The moments at which task nodes will have taken too long that begin with some grants.

@@ -16,7 +16,7 @@ impl RoundEnd<'_> {
         lapsing.sort_by_key(|(holder, behavior, resource, _)| (*holder, *behavior, *resource));
         let (holder, leaf, resource, lacks) = lapsing.pop()?;
         let cause = Cause::Lapse { resource, heir: Box::new(lacks) };
-        Some(Reopened { node: leaf, up_to: holder, cause, undecided: Vec::new(), ended: Vec::new(), reset: Vec::new() })
+        Some(Reopened::new(leaf, holder, cause))
     }
 
     /// The first heir below a holder with what it lacks; none while an heir runs or waits for something that runs.

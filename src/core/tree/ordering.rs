@@ -2,7 +2,7 @@
 //! other file tells them apart.
 
 use super::{Answer, News, Requests};
-use ambidex_model::state::{Phase, State};
+use ambidex_model::state::{GoesOn, Phase, State};
 use ambidex_model::{
     Completion, Consequences, Failing, Fault, LeaseKind, NodeId, NodeKind, NodeRange, Reason, TreeSpec,
 };
@@ -205,8 +205,8 @@ impl Settling<'_> {
     fn climb(&mut self, node: NodeId, child: NodeId) -> bool {
         let (tree, state) = (self.tree, self.state);
         let Some(ordering) = Ordering::of(&tree.nodes[node.index()]) else { return false };
-        if let Phase::Cleaning(failing) = state.phase(node) {
-            return self.clean(node, child, failing);
+        if let Phase::Cleaning(goes_on) = state.phase(node) {
+            return self.clean(node, child, goes_on);
         }
         let ends = self.ends(node, child, ordering);
         let mut is_repeated = false;
@@ -284,7 +284,7 @@ impl Settling<'_> {
     }
 
     /// Something below a cleanup ended: with the cleanup itself its node goes on to what it was given up for.
-    fn clean(&mut self, node: NodeId, child: NodeId, failing: Option<Failing>) -> bool {
+    fn clean(&mut self, node: NodeId, child: NodeId, goes_on: GoesOn) -> bool {
         let is_completed = self.completed.is_some_and(|completed| completed.node == child);
         let is_told = self.ended == Ended::Cleaned && node == self.from;
         if !is_completed && !is_told && self.failed != Some(child) {
@@ -292,9 +292,9 @@ impl Settling<'_> {
         }
         self.cleaned = Some(node);
         self.failing = None;
-        (self.failed, self.fault) = (failing.map(|_| node), failing.and_then(|failing| failing.fault));
-        if let Some(failing) = failing {
-            self.cause = failing.cause;
+        (self.failed, self.fault) = (None, None);
+        if let GoesOn::Failing(failing) = goes_on {
+            (self.failed, self.fault, self.cause) = (Some(node), failing.fault, failing.cause);
         }
         true
     }

@@ -19,8 +19,8 @@ impl RoundEnd<'_> {
     /// The nearest earlier thing that can be done again for a leaf that lacks something.
     pub(super) fn redo(&self, leaf: NodeId, lacking: &Condition) -> Option<Reopened> {
         let (node, up_to) = self.sent_back_by(leaf, lacking)?;
-        let (ended, reset) = (self.kept_below(up_to), Vec::new());
-        Some(Reopened { node, up_to, cause: Cause::Redo { leaf }, undecided: Vec::new(), ended, reset })
+        let ended = self.kept_below(up_to);
+        Some(Reopened { ended, ..Reopened::new(node, up_to, Cause::Redo { leaf }) })
     }
 
     /// What was kept for nodes below a THEN.

@@ -15,8 +15,8 @@ impl Root {
         self.began.retain(|node, _| !below.contains(&node.0));
         // What is late is not made up for.
         self.began.extend(every.map(|_| (node, until.unwrap_or(self.turned))));
-        let (undecided, ended, reset) = (Vec::new(), Vec::new(), below.map(NodeId).collect());
-        let reopened = Reopened { node, up_to: node, cause: Cause::Repeat { until }, undecided, ended, reset };
+        let reset = below.map(NodeId).collect();
+        let reopened = Reopened { reset, ..Reopened::new(node, node, Cause::Repeat { until }) };
         self.is_wanted = true;
         // Waiting is counted from the turn: when answers have come is not told again.
         self.edit(Record::Reopened { at: self.turned, reopened }, out);

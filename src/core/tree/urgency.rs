@@ -78,9 +78,7 @@ impl Root {
         for wish in wished {
             let ended = self.in_the_way(view, wish);
             if !ended.is_empty() && !self.is_over() {
-                let (undecided, reset) = (Vec::new(), Vec::new());
-                let cause = Cause::Yield;
-                let reopened = Reopened { node: wish.leaf(), up_to: NodeId(0), cause, undecided, ended, reset };
+                let reopened = Reopened { ended, ..Reopened::new(wish.leaf(), NodeId(0), Cause::Yield) };
                 self.is_wanted = true;
                 self.edit(Record::Reopened { at: now, reopened }, out);
             }
@@ -120,7 +118,9 @@ impl Root {
             return None;
         }
         let mut urged: BTreeMap<NodeId, i32> = BTreeMap::new();
-        loop {
+        // Mostly nobody keeps anything physically, and who waits need not be looked at.
+        let mut goes_on = self.state.table().leases().any(|(_, lease)| lease.kind == LeaseKind::Physical);
+        while goes_on {
             let before = urged.clone();
             for (&leaf, reason) in &self.reasons {
                 let of = |node| priority(&self.mission.tree, &urged, node);
@@ -129,9 +129,7 @@ impl Root {
                 let less: Vec<NodeId> = holders.filter(|holder| lent > of(*holder)).collect();
                 urged.extend(less.into_iter().map(|holder| (holder, lent)));
             }
-            if urged == before {
-                break;
-            }
+            goes_on = urged != before;
         }
         let told = urged.iter().map(|(&node, &priority)| Urged { node, priority }).collect();
         (urged != *self.state.urged()).then_some(told)

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Pause, Phase, State, Status, Wait};
+use super::{GoesOn, Pause, Phase, State, Status, Wait};
 use crate::{Consequences, Kept, NodeId, Reopened, Time};
 
 impl State {
@@ -76,13 +76,12 @@ impl State {
         let body = NodeId(node.0 + 1)..self.topology.end(NodeId(node.0 + 1));
         self.forget_moments(body.clone());
         self.gather(node, |holder| body.contains(&holder));
-        let failing = match self.phase(node) {
-            Phase::Failing(failing) => Some(failing),
-            Phase::Pending | Phase::Ending | Phase::Done | Phase::Failed | Phase::Cleaning(_) => None,
+        let goes_on = match self.phase(node) {
+            Phase::Failing(failing) => GoesOn::Failing(failing),
+            Phase::Ending => GoesOn::Ending,
+            Phase::Pending | Phase::Done | Phase::Failed | Phase::Cleaning(_) => GoesOn::Pending,
         };
-        let is_ending = self.phase(node) == Phase::Ending;
-        let status = self.status_mut(node);
-        (status.phase, status.is_ending) = (Phase::Cleaning(failing), is_ending);
+        self.status_mut(node).phase = Phase::Cleaning(goes_on);
         Arc::make_mut(&mut self.cleaning).insert(node);
         true
     }
@@ -107,8 +106,8 @@ impl State {
             *self.status_mut(NodeId(index)) = Status::default();
         }
         self.gather(node, |holder| below.contains(&holder));
-        let is_ending = std::mem::take(&mut self.status_mut(node).is_ending);
-        if let Phase::Cleaning(_) = self.phase(node) {
+        if let Phase::Cleaning(goes_on) = self.phase(node) {
+            let is_ending = goes_on == GoesOn::Ending;
             self.status_mut(node).phase = if is_ending { Phase::Ending } else { Phase::Pending };
         }
         self.forget_begun(node);

@@ -213,8 +213,9 @@ impl State {
 
     /// What is done or has failed waits for nothing more.
     pub(super) fn forget_moments(&mut self, nodes: std::ops::Range<NodeId>) {
-        let waits = self.waits.iter().map(|(_, node)| *node).chain(self.pauses.keys().copied());
-        let waiting: Vec<NodeId> = waits.filter(|node| nodes.contains(node)).collect();
+        let waits = self.waits.iter().map(|(_, node)| *node).filter(|node| nodes.contains(node));
+        let pauses = self.pauses.range(nodes.clone()).map(|(&node, _)| node);
+        let waiting: Vec<NodeId> = waits.chain(pauses).collect();
         each(&waiting, |node| self.wake(*node));
         self.end_times(nodes);
     }
@@ -294,12 +295,24 @@ impl State {
         true
     }
 
-    /// What fails with a node that does not run, and the cleanup that is over with it.
+    /// What fails with a node that does not run.
     pub(super) fn fall(&mut self, from: NodeId, consequences: Consequences) {
+        if consequences.failed.is_some() {
+            self.take_back(from, consequences.failed);
+        }
+        self.go_on(from, consequences);
+    }
+
+    /// Full grippers that a node held go up, as far as what has failed; all else is free.
+    fn take_back(&mut self, from: NodeId, failed: Option<NodeId>) {
+        let (topology, world) = (Arc::clone(&self.topology), Arc::clone(&self.world));
+        let is_full = |resource| world.held_by(resource).is_some();
+        Arc::make_mut(&mut self.table).take_back(&topology, from, failed, is_full);
+    }
+
+    /// What has failed, what begins to, and the cleanup that is over with it.
+    fn go_on(&mut self, from: NodeId, consequences: Consequences) {
         if let Some(failed) = consequences.failed {
-            let (topology, world) = (Arc::clone(&self.topology), Arc::clone(&self.world));
-            let is_full = |resource| world.held_by(resource).is_some();
-            Arc::make_mut(&mut self.table).take_back(&topology, from, Some(failed), is_full);
             self.fail(from, failed);
         }
         if let Some(failing) = consequences.failing {
@@ -342,11 +355,7 @@ impl State {
             let topology = Arc::clone(&self.topology);
             let is_below = |holder| skip.contains(holder) || topology.is_within(holder, completed.node);
             Arc::make_mut(&mut self.table).move_up(is_below, heir);
-            for node in topology.path(goal).take_while(|node| *node >= completed.node) {
-                self.status_mut(node).phase = Phase::Done;
-            }
-            self.forget_needs(completed.node..topology.end(completed.node));
-            self.forget_moments(completed.node..topology.end(completed.node));
+            self.are_done(goal, completed.node);
         }
         let from = consequences.completed.map_or(goal, |completed| self.topology.parent(completed.node));
         self.fall(from, consequences);
@@ -392,30 +401,25 @@ impl State {
             self.complete(leaf, completed.node);
         }
         if consequences.completed.is_none() || consequences.failed.is_some() {
-            let world = Arc::clone(&self.world);
-            let is_full = |resource| world.held_by(resource).is_some();
-            Arc::make_mut(&mut self.table).take_back(&topology, leaf, consequences.failed, is_full);
-        }
-        if let Some(failed) = consequences.failed {
-            self.fail(consequences.completed.map_or(leaf, |completed| topology.parent(completed.node)), failed);
-        }
-        if let Some(failing) = consequences.failing {
-            self.begin_failing(failing);
+            self.take_back(leaf, consequences.failed);
         }
         self.release_emptied(&were_occupied, changes);
-        if let Some(cleaned) = consequences.cleaned {
-            self.end_cleaning(cleaned);
-        }
+        self.go_on(consequences.completed.map_or(leaf, |completed| topology.parent(completed.node)), consequences);
         true
     }
 
-    /// The behavior and all above it up to a node are done, and needed for nothing more.
-    fn complete(&mut self, leaf: NodeId, top: NodeId) {
-        for node in self.topology.path(leaf).take_while(|node| *node >= top).collect::<Vec<_>>() {
+    /// A node and all above it up to another are done, and needed for nothing more.
+    fn are_done(&mut self, from: NodeId, top: NodeId) {
+        for node in self.topology.path(from).take_while(|node| *node >= top).collect::<Vec<_>>() {
             self.status_mut(node).phase = Phase::Done;
         }
         self.forget_needs(top..self.topology.end(top));
         self.forget_moments(top..self.topology.end(top));
+    }
+
+    /// The behavior has brought it about that all above it up to a node are done.
+    fn complete(&mut self, leaf: NodeId, top: NodeId) {
+        self.are_done(leaf, top);
         let status = self.status_mut(leaf);
         let is_first = !std::mem::replace(&mut status.has_completed, true);
         // A cleanup brings nothing nearer.

@@ -15,7 +15,7 @@ use crate::{
     WorldState,
 };
 pub use chunks::Chunks;
-pub use status::{Bar, Pause, Phase, Redone, Status, Unfit, Wait};
+pub use status::{Bar, GoesOn, Pause, Phase, Redone, Status, Unfit, Wait};
 
 /// The state of a run. A clone is cheap: it shares everything that neither of the two changes afterwards.
 #[derive(Debug, Clone, PartialEq)]

@@ -17,8 +17,6 @@ pub struct Status {
     pub is_stopping: bool,
     /// Whether something below it was granted since it last began.
     pub is_begun: bool,
-    /// Whether it goes on to be left or canceled when its cleanup is over.
-    pub is_ending: bool,
     /// Why it does not ask although it is not done.
     pub bar: Option<Box<Bar>>,
     /// How it failed, while it waits before it asks again.
@@ -41,8 +39,19 @@ pub enum Phase {
     Failed,
     /// It is canceled, or an OR is about to leave it: it waits for what runs below it to end, and for cleanups.
     Ending,
-    /// Its body has failed, as is told then, or is given up, and its cleanup is done.
-    Cleaning(Option<Failing>),
+    /// Its body has failed or is given up, and its cleanup is done.
+    Cleaning(GoesOn),
+}
+
+/// What a node goes on to when its cleanup is over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GoesOn {
+    /// It has failed.
+    Failing(Failing),
+    /// It is canceled, or left.
+    Ending,
+    /// One above it has failed, is canceled or left.
+    Pending,
 }
 
 /// A node that is done more than once waits for its next time.
@@ -57,8 +66,7 @@ pub struct Pause {
 impl Pause {
     /// Why nothing at or below the node is asked.
     pub fn reason(&self, node: NodeId) -> Reason {
-        let wait_ms = u64::try_from(self.until.since(self.since).as_millis()).unwrap_or(u64::MAX);
-        Reason::NotYet { node, wait_ms }
+        Reason::NotYet { node, wait_ms: self.until.since_ms(self.since) }
     }
 }
 
@@ -85,8 +93,7 @@ pub struct Wait {
 impl Wait {
     /// Why it does not ask.
     pub fn reason(&self) -> Reason {
-        let wait_ms = u64::try_from(self.until.since(self.since).as_millis()).unwrap_or(u64::MAX);
-        Reason::BackingOff { wait_ms, fault: self.fault }
+        Reason::BackingOff { wait_ms: self.until.since_ms(self.since), fault: self.fault }
     }
 }
 

@@ -162,6 +162,11 @@ pub enum Cause {
 }
 
 impl Reopened {
+    /// A node alone: no OR chooses again with it, no lease ends, and nothing below it begins anew.
+    pub fn new(node: NodeId, up_to: NodeId, cause: Cause) -> Self {
+        Self { node, up_to, cause, undecided: Vec::new(), ended: Vec::new(), reset: Vec::new() }
+    }
+
     /// The resource whose lease lapsed, if one did.
     pub fn lapsed(&self) -> Option<ResourceId> {
         match self.cause {

@@ -32,10 +32,7 @@ impl Makers {
                     Change::Fact(fact, _) if fact.index() < names.facts.len() => {
                         self.facts.insert(fact, made);
                     }
-                    Change::Object(object, _) if object.index() < names.objects.len() => {
-                        self.objects.insert(object, made);
-                    }
-                    Change::Taken(object, _) if object.index() < names.objects.len() => {
+                    Change::Object(object, _) | Change::Taken(object, _) if object.index() < names.objects.len() => {
                         self.objects.insert(object, made);
                     }
                     Change::Fact(..) | Change::Object(..) | Change::Taken(..) => {}

@@ -45,14 +45,8 @@ fn turns() -> Vec<Record> {
     let mut lapse = decided(9.0, 5, Vec::new());
     if let Record::Decided { reopened, .. } = &mut lapse {
         let lacks = Blocked { leaf: named("pick 1"), reason: Reason::OutOfReach { object: ObjectId(0) } };
-        *reopened = Some(Reopened {
-            node: named("move 1-1"),
-            up_to: named("object 1"),
-            cause: Cause::Lapse { resource: base, heir: Box::new(lacks) },
-            undecided: Vec::new(),
-            ended: Vec::new(),
-            reset: Vec::new(),
-        });
+        let cause = Cause::Lapse { resource: base, heir: Box::new(lacks) };
+        *reopened = Some(Reopened::new(named("move 1-1"), named("object 1"), cause));
     }
     vec![
         Record::Header(Box::new(header())),

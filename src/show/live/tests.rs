@@ -174,7 +174,7 @@ fn what_goes_wrong_has_its_line() {
     let heir = Box::new(Blocked { leaf: named("pick 1"), reason: Reason::OutOfReach { object: ObjectId(0) } });
     let cause = Cause::Lapse { resource: ResourceId(0), heir };
     let (node, up_to) = (named("move 1-1"), named("object 1"));
-    let reopened = Reopened { node, up_to, cause, undecided: Vec::new(), ended: Vec::new(), reset: Vec::new() };
+    let reopened = Reopened::new(node, up_to, cause);
     check(
         Record::Decided {
             at: seconds(9.5),

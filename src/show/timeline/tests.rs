@@ -76,14 +76,7 @@ fn what_fails_waits_again_until_it_fails_for_good() {
 #[test]
 fn what_is_reopened_is_not_done_any_more() {
     let (node, up_to) = (named("move 1-1"), named("object 1"));
-    let reopened = Reopened {
-        node,
-        up_to,
-        cause: Cause::Redo { leaf: node },
-        undecided: Vec::new(),
-        ended: Vec::new(),
-        reset: Vec::new(),
-    };
+    let reopened = Reopened::new(node, up_to, Cause::Redo { leaf: node });
     let back = Record::Decided {
         at: seconds(5.0),
         round: 2,

@@ -29,8 +29,7 @@ impl Model<'_> {
         self.silent.insert(leaf, (self.progress, heir, cause));
         self.let_choose_again(leaf);
         let cause = Cause::Lapse { resource, heir: Box::new(lacks) };
-        let (undecided, ended, reset) = (Vec::new(), Vec::new(), Vec::new());
-        Some(Reopened { node: leaf, up_to: holder, cause, undecided, ended, reset })
+        Some(Reopened::new(leaf, holder, cause))
     }
 
     /// Whether no heir runs and none waits for anything that runs.
@@ -92,8 +91,7 @@ impl Model<'_> {
             }
         }
         let cause = Cause::Redo { leaf };
-        let (undecided, ended, reset) = (Vec::new(), Vec::new(), Vec::new());
-        Some(Reopened { node: maker, up_to: then, cause, undecided, ended, reset })
+        Some(Reopened::new(maker, then, cause))
     }
 
     /// Upwards through the THENs above a leaf, backwards through what stands before it in each.

@@ -68,9 +68,8 @@ impl Model<'_> {
             self.resting.insert(node, (until, (until.0 - self.now.0) / 1000));
         }
         self.gather(node, |holder| reset.contains(&holder));
-        let (undecided, ended) = (Vec::new(), Vec::new());
-        let cause = Cause::Repeat { until };
-        self.log.push(Step::Reopened(Reopened { node, up_to: node, cause, undecided, ended, reset }));
+        let reopened = Reopened::new(node, node, Cause::Repeat { until });
+        self.log.push(Step::Reopened(Reopened { reset, ..reopened }));
     }
 
     /// Nothing is known of earlier iterations.

@@ -29,8 +29,7 @@ impl Model<'_> {
             self.waits.insert(top, (until, wait.as_millis() as u64, fault));
         }
         let cause = Cause::Retry { fault, until };
-        let (undecided, ended) = (Vec::new(), Vec::new());
-        self.log.push(Step::Reopened(Reopened { node: top, up_to: top, cause, undecided, ended, reset }));
+        self.log.push(Step::Reopened(Reopened { reset, ..Reopened::new(top, top, cause) }));
     }
 
     /// Nodes that begin anew when one does that was not done; what failed since it can never run does not.

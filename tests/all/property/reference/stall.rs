@@ -85,9 +85,7 @@ impl Model<'_> {
         self.gather(or, |holder| below.contains(holder));
         self.deadlines.retain(|node, _| !below.contains(*node));
         self.begun.retain(|node| !below.contains(*node));
-        let (undecided, ended, reset) = (Vec::new(), Vec::new(), Vec::new());
-        let reopened = Reopened { node: way, up_to: or, cause: Cause::Leave, undecided, ended, reset };
-        self.log.push(Step::Reopened(reopened));
+        self.log.push(Step::Reopened(Reopened::new(way, or, Cause::Leave)));
     }
 
     /// A controller is away, or back; a round follows.

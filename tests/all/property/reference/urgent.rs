@@ -178,8 +178,7 @@ impl Model<'_> {
                 }
             }
             if !ended.is_empty() {
-                let (undecided, reset, cause) = (Vec::new(), Vec::new(), Cause::Yield);
-                yields.push(Reopened { node, up_to: NodeId(0), cause, undecided, ended, reset });
+                yields.push(Reopened { ended, ..Reopened::new(node, NodeId(0), Cause::Yield) });
             }
         }
         yields
