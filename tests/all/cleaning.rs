@@ -236,3 +236,21 @@ fn a_failing_cleanup_changes_nothing() {
         9.00 canceled",
     );
 }
+
+#[test]
+fn a_cleanup_has_its_own_time_whatever_is_canceled() {
+    check(
+        "and: [{then: [{short: a}, {once: f}], cleanup: {then: [{long: t}], timeout: 3 s}}, {short: {n: b, of: tool}}]",
+        &format!("{HANGS}{}", canceled_at(7)),
+        "
+        0.00 step 1: a (rail), b (one)
+        2.00 step 2: f (rail)
+        6.00 failed f: it took too long
+        6.00 cleaning up behind then 1
+        6.00 step 3: t (rail)
+        7.00 the mission is to end, and what it has begun is cleaned up first
+        9.00 then 2 took too long; what runs of then 2 is canceled
+        9.00 canceled t
+        9.00 canceled",
+    );
+}

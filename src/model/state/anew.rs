@@ -63,7 +63,7 @@ impl State {
         let is_known = node.index() < self.topology.count();
         if is_known && !matches!(self.phase(node), Phase::Done | Phase::Failed | Phase::Cleaning(_)) {
             self.status_mut(node).phase = Phase::Ending;
-            self.end_times(node..self.topology.end(node));
+            self.end_times_of_body(node);
         }
         is_known
     }

@@ -124,7 +124,7 @@ impl State {
     }
 
     /// No time runs below a node any more, but in cleanups, which go on.
-    fn end_times_of_body(&mut self, node: NodeId) {
+    pub(super) fn end_times_of_body(&mut self, node: NodeId) {
         let topology = Arc::clone(&self.topology);
         let in_cleanup =
             |timed| topology.path(timed).take_while(|above| *above > node).any(|at| topology.is_cleanup(at));
