@@ -1,5 +1,6 @@
 //! What can be said on the command line.
 
+use std::num::NonZeroU64;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
@@ -18,7 +19,7 @@ use crate::status::StatusArgs;
 use crate::timeline::TimelineArgs;
 use crate::trace::TraceArgs;
 use crate::tree::TreeArgs;
-use crate::values::{self, LogFormat};
+use crate::values::{self, Fail, LogFormat};
 use crate::verify::VerifyArgs;
 use crate::world::WorldArgs;
 
@@ -174,6 +175,9 @@ pub struct DaemonArgs {
     /// Name of this robot's runtime.
     #[arg(long, default_value = "default", value_parser = values::instance)]
     pub instance: Instance,
+    /// Let things go wrong on purpose, as this file says; what is to happen to a controller is for whoever started it.
+    #[arg(long, value_name = "FILE", conflicts_with = "resume")]
+    pub fail: Option<PathBuf>,
     /// How long to wait for the controllers, seconds [default: for ever].
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_negative_numbers = true)]
     pub attach_timeout: Option<Duration>,
@@ -206,14 +210,33 @@ pub struct ControllerArgs {
 pub struct SimulateArgs {
     /// The mission file.
     pub mission: PathBuf,
-    /// Let things go wrong on purpose, as this file says.
+    /// Let things go wrong on purpose: as this file says, or by chance, in each attempt of a behavior with this
+    /// probability: it gives up, hangs, is late or drops what is held, a controller is lost, hangs or is stopped, the
+    /// world changes.
+    #[arg(long, value_name = "FILE|PROBABILITY", value_parser = values::fail)]
+    pub fail: Option<Fail>,
+    /// What goes wrong by chance follows from this number [default: 1].
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Run so often, with this seed and those after it, and print how often it was done, how long it took, and why not.
+    #[arg(long, value_name = "N", conflicts_with_all = ["log", "save_failures"])]
+    pub runs: Option<NonZeroU64>,
+    /// Write what went wrong by chance as a file for `--fail`, of `run` too.
     #[arg(long, value_name = "FILE")]
-    pub fail: Option<PathBuf>,
+    pub save_failures: Option<PathBuf>,
     /// Tell the mission to end at that moment of robot time, seconds; for one that never ends by itself.
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_negative_numbers = true)]
     pub until: Option<Duration>,
     #[command(flatten)]
     pub common: MissionArgs,
+}
+
+impl SimulateArgs {
+    /// What was told that is only about chance.
+    pub fn chance_option(&self) -> Option<&'static str> {
+        let save = self.save_failures.as_ref().map(|_| "--save-failures");
+        self.runs.map(|_| "--runs").or(self.seed.map(|_| "--seed")).or(save)
+    }
 }
 
 /// Names of allocators.

@@ -28,6 +28,7 @@ mod terminal;
 mod timeline;
 mod trace;
 mod tree;
+mod trials;
 mod values;
 mod verify;
 mod waiting;

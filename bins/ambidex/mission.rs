@@ -42,7 +42,7 @@ pub fn run(args: &RunArgs) -> Result<Exit> {
 
 /// Runs a mission with controllers that others started.
 pub fn daemon(args: &DaemonArgs) -> Result<Exit> {
-    go(&args.common, &args.live, &args.instance, args.attach_timeout, &Processes::Others)
+    go(&args.common, &args.live, &args.instance, args.attach_timeout, &Processes::Others { fail: args.fail.as_deref() })
 }
 
 /// Loads the files of a mission and says what is surely not meant in them.
@@ -95,8 +95,8 @@ fn job(args: &MissionArgs, live: &LiveArgs, has_children: bool) -> Result<Job> {
 enum Processes<'a> {
     /// Children of this one; to which things may happen on purpose.
     Own { fail: Option<&'a Path> },
-    /// Others have started them.
-    Others,
+    /// Others have started them; to all else things may happen on purpose.
+    Others { fail: Option<&'a Path> },
 }
 
 fn go(
@@ -106,12 +106,12 @@ fn go(
     attach_timeout: Option<Duration>,
     processes: &Processes<'_>,
 ) -> Result<Exit> {
-    let (has_children, fail) = match processes {
-        Processes::Own { fail } => (true, *fail),
-        Processes::Others => (false, None),
-    };
+    let has_children = matches!(processes, Processes::Own { .. });
     let mut job = job(args, live, has_children)?;
-    let failures = purpose::load(fail, &job.mission)?;
+    let failures = match processes {
+        Processes::Own { fail } => purpose::load(*fail, &job.mission)?,
+        Processes::Others { fail } => purpose::load_for_daemon(*fail, &job.mission)?,
+    };
     descriptors::ensure(job.mission.robot.controllers.len())?;
     let terminal = Terminal::start(args.log_format, QUIET, Patience::Drops);
     let ended = job.resumed.take_if(|resume| resume.resumed.end.is_some());
@@ -136,12 +136,12 @@ fn go(
     let children = has_children.then(start).transpose()?.map(|children| Arc::new(Mutex::new(children)));
     let (to_keeper, begun) = watch::channel(None);
     let script = Script::new(failures.flaws.clone());
-    if let Some(children) = children.clone() {
-        let keeper = Keeper { children, begun, run: to_run.clone(), terminal: terminal.clone() };
-        keeper.keep_all();
-        let doing = Doing { failures, names: job.mission.names.clone(), clock, keeper, is_quiet: args.quiet };
-        runtime.spawn(doing.done());
-    }
+    let keep = |children| Keeper { children, begun: begun.clone(), run: to_run.clone(), terminal: terminal.clone() };
+    let keeper = children.clone().map(keep);
+    keeper.iter().for_each(Keeper::keep_all);
+    let (run, terminal_of_deeds) = (to_run.clone(), terminal.clone());
+    let (names, is_quiet) = (job.mission.names.clone(), args.quiet);
+    runtime.spawn(Doing { failures, names, clock, begun, run, terminal: terminal_of_deeds, keeper, is_quiet }.done());
     let options = Options {
         settings: job.settings.clone(),
         clock,

@@ -84,6 +84,9 @@ impl Observer {
 
     /// Takes the next record.
     pub fn take(&mut self, record: &Record) {
+        if let Some(disk) = self.purpose.disk(record) {
+            self.file.set_disk(disk);
+        }
         if self.failure.is_none()
             && let Err(error) = self.file.write(record)
         {

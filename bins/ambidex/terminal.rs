@@ -72,6 +72,35 @@ impl Display {
     }
 }
 
+/// How far long work is, where somebody looks.
+#[derive(Debug)]
+pub struct Progress(ProgressBar);
+
+impl Progress {
+    /// Work in so many parts of a kind.
+    pub fn new(of: u64, parts: &str, is_quiet: bool) -> Self {
+        let target = if is_quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(10) };
+        let template = format!("  {{wide_bar}} {{pos}} of {{len}} {parts}, {{eta}} left");
+        let style = ProgressStyle::with_template(&template).expect("a fixed template is sound");
+        Self(ProgressBar::with_draw_target(Some(of), target).with_style(style.progress_chars("━━─")))
+    }
+
+    /// So many parts are done.
+    pub fn at(&self, done: u64) {
+        self.0.set_position(done);
+    }
+
+    /// Says something above it.
+    pub fn say(&self, text: &str) {
+        self.0.suspend(|| anstream::eprintln!("{text}"));
+    }
+
+    /// Takes it away.
+    pub fn clear(&self) {
+        self.0.finish_and_clear();
+    }
+}
+
 /// What may wait to be written; what is said beyond that is dropped, and counted.
 const WAITING_MAX: usize = 4096;
 /// How often it is tried to hand over the last word.

@@ -46,6 +46,7 @@ pub use sources::{Disk, InMemory, Sources};
 use ambidex_model::{Failures, MissionSpec, Names, Source};
 use describe::Described;
 use failures::FailureFile;
+pub use failures::failures_text;
 use fault::Faults;
 use files::{Files, beside};
 use format::{Library, Mission};

@@ -49,6 +49,11 @@ impl<W: Write> Journal<W> {
         &self.out
     }
 
+    /// What is written to, to be changed.
+    pub fn get_mut(&mut self) -> &mut W {
+        &mut self.out
+    }
+
     /// What was written to.
     pub fn into_inner(self) -> W {
         self.out

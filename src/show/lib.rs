@@ -11,6 +11,7 @@ mod svg;
 mod text;
 pub mod timeline;
 pub mod tree;
+pub mod trials;
 
 #[cfg(test)]
 mod sample;

@@ -333,12 +333,14 @@ fn the_verb_tells_what_was_done_on_purpose() {
     assert!(home.start(["verify".as_ref(), log.as_os_str()]).ends(0).stdout.starts_with("same: "));
     assert_eq!(simulate(&["--quiet"]), "");
     let wrong = home.write("failures.yaml", "failures:\n  - {at: 1 s, lose: neck}\n  - {at: 1 s, set: seen pads}\n");
-    for verb in ["simulate", "run"] {
+    for verb in ["simulate", "run", "daemon"] {
         let finished = home.start(args(verb)).ends(2);
         let words = ["there is no controller `neck`", "did you mean `seen pad`?", "failures.yaml:3:20"];
         assert!(words.iter().all(|words| finished.words().contains(words)), "{}", finished.stderr);
     }
-    assert!(home.start(args("daemon")).ends(2).stderr.contains("unexpected argument '--fail'"));
+    home.write("failures.yaml", "failures:\n  - {at: 1 s, lose: head}\n");
+    let refused = home.start(args("daemon")).ends(2).words();
+    assert!(refused.contains("what happens to head at 1 s is not the daemon's to do"), "{refused}");
     let resumed = ["run".as_ref(), "--resume".as_ref(), log.as_os_str(), "--fail".as_ref(), wrong.as_os_str()];
     assert!(home.start(resumed).ends(2).stderr.contains("cannot be used with"));
     home.is_empty();

@@ -4,6 +4,7 @@ mod aborts;
 mod agreement;
 mod attach;
 mod broken;
+mod chance;
 mod checking;
 mod cleaning;
 mod deadlock;

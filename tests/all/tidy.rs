@@ -48,7 +48,7 @@ const CONTROLLER_PACKAGES: usize = 75;
 
 /// What the core and its words may depend on directly: mathematics and derives.
 const CORE_NEEDS: &[&str] =
-    &["ambidex-core", "ambidex-model", "arrayvec", "nalgebra", "rstar", "serde", "strsim", "thiserror"];
+    &["ambidex-core", "ambidex-model", "arrayvec", "nalgebra", "rand", "rstar", "serde", "strsim", "thiserror"];
 
 /// What does IO, or waits, or looks at a clock: nothing of the kind is below the core.
 const IO: &[&str] =

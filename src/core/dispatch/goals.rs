@@ -59,7 +59,7 @@ impl Dispatch {
         let achieves = |(_, part): &&(ControllerId, Part)| part.mode == Mode::Achieve;
         let worker = parts.iter().find(achieves).or(parts.first()).map(|(controller, _)| *controller);
         let under_way = parts.iter().map(|(controller, part)| (*controller, part.resource, part.mode)).collect();
-        let (earliest_end, deadline) = (now + goal.takes, Some(now + goal.timeout));
+        let (earliest_end, deadline) = (now + goal.takes + plan.late, Some(now + goal.timeout));
         let running = Running {
             parts: under_way,
             earliest_end,

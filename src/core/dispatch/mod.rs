@@ -20,8 +20,9 @@ use reports::Reports;
 pub use script::Script;
 
 use ambidex_model::{
-    Change, CommandId, ControllerId, ControllerMessage, ControllerState, End, Fault, FromController, Goal, Inhibition,
-    Labels, Loss, MissionSpec, NodeId, Outcome, Part, Record, Refusal, Rejection, Report, Time, ToController,
+    Change, CommandId, ControllerId, ControllerMessage, ControllerState, End, Fault, Flaw, FromController, Goal,
+    Inhibition, Labels, Loss, MissionSpec, NodeId, Outcome, Part, Record, Refusal, Rejection, Report, Time,
+    ToController,
 };
 
 /// What reaches the dispatch.
@@ -147,6 +148,11 @@ impl Dispatch {
     /// Lets goals go wrong on purpose from now on.
     pub fn follow(&mut self, script: Script) {
         self.script = script;
+    }
+
+    /// One thing more goes wrong on purpose from now on.
+    pub fn mar(&mut self, flaw: Flaw) {
+        self.script.add(flaw);
     }
 
     /// Takes an input at a moment of robot time.

@@ -1,6 +1,7 @@
 //! What goes wrong on purpose in goals: attempts are counted, and what is to come of each is said. Pure.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use ambidex_model::{Flaw, FlawKind, NodeId, ObjectId};
 
@@ -18,6 +19,8 @@ pub(super) struct Plan {
     pub(super) fails: bool,
     /// It does not end by itself.
     pub(super) hangs: bool,
+    /// How much longer than it needs it takes at least.
+    pub(super) late: Duration,
     /// What grippers lose as it begins; none is all that its grippers hold.
     pub(super) drops: Vec<Option<ObjectId>>,
 }
@@ -26,6 +29,11 @@ impl Script {
     /// One in which no behavior has begun yet.
     pub fn new(flaws: Vec<Flaw>) -> Self {
         Self { flaws, attempts: BTreeMap::new() }
+    }
+
+    /// One thing more goes wrong.
+    pub fn add(&mut self, flaw: Flaw) {
+        self.flaws.push(flaw);
     }
 
     /// The next attempt of a behavior begins.
@@ -40,6 +48,7 @@ impl Script {
             match flaw.kind {
                 FlawKind::Fails => plan.fails = true,
                 FlawKind::Hangs => plan.hangs = true,
+                FlawKind::Late(by) => plan.late += by,
                 FlawKind::Drops(object) => plan.drops.push(object),
             }
         }
@@ -58,6 +67,7 @@ mod tests {
             flaw(1, Some(2), FlawKind::Fails),
             flaw(2, None, FlawKind::Hangs),
             flaw(2, Some(1), FlawKind::Drops(None)),
+            flaw(3, None, FlawKind::Late(Duration::from_secs(2))),
         ]);
         let hangs = Plan { hangs: true, ..Plan::default() };
         let rows = [
@@ -66,7 +76,8 @@ mod tests {
             (1, Plan { fails: true, ..Plan::default() }),
             (1, Plan::default()),
             (2, hangs),
-            (3, Plan::default()),
+            (3, Plan { late: Duration::from_secs(2), ..Plan::default() }),
+            (4, Plan::default()),
         ];
         for (leaf, expected) in rows {
             assert_eq!(script.begin(NodeId(leaf)), expected, "{leaf}");

@@ -1,5 +1,6 @@
 //! A mission under a virtual clock: the same nodes, dispatch, sessions and controller motion, no processes, no threads.
 
+mod chance;
 mod plant;
 
 use std::collections::VecDeque;
@@ -11,9 +12,11 @@ use crate::tree::{Effect, Input, Node, Outbox, Settings};
 use ambidex_model::motion::{self, STEP};
 use ambidex_model::session::Attendance;
 use ambidex_model::{
-    Change, ControllerId, Failures, Inhibition, Labels, Loss, Mishap, MissionEnd, MissionSpec, NodeId, Origin, Record,
-    Time, ToController, Told,
+    Change, ControllerId, Failures, Goal, Inhibition, Labels, Loss, Mishap, MissionEnd, MissionSpec, NodeId, Origin,
+    Record, Time, ToController, Told,
 };
+pub use chance::Chance;
+use chance::Draws;
 pub use plant::Body;
 use plant::Plant;
 
@@ -36,16 +39,18 @@ pub enum Event {
     Cancel,
 }
 
-impl From<Mishap> for Event {
-    fn from(mishap: Mishap) -> Self {
-        match mishap {
+impl Event {
+    /// What a mishap is here; none of one that is about the log.
+    fn of(mishap: Mishap) -> Option<Self> {
+        Some(match mishap {
             Mishap::Lose(id) => Self::Lose(id),
             Mishap::Hang(id) => Self::Hang(id),
             Mishap::Inhibit(id) => Self::Inhibit(id, Inhibition::EmergencyStop),
             Mishap::Return(id) => Self::Return(id),
             Mishap::World(change) => Self::World(change, Origin::Script),
             Mishap::Cancel => Self::Cancel,
-        }
+            Mishap::Disk(_) => return None,
+        })
     }
 }
 
@@ -72,6 +77,8 @@ struct Simulation<'a> {
     /// Since nothing can happen any more.
     is_told_to_end: bool,
     is_safe: bool,
+    /// What goes wrong by chance.
+    draws: Option<Draws>,
     journal: &'a mut dyn FnMut(&Record),
 }
 
@@ -93,7 +100,7 @@ pub fn simulate_bodies(
     events: Vec<(Time, Event)>,
     journal: &mut dyn FnMut(&Record),
 ) -> MissionEnd {
-    Simulation::fresh(mission, settings, bodies, events, journal).run()
+    Simulation::fresh(mission, settings, bodies, events, journal).run().0
 }
 
 /// Runs a mission in which things go wrong on purpose.
@@ -103,12 +110,38 @@ pub fn simulate_failures(
     failures: &Failures,
     journal: &mut dyn FnMut(&Record),
 ) -> MissionEnd {
+    disturbed(mission, settings, failures, journal).run().0
+}
+
+/// Runs a mission in which something goes wrong by chance: in each attempt of a behavior with this probability.
+///
+/// What went wrong is in the result. With that, [`simulate_failures`] writes the same records; `failures` go wrong
+/// besides, and stand in it too.
+pub fn simulate_chance(
+    mission: &Arc<MissionSpec>,
+    settings: &Settings,
+    failures: &Failures,
+    chance: Chance,
+    journal: &mut dyn FnMut(&Record),
+) -> (MissionEnd, Failures) {
+    let mut simulation = disturbed(mission, settings, failures, journal);
+    simulation.draws = Some(Draws::new(mission, chance, failures.clone()));
+    let (end, draws) = simulation.run();
+    (end, draws.map(Draws::into_failures).unwrap_or_default())
+}
+
+fn disturbed<'a>(
+    mission: &Arc<MissionSpec>,
+    settings: &Settings,
+    failures: &Failures,
+    journal: &'a mut dyn FnMut(&Record),
+) -> Simulation<'a> {
     // Attached first, also where something goes wrong at once.
-    let mishaps = failures.mishaps.iter().map(|(at, mishap)| (*at, Event::from(*mishap)));
+    let mishaps = failures.mishaps.iter().filter_map(|(at, mishap)| Some((*at, Event::of(*mishap)?)));
     let events = all_attach(Time::ZERO, mission.robot.controllers.len()).chain(mishaps).collect();
     let mut simulation = Simulation::fresh(mission, settings, bodies(mission), events, journal);
     simulation.dispatch.follow(Script::new(failures.flaws.clone()));
-    simulation.run()
+    simulation
 }
 
 /// Goes on with a mission as a log leaves it; what is written to `journal` belongs behind that log.
@@ -117,7 +150,7 @@ pub fn resume(mission: &Arc<MissionSpec>, mut resumed: Resumed, journal: &mut dy
     if let Some(end) = resumed.end {
         return end;
     }
-    Simulation::new(mission, resumed, bodies(mission), Vec::new(), journal).run()
+    Simulation::new(mission, resumed, bodies(mission), Vec::new(), journal).run().0
 }
 
 fn bodies(mission: &MissionSpec) -> Vec<Body> {
@@ -165,11 +198,18 @@ impl<'a> Simulation<'a> {
             end: None,
             is_told_to_end: false,
             is_safe: false,
+            draws: None,
             journal,
         }
     }
 
-    fn run(mut self) -> MissionEnd {
+    /// How it ended, and what went wrong by chance.
+    fn run(mut self) -> (MissionEnd, Option<Draws>) {
+        let end = self.go_on();
+        (end, self.draws)
+    }
+
+    fn go_on(&mut self) -> MissionEnd {
         if self.plants.is_empty() {
             self.begin(Vec::new());
         }
@@ -263,7 +303,10 @@ impl<'a> Simulation<'a> {
             Effect::Up(up) => {
                 self.deliveries.push_back(Delivery::Node(topology.parent(from), Input::Up(up)));
             }
-            Effect::Start(goal) => self.tell_dispatch(dispatch::Input::Start(goal)),
+            Effect::Start(goal) => {
+                self.draw(&goal);
+                self.tell_dispatch(dispatch::Input::Start(goal));
+            }
             Effect::Stop(leaf) => self.tell_dispatch(dispatch::Input::Stop(leaf)),
             // Nobody waits for it here; the log has it.
             Effect::TakenUp(..) => {}
@@ -273,6 +316,19 @@ impl<'a> Simulation<'a> {
                     self.end = Some(end);
                     self.tell_dispatch(dispatch::Input::Shutdown);
                 }
+            }
+        }
+    }
+
+    /// What goes wrong by chance in the attempt that begins.
+    fn draw(&mut self, goal: &Goal) {
+        let (Some(draws), Node::Root(root)) = (&mut self.draws, &self.nodes[0]) else { return };
+        let drawn = draws.draw(self.now, goal, root.state().world());
+        drawn.flaw.into_iter().for_each(|flaw| self.dispatch.mar(flaw));
+        for (at, mishap) in drawn.mishaps {
+            let behind = self.events.partition_point(|(other, _)| *other <= at);
+            if let Some(event) = Event::of(mishap) {
+                self.events.insert(behind, (at, event));
             }
         }
     }

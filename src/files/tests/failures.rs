@@ -1,15 +1,18 @@
 //! Failure files: what they come to, and a table of mistakes with the line and the words that each is told with.
 
-use super::super::{Checked, FilesError, check, load_failures};
+use std::time::Duration;
+
+use super::super::{Checked, FilesError, check, failures_text, load_failures};
 use super::{GOOD, ROBOT, load, written};
 use ambidex_model::{
-    Change, ControllerId, FactId, Failures, Flaw, FlawKind, Location, Mishap, NodeId, ObjectId, PlaceId, Time,
+    Change, ControllerId, Disk, FactId, Failures, Flaw, FlawKind, Location, Mishap, NodeId, ObjectId, PlaceId, Time,
 };
 
 const PATH: &str = "failures.yaml";
 const FILE: &str = "\
 failures:
   - {at: 2 min, return: arm}
+  - {at: 3 min, disk: slow}
   - {at: 1500 ms, lose: arm}
   - {at: 3, clear: door_open}
   - {at: 3, lies: {object: cup, at: table}}
@@ -17,6 +20,7 @@ failures:
   - {behavior: pick cup, attempt: 2, hangs: true}
   - {behavior: move to table, attempt: every, drops: cup}
   - {behavior: place cup, drops: all}
+  - {behavior: place cup, attempt: 3, late: 2.5 s}
 ";
 
 fn loaded(text: &str) -> Result<Failures, FilesError> {
@@ -41,18 +45,30 @@ fn what_is_written_is_what_goes_wrong() {
             (second(3.0), Mishap::World(Change::Fact(FactId(0), false))),
             (second(3.0), Mishap::World(Change::Object(ObjectId(0), Location::At(PlaceId(1))))),
             (second(120.0), Mishap::Return(arm)),
+            (second(180.0), Mishap::Disk(Disk::Slow)),
         ],
         flaws: vec![
             flaw(3, Some(1), FlawKind::Fails),
             flaw(3, Some(2), FlawKind::Hangs),
             flaw(4, None, FlawKind::Drops(Some(ObjectId(0)))),
             flaw(5, Some(1), FlawKind::Drops(None)),
+            flaw(5, Some(3), FlawKind::Late(Duration::from_millis(2500))),
         ],
     };
     assert_eq!(loaded(FILE).unwrap_or_else(|error| panic!("{:?}", error.faults())), expected);
     let mut files = written(GOOD, ROBOT);
     files.insert(PATH, FILE);
-    assert!(matches!(check(&files, PATH.as_ref(), &[]), Ok(Checked::Failures(8, _))), "its names are not looked up");
+    assert!(matches!(check(&files, PATH.as_ref(), &[]), Ok(Checked::Failures(10, _))), "its names are not looked up");
+}
+
+#[test]
+fn what_is_written_again_comes_to_the_same() {
+    let mission = load(&mission(), ROBOT).unwrap_or_else(|error| panic!("{:?}", error.faults()));
+    let expected = loaded(FILE).unwrap_or_else(|error| panic!("{:?}", error.faults()));
+    let text = failures_text(&expected, &mission.names).unwrap();
+    assert_eq!(loaded(&text).unwrap_or_else(|error| panic!("{text}\n{:?}", error.faults())), expected);
+    assert!(text.contains("  - {at: 1.5 s, lose: \"arm\"}\n"), "{text}");
+    assert_eq!(failures_text(&Failures::default(), &mission.names), None);
 }
 
 #[test]
@@ -69,13 +85,15 @@ fn every_mistake_is_told() {
         ("{at: 1 s, lose: arm, hang: arm}", "a mishap that is 2 things instead of one"),
         ("{at: 1 s, loose: arm}", "a mishap has no key `loose` did you mean `lose`?"),
         ("{at: 1 s, set: door open}", "there is no fact `door open` did you mean `door_open`?"),
+        ("{at: 1 s, disk: ful}", "found `ful` instead of what a disk does did you mean `full`?"),
+        ("{behavior: pick cup, late: 2 m}", "found `2 m` instead of a time"),
         ("{at: 1 s, lies: cup}", "found `cup` instead of an object at a place"),
         ("{at: 1 s, lies: {object: cap, at: table}}", "there is no object `cap` did you mean `cup`?"),
         ("{at: 1 s, lies: {object: cup, at: tabel}}", "there is no place `tabel` did you mean `table`?"),
         ("{behavior: pick cap, hangs: true}", "there is no behavior `pick cap` did you mean `pick cup`?"),
         ("{behavior: root, hangs: true}", "there is no behavior `root`"),
         ("{behaviour: pick cup, hangs: true}", "a flaw has no key `behaviour` did you mean `behavior`?"),
-        ("{behavior: pick cup}", "a flaw that does not say what it is write exactly one of: fails, hangs, drops"),
+        ("{behavior: pick cup}", "a flaw that does not say what it is write exactly one of: fails, hangs, late, drops"),
         ("{behavior: pick cup, fail: aborted}", "a flaw has no key `fail` did you mean `fails`?"),
         ("{behavior: pick cup, fails: abort}", "found `abort` instead of `aborted` did you mean `aborted`?"),
         ("{behavior: pick cup, hangs: false}", "a flaw that does not happen"),

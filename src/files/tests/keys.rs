@@ -109,6 +109,8 @@ failures:
   - {at: 2 s, return: left_arm}
   - {at: 3 s, hang: wheels}
   - {at: 3 s, inhibit: neck}
+  - {at: 4 s, disk: full}
+  - {behavior: rest, attempt: 9, late: 2 s}
   - {at: 4 s, set: clean}
   - {at: 5 s, clear: dusty}
   - {at: 6 s, lies: {object: cup, at: shelf}}

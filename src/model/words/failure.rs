@@ -1,5 +1,7 @@
 //! What goes wrong on purpose, so that it can be seen what a mission makes of it.
 
+use std::time::Duration;
+
 use super::{Change, ControllerId, NodeId, ObjectId, Time};
 
 /// Everything that goes wrong on purpose in one run.
@@ -24,8 +26,22 @@ pub enum Mishap {
     Return(ControllerId),
     /// The world changes from outside.
     World(Change),
+    /// The disk that the log is written to.
+    Disk(Disk),
     /// The mission is told to end.
     Cancel,
+}
+
+/// How a disk takes what is written to it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Disk {
+    /// As any does.
+    #[default]
+    Well,
+    /// It has no room left.
+    Full,
+    /// Each write takes half a second.
+    Slow,
 }
 
 /// What a behavior does wrong.
@@ -46,6 +62,8 @@ pub enum FlawKind {
     Fails,
     /// It never ends by itself: its timeout comes.
     Hangs,
+    /// It ends by itself only when so much more robot time than it needs at least is over.
+    Late(Duration),
     /// As it begins, a gripper loses this object, or without one all that its grippers hold; the behavior goes on.
     Drops(Option<ObjectId>),
 }

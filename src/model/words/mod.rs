@@ -39,7 +39,7 @@ pub use claim::{Access, Claim, Retention, Selector};
 pub use consequences::{Cause, Completion, Consequences, Deadline, Failing, Kept, Reopened, StopCause, Urged};
 pub use controller::{ArmSpec, BaseSpec, ControllerKind, ControllerSpec, HeadSpec};
 pub use deadlock::{Deadlock, Standstill};
-pub use failure::{Failures, Flaw, FlawKind, Mishap};
+pub use failure::{Disk, Failures, Flaw, FlawKind, Mishap};
 pub use goal::{ARGUMENTS_MAX, Call, Command, End, Fault, Goal, Mode, NO_ARGUMENTS, Outcome, Part};
 pub use header::{EntryKind, Header, JOURNAL_VERSION, NodeEntry};
 pub use holders::{HOLDERS_MAX, HeldBy, Hold, Holders, Misheld};

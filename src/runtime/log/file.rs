@@ -7,8 +7,10 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ambidex_model::Record;
+use ambidex_model::{Disk, Record};
 use ambidex_record::{Journal, JournalError};
+
+use super::disk::DiskFile;
 
 /// How long somebody may hold a log that only looks whether it is being written.
 const LOCK_WAIT: Duration = Duration::from_millis(200);
@@ -18,7 +20,7 @@ const LOCK_POLL: Duration = Duration::from_millis(5);
 #[derive(Debug)]
 pub struct JournalFile {
     path: PathBuf,
-    journal: Journal<BufWriter<File>>,
+    journal: Journal<BufWriter<DiskFile>>,
 }
 
 impl JournalFile {
@@ -33,7 +35,7 @@ impl JournalFile {
             fs::create_dir_all(folder).map_err(|source| JournalError::Folder { path: folder.to_owned(), source })?;
         }
         match patiently(|| fresh(&path)) {
-            Ok(Some(file)) => Ok(Self { path, journal: Journal::new(BufWriter::new(file)) }),
+            Ok(Some(file)) => Ok(Self::on(file, path)),
             Ok(None) => Err(JournalError::Busy { path }),
             Err(Refused::NoFile) => Err(JournalError::NoFile { path }),
             Err(Refused::Io(source)) => Err(JournalError::Create { path, source }),
@@ -49,10 +51,19 @@ impl JournalFile {
         let opened = File::options().read(true).append(true).open(&path);
         let file = opened.map_err(|source| JournalError::Open { path: path.clone(), source })?;
         match patiently(|| locked(&file)) {
-            Ok(Some(())) => Ok(Self { path, journal: Journal::new(BufWriter::new(file)) }),
+            Ok(Some(())) => Ok(Self::on(file, path)),
             Ok(None) => Err(JournalError::Busy { path }),
             Err(source) => Err(JournalError::Open { path, source }),
         }
+    }
+
+    fn on(file: File, path: PathBuf) -> Self {
+        Self { path, journal: Journal::new(BufWriter::new(file.into())) }
+    }
+
+    /// On purpose: what its disk does from now on.
+    pub fn set_disk(&mut self, disk: Disk) {
+        self.journal.get_mut().get_mut().disk = disk;
     }
 
     /// Removes what stands behind the last whole record, which ends at `whole` bytes; how many bytes that were. If only
@@ -62,13 +73,13 @@ impl JournalFile {
     /// When the file cannot be changed.
     pub fn cut(&mut self, whole: u64) -> Result<u64, JournalError> {
         let cut = || {
-            let file = self.journal.get_ref().get_ref();
+            let file = &self.journal.get_ref().get_ref().file;
             let length = file.metadata()?.len();
             file.set_len(whole.min(length))?;
             let mut last = [b'\n'];
             file.read_exact_at(&mut last, whole.saturating_sub(1))?;
             if last != [b'\n'] {
-                (&*file).write_all(b"\n")?;
+                (&mut { file }).write_all(b"\n")?;
             }
             Ok(length.saturating_sub(whole))
         };

@@ -1,5 +1,6 @@
 //! The journal as a file: where it lies, writing it, following it while it is written; tracing events made from records.
 
+mod disk;
 mod file;
 mod follower;
 mod keep;

@@ -69,6 +69,36 @@ fn cause(history: &History, end: MissionEnd) -> Option<String> {
     })
 }
 
+/// At what a mission ended that is not done, and what was wrong there, without when: the same for runs that ended alike.
+pub(crate) fn shortest_cause(history: &History, end: MissionEnd) -> (Option<String>, String) {
+    let names = history.names();
+    let node = |node| Some(names.node(node).to_owned());
+    match end {
+        MissionEnd::Failed(leaf) => {
+            let infeasible = history.state_of_run().infeasible().get(&leaf);
+            let why = match (infeasible, history.leaf(leaf)) {
+                (Some(reason), _) => format!("it can never run: {}", reason.sentence(names)),
+                (None, None) => "it took too long".into(),
+                (None, Some(leaf)) => {
+                    leaf.failures().map_or("it failed".into(), |failures| failures.fault.sentence(names))
+                }
+            };
+            (node(leaf), why)
+        }
+        MissionEnd::Stalled => {
+            let cause = history.causes().into_iter().next();
+            let leaf = cause.as_ref().and_then(|(leaf, _)| node(*leaf));
+            let why = cause.map_or_else(|| "nothing runs and nothing can".into(), |(_, why)| why.sentence(names));
+            (leaf, why)
+        }
+        MissionEnd::ControllerLost(controller) => (Some(names.controller(controller).to_owned()), "it was lost".into()),
+        MissionEnd::NodeLost(lost) => (node(lost), "its task is gone, which is a defect of ambidex".into()),
+        MissionEnd::Done | MissionEnd::Canceled | MissionEnd::NotAttached | MissionEnd::TaskLost => {
+            (None, cause(history, end).unwrap_or_default())
+        }
+    }
+}
+
 const NOT_ATTACHED: &str = "not every controller attached in time";
 const TASK_LOST: &str = "a task of the runtime is gone, which is a defect of ambidex";
 

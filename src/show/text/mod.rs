@@ -8,7 +8,7 @@ pub(crate) mod phrase;
 mod unknown;
 
 pub(crate) use branches::{branches, last_children};
-pub(crate) use ending::{NOT_ENDED, ended, ending, mission_ended, of_end};
+pub(crate) use ending::{NOT_ENDED, ended, ending, mission_ended, of_end, shortest_cause};
 pub use layout::MIN_WIDTH;
 pub(crate) use layout::{clip, columns, count, fit, flow, hang, listed, round_step};
 pub use palette::Palette;

@@ -1,6 +1,9 @@
 //! A failure file: what goes wrong on purpose, as it is written, and for a mission that has all that it names.
 
+mod written;
+
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use crate::describe::{Count, Custom, Described, Flag, List, Map, Reads, Word, described};
 use crate::fault::Faults;
@@ -8,8 +11,11 @@ use crate::names::Register;
 use crate::quantity::DURATION;
 use crate::reader::{Item, Name};
 use crate::shape::Form;
+pub use written::failures_text;
+use written::word;
+
 use ambidex_model::{
-    Change, ControllerId, Failures, Flaw, FlawKind, Location, Mishap, MissionSpec, NodeId, Time, nearest,
+    Change, ControllerId, Disk, Failures, Flaw, FlawKind, Location, Mishap, MissionSpec, NodeId, Time, nearest,
 };
 
 /// The key of all that goes wrong.
@@ -19,6 +25,7 @@ const BEHAVIOR: &str = "behavior";
 const ALL: &str = "all";
 const ABORTED: [&str; 1] = ["aborted"];
 const EVERY: [&str; 1] = ["every"];
+const DISKS: [&str; 3] = ["full", "slow", "well"];
 /// Latest attempt that can be meant: retries are at most 1000.
 const MAX_ATTEMPT: u32 = 1001;
 
@@ -63,6 +70,11 @@ described! {
         ),
         Set(Name) = ("set", "The fact holds from now on.", Word("a fact")),
         Clear(Name) = ("clear", "The fact does not hold any more.", Word("a fact")),
+        Disk(Disk) = (
+            "disk",
+            "What the disk of the log does from then on: it is `full`, each write takes half a second (`slow`), or `well`.",
+            DISK
+        ),
         Cancel(()) = ("cancel", "`true`: the mission is told to end, as by Ctrl-C.", HAPPENS),
         Lies(ObjectAt) = ("lies", "Somebody has laid the object there.", Map::<ObjectAt>::new()),
     }
@@ -99,6 +111,7 @@ described! {
     pub(crate) enum Wrong: "a flaw", "What goes wrong." {
         Fails(()) = ("fails", "`aborted`: a controller gives up at the end of what it does.", GIVES_UP),
         Hangs(()) = ("hangs", "`true`: it never ends by itself, so that its timeout comes.", HAPPENS),
+        Late(f64) = ("late", "It takes at least so much longer than it needs, such as `3 s`.", &DURATION),
         Drops(Name) = (
             "drops",
             "As it begins, a gripper loses this object, or `all`: what its grippers hold, or the robot's if it uses \
@@ -135,6 +148,14 @@ const ATTEMPT: Custom<Attempt> = Custom(
                 None
             }
         }
+    },
+);
+
+const DISK: Custom<Disk> = Custom(
+    || Form::Words(&DISKS),
+    |item, reading| {
+        let found = item.word(&DISKS, "what a disk does", reading.faults)?;
+        [Disk::Full, Disk::Slow, Disk::Well].into_iter().find(|disk| word(*disk) == found)
     },
 );
 
@@ -244,6 +265,7 @@ impl<'a> Names<'a> {
                 Mishap::Return(id)
             }
             Event::Cancel(()) => Mishap::Cancel,
+            Event::Disk(disk) => Mishap::Disk(*disk),
             Event::Set(name) => fact(name, true, faults)?,
             Event::Clear(name) => fact(name, false, faults)?,
             Event::Lies(ObjectAt { object, place }) => {
@@ -279,6 +301,7 @@ impl<'a> Names<'a> {
         let kind = match &term.wrong {
             Wrong::Fails(()) => FlawKind::Fails,
             Wrong::Hangs(()) => FlawKind::Hangs,
+            Wrong::Late(by_s) => FlawKind::Late(Duration::from_secs_f64(*by_s)),
             Wrong::Drops(name) if name.value == ALL && self.objects.id(ALL).is_none() => FlawKind::Drops(None),
             Wrong::Drops(name) => FlawKind::Drops(Some(self.objects.find(name, faults)?.into())),
         };
