@@ -12,6 +12,7 @@ use ambidex::tree::{Allocator, Greedy, Serial};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
+use crate::audit::AuditArgs;
 use crate::check::{CheckArgs, SchemaArgs};
 use crate::explain::ExplainArgs;
 use crate::import::ImportArgs;
@@ -80,6 +81,8 @@ pub enum Verb {
     Explain(ExplainArgs),
     /// Compute every decision of a log again, and say whether it is the same.
     Verify(VerifyArgs),
+    /// Look at a log for what must hold in every run, and say what does not.
+    Audit(AuditArgs),
     /// Tell a running mission that the world is different: a fact that others set, an object that somebody moved.
     World(WorldArgs),
     /// Turn a task file or a robot file of the dHTT software into one of Ambidex.

@@ -1,6 +1,7 @@
 //! The command line of Ambidex: one file per verb, no logic of its own.
 
 mod args;
+mod audit;
 mod check;
 mod children;
 mod controller;
@@ -57,6 +58,7 @@ fn main() -> ExitCode {
         Verb::Trace(args) => trace::trace(&args),
         Verb::Explain(args) => explain::explain(&args),
         Verb::Verify(args) => verify::verify(&args),
+        Verb::Audit(args) => audit::audit(&args),
         Verb::World(args) => world::world(&args),
         Verb::Import(args) => import::import(&args),
         Verb::Completions { shell } => {

@@ -1,5 +1,6 @@
 //! Records of a run as bytes, line by line, and back; and what they come to. No decisions.
 
+pub mod audit;
 mod error;
 pub mod format;
 mod history;

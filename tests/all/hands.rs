@@ -2,7 +2,11 @@
 
 use std::sync::Arc;
 
-use ambidex::model::{Location, MissionEnd, MissionSpec, ObjectId, Record, ResourceId};
+use ambidex::model::{
+    Change, ControllerId, Failures, Location, Mishap, MissionEnd, MissionSpec, ObjectId, Origin, Record, ResourceId,
+    Time,
+};
+use ambidex::record::Phase;
 use ambidex::tree::Settings;
 
 use crate::fixtures::{file, history, load, simulate_failures, simulate_wrongs, steps};
@@ -277,4 +281,30 @@ fn a_process_is_configured_with_what_its_hand_holds() {
     let finished = home.start(["run".as_ref(), mission.as_os_str(), "--speed".as_ref(), "20".as_ref()]).ends(0);
     assert!(flat(&finished.stderr).contains("done place bag"), "{}", finished.stderr);
     home.is_empty();
+}
+
+#[test]
+fn a_hand_that_comes_back_with_what_a_slot_held_has_taken_it_out() {
+    let mission = load(&file("config/missions/crate.yaml"));
+    let unstow = "unstow red";
+    let failures = |at_s: f64| {
+        let (lost, back) = (Time((at_s * 1e6) as u64), Time(((at_s + 4.0) * 1e6) as u64));
+        let arm = ControllerId(0);
+        Failures { mishaps: vec![(lost, Mishap::Hang(arm)), (back, Mishap::Return(arm))], flaws: Vec::new() }
+    };
+    let (_, undisturbed) = simulate_failures(&mission, &Failures::default());
+    let history = history(&undisturbed);
+    let leaf = history.leaves().find(|leaf| history.names().node(*leaf) == unstow).expect("it unstows");
+    let phases = history.leaf(leaf).expect("a leaf").phases().to_vec();
+    let begun = phases.iter().find(|(_, phase)| *phase == Phase::Active).expect("it ran").0.seconds();
+    // Some of these moments are before it has closed its hand, some after.
+    let mut taken_out = 0;
+    for tenth in 1..55 {
+        let (end, records) = simulate_failures(&mission, &failures(begun + f64::from(tenth) / 10.0));
+        assert_eq!(end, MissionEnd::Done, "hung {tenth} tenths after it began");
+        taken_out += usize::from(records.iter().any(|record| {
+            matches!(record, Record::World { change: Change::Emptied(_), origin: Origin::Controller(_), .. })
+        }));
+    }
+    assert!(taken_out > 5, "only {taken_out} times it had it");
 }

@@ -3,6 +3,7 @@
 mod aborts;
 mod agreement;
 mod attach;
+mod auditing;
 mod broken;
 mod chance;
 mod checking;

@@ -6,7 +6,7 @@ use ambidex_model::{BehaviorSpec, Change, EffectTerm, Grant, Location, MissionSp
 /// What is so of slots by what controllers say while or after a behavior runs that has not succeeded.
 pub(super) fn follows(spec: &BehaviorSpec, grant: &Grant, said: &[Change], robot: &RobotSpec) -> Vec<Change> {
     let resource = |claim: usize| grant.bindings[claim].resource;
-    let is_slot = |resource: ResourceId| robot.resources[resource.index()].controller.is_none();
+    let is_slot = |resource: ResourceId| is_slot(resource, robot);
     let is_said = |change| said.contains(&change);
     let has = |wanted: &dyn Fn(&EffectTerm) -> bool| spec.effects.iter().any(wanted);
     let follow = |effect: &EffectTerm| {
@@ -43,5 +43,26 @@ pub(crate) fn understood(change: Change, state: &State, mission: &MissionSpec) -
         return vec![Change::Object(held, Location::At(place))];
     }
     let follow = running.iter().flat_map(|(spec, grant)| follows(spec, grant, &[change], &mission.robot));
-    follow.chain([change]).collect()
+    let mut all: Vec<Change> = follow.collect();
+    if all.is_empty() {
+        all = taken_out(change, state, &mission.robot);
+    }
+    all.push(change);
+    all
+}
+
+/// A hand that comes to have what a slot held has taken it out, whatever became of the behavior that it did it for.
+fn taken_out(change: Change, state: &State, robot: &RobotSpec) -> Vec<Change> {
+    let Change::Taken(object, hand) = change else { return Vec::new() };
+    let Some(Location::In(holders)) = state.world().objects.get(object.index()) else { return Vec::new() };
+    if holders.contains(hand) {
+        return Vec::new();
+    }
+    let slots = holders.as_slice().iter().filter(|holder| is_slot(**holder, robot));
+    slots.map(|slot| Change::Emptied(*slot)).collect()
+}
+
+/// Whether no controller moves it.
+fn is_slot(resource: ResourceId, robot: &RobotSpec) -> bool {
+    robot.resources[resource.index()].controller.is_none()
 }

@@ -18,13 +18,18 @@ impl Root {
             self.edit(Record::Began { at: now, world_state }, out);
             return;
         }
-        for change in changes {
-            for change in behavior::understood(change, &self.state, &self.mission) {
-                self.change_world(now, change, Origin::Resumed, out);
-            }
-        }
+        self.find_out(now, changes, Origin::Resumed, out);
         self.serve_all(now, out);
         self.interrupt(now, out);
+    }
+
+    /// Takes over what controllers say after a time in which nobody heard them.
+    pub(super) fn find_out(&mut self, now: Time, changes: Vec<Change>, origin: Origin, out: &mut Outbox) {
+        for change in changes {
+            for change in behavior::understood(change, &self.state, &self.mission) {
+                self.change_world(now, change, origin, out);
+            }
+        }
     }
 
     /// What ran when its runtime was gone has ended: nobody works on it any more.

@@ -336,9 +336,7 @@ impl Root {
             Told::Ended { leaf, outcome } => self.release(now, leaf, outcome, out),
             Told::Service { controller, outage, changes } => {
                 self.serve(now, controller, outage, out);
-                for change in changes {
-                    self.change_world(now, change, Origin::Controller(controller), out);
-                }
+                self.find_out(now, changes, Origin::Controller(controller), out);
             }
             Told::Woke => self.wake(now, out),
             Told::End { end } => {

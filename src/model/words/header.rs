@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{ControllerId, MissionSpec, Names, NodeId, NodeKind, Source, TypeId, WorldState, make_legible};
+use super::{ControllerId, MissionSpec, Names, NodeId, NodeKind, Source, Topology, TypeId, WorldState, make_legible};
 
 /// Version of the journal's form; a reader refuses any other.
 pub const JOURNAL_VERSION: u32 = 6;
@@ -71,6 +71,15 @@ impl Header {
             source: mission.source.clone(),
         }
         .legible()
+    }
+
+    /// The shape of its tree.
+    ///
+    /// # Panics
+    /// When its nodes are no tree in preorder, as those of a header that was read always are.
+    pub fn topology(&self) -> Topology {
+        let topology = Topology::new(self.nodes.iter().map(|node| node.parent).collect());
+        topology.with_cleanups_of(|node| self.nodes[node.index()].kind == EntryKind::Cleanup)
     }
 
     /// The same header, in which no name can speak to the terminal that shows it.

@@ -78,9 +78,7 @@ impl Counts {
 
 impl LeafStates {
     pub(super) fn new(header: &Header, keeps_past: bool) -> Self {
-        let topology = Topology::new(header.nodes.iter().map(|node| node.parent).collect());
-        let topology =
-            Arc::new(topology.with_cleanups_of(|node| header.nodes[node.index()].kind == EntryKind::Cleanup));
+        let topology = Arc::new(header.topology());
         let node = |kind: &EntryKind| Node {
             kind: match kind {
                 EntryKind::Behavior(_) => Kind::Leaf,

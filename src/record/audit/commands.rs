@@ -1,0 +1,99 @@
+//! What controllers are told: each command once, for a behavior that runs, and each ends once.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use ambidex_model::{
+    CommandId, ControllerId, ControllerMessage, FromController, NodeId, PartEnd, Record, ToController, Told,
+};
+
+use super::run::Run;
+use super::{Found, LookedAt, Rule};
+
+/// Commands of the whole run.
+#[derive(Debug, Default)]
+pub(super) struct Commands {
+    open: BTreeMap<(ControllerId, CommandId), NodeId>,
+    told: BTreeSet<(ControllerId, CommandId)>,
+    /// Results that were used.
+    pub(super) ended: BTreeMap<(ControllerId, CommandId), PartEnd>,
+}
+
+impl Commands {
+    pub(super) fn take(&mut self, run: &Run, record: &Record, found: &mut Found, looked_at: &mut LookedAt) {
+        match record {
+            Record::Controller { controller, message, .. } => {
+                self.message(run, *controller, message, found, looked_at);
+            }
+            // What was under way ended with the runtime.
+            Record::Told { input: Told::Resumed, .. } => self.open.clear(),
+            _ => {}
+        }
+    }
+
+    fn message(
+        &mut self,
+        run: &Run,
+        id: ControllerId,
+        message: &ControllerMessage,
+        found: &mut Found,
+        looked_at: &mut LookedAt,
+    ) {
+        let name = run.names.controller(id);
+        match message {
+            ControllerMessage::Told { leaf, message: ToController::Goal { id: command, .. } } => {
+                looked_at.commands += 1;
+                let Some(leaf) = *leaf else {
+                    found.push(Rule::Commands, format!("{name} is told to do something for nobody"));
+                    return;
+                };
+                if !run.running.contains_key(&leaf) {
+                    let leaf = run.name(leaf);
+                    found
+                        .push(Rule::Commands, format!("{name} is told to do something for {leaf}, which does not run"));
+                }
+                if !self.told.insert((id, *command)) {
+                    found.push(Rule::Commands, format!("{name} is told command {} twice", shown(*command)));
+                }
+                self.open.insert((id, *command), leaf);
+            }
+            ControllerMessage::Heard { message } if message.is_last() => {
+                let Some(command) = message.id() else { return };
+                if self.open.remove(&(id, command)).is_none() {
+                    let said = format!("{name} ends command {}, which is not under way", shown(command));
+                    found.push(Rule::Commands, said);
+                }
+                if let FromController::Result { end, .. } = message {
+                    self.ended.insert((id, command), *end);
+                }
+            }
+            ControllerMessage::Lost { .. } => self.open.retain(|(controller, _), _| *controller != id),
+            ControllerMessage::Told { .. } | ControllerMessage::Heard { .. } | ControllerMessage::Attached => {}
+            ControllerMessage::Joined { .. } | ControllerMessage::Refused { .. } => {}
+            ControllerMessage::Misreported { .. } => {}
+        }
+    }
+
+    /// Whether a command stands in the log.
+    pub(super) fn is_told(&self, id: ControllerId, command: CommandId) -> bool {
+        self.told.contains(&(id, command))
+    }
+
+    /// The run is over.
+    pub(super) fn finish(&self, run: &Run, found: &mut Found) {
+        for ((id, command), leaf) in &self.open {
+            let is_away = run.mission.as_ref().is_some_and(|mission| {
+                let moved = mission.robot.moved_by(*id);
+                moved.into_iter().any(|resource| run.services.get(&resource).is_some_and(|at| !at.is_available()))
+            });
+            if !is_away {
+                let (name, leaf) = (run.names.controller(*id), run.name(*leaf));
+                let said = format!("command {} of {name} for {leaf} never ends", shown(*command));
+                found.push(Rule::Commands, said);
+            }
+        }
+    }
+}
+
+pub(super) fn shown(command: CommandId) -> String {
+    format!("{}.{}", command.generation, command.number)
+}

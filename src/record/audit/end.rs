@@ -1,0 +1,68 @@
+//! How it ends: with an end, or with something that it names and waits for.
+
+use ambidex_model::{NodeId, Record, Told};
+
+use super::run::Run;
+use super::{Found, Rule};
+
+/// What the run waits for at each moment.
+#[derive(Debug, Default)]
+pub(super) struct Ending {
+    has_begun: bool,
+    has_ended: bool,
+    /// What was told to wait for, since the last decision that granted something.
+    awaited: Option<String>,
+    /// Who waits out a back-off or for the next iteration.
+    waits: Vec<NodeId>,
+}
+
+impl Ending {
+    pub(super) fn take(&mut self, run: &Run, record: &Record, found: &mut Found) {
+        match record {
+            Record::Began { .. } => self.has_begun = true,
+            Record::Ended { .. } => self.has_ended = true,
+            Record::Told { input: Told::Resumed, .. } => self.has_ended = false,
+            Record::Awaited { until, facts, .. } => {
+                let facts: Vec<_> = facts.iter().map(|fact| format!("\"{}\"", run.names.fact(*fact))).collect();
+                let until = until.map_or(String::new(), |until| format!(" until {until}"));
+                let what = if facts.is_empty() { "a controller".to_owned() } else { facts.join(" and ") };
+                self.awaited = Some(format!("it waits for {what}{until}"));
+            }
+            Record::Decided { granted, .. } => {
+                if !granted.is_empty() {
+                    self.awaited = None;
+                    if self.has_ended {
+                        found.push(Rule::End, "something is granted after the end".to_owned());
+                    }
+                }
+            }
+            Record::Released { leaf, waits_until: Some(_), .. } => self.waits.push(*leaf),
+            Record::Woke { leaves, .. } => self.waits.retain(|leaf| !leaves.contains(leaf)),
+            Record::Reopened { reopened, .. } => self.waits.push(reopened.node),
+            _ => {}
+        }
+    }
+
+    /// What a log without an end ends at; a finding where that is nothing.
+    pub(super) fn finish(&self, run: &Run, is_whole: bool, found: &mut Found) -> Option<String> {
+        if self.has_ended {
+            return None;
+        }
+        let runs: Vec<_> = run.running.keys().map(|leaf| run.name(*leaf)).collect();
+        let open = if !self.has_begun {
+            "it has not begun".to_owned()
+        } else if !runs.is_empty() {
+            format!("{} runs", runs.join(" and "))
+        } else if let Some(awaited) = &self.awaited {
+            awaited.clone()
+        } else if let Some(leaf) = self.waits.last() {
+            format!("{} waits to ask again", run.name(*leaf))
+        } else {
+            if is_whole {
+                found.push(Rule::End, "nothing runs, nothing is awaited, and there is no end".to_owned());
+            }
+            "nothing runs".to_owned()
+        };
+        Some(open)
+    }
+}

@@ -1,0 +1,116 @@
+//! What the auditor knows of a run: names, tree, world, what runs and what is away.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use ambidex_model::{
+    BehaviorSpec, Change, EntryKind, Grant, Header, Location, MissionSpec, Names, NodeId, ObjectId, Pose, Record,
+    ResourceId, Service, Topology, WorldState,
+};
+
+/// The auditor's own fold.
+#[derive(Debug)]
+pub(super) struct Run {
+    pub(super) names: Names,
+    pub(super) topology: Topology,
+    pub(super) kinds: Vec<EntryKind>,
+    pub(super) has_messages: bool,
+    /// Only one that has the header's nodes and objects.
+    pub(super) mission: Option<Arc<MissionSpec>>,
+    pub(super) world: WorldState,
+    pub(super) running: BTreeMap<NodeId, Grant>,
+    pub(super) services: BTreeMap<ResourceId, Service>,
+    /// Objects that two hands have held at once.
+    pub(super) shared: BTreeSet<ObjectId>,
+}
+
+impl Run {
+    pub(super) fn new(header: &Header, mission: Option<Arc<MissionSpec>>) -> Self {
+        let names = header.names.clone();
+        let unknown = WorldState { base: Pose::new(0.0, 0.0, 0.0), objects: Vec::new(), facts: Vec::new() };
+        let mut world = header.start.clone().unwrap_or(unknown);
+        world.objects.resize(names.objects.len(), Location::Unknown);
+        world.facts.resize(names.facts.len(), false);
+        let fits = |mission: &Arc<MissionSpec>| {
+            mission.tree.nodes.len() == header.nodes.len() && mission.names.objects.len() == names.objects.len()
+        };
+        Self {
+            topology: header.topology(),
+            kinds: header.nodes.iter().map(|node| node.kind.clone()).collect(),
+            has_messages: header.has_messages,
+            mission: mission.filter(fits),
+            world,
+            running: BTreeMap::new(),
+            services: BTreeMap::new(),
+            shared: BTreeSet::new(),
+            names,
+        }
+    }
+
+    pub(super) fn name(&self, node: NodeId) -> &str {
+        self.names.node(node)
+    }
+
+    /// Whether the tree has this node.
+    pub(super) fn is_known(&self, node: NodeId) -> bool {
+        node.index() < self.topology.count()
+    }
+
+    /// A behavior as it was granted.
+    pub(super) fn behavior(&self, grant: &Grant) -> Option<&BehaviorSpec> {
+        let mission = self.mission.as_ref()?;
+        Some(mission.tree.behavior(grant.leaf()).filter(|_| self.is_known(grant.leaf()))?.at(grant.request.place))
+    }
+
+    /// Takes over what a record changes.
+    pub(super) fn apply(&mut self, record: &Record) {
+        match record {
+            Record::Began { world_state, .. } => {
+                let (objects, facts) = (self.world.objects.len(), self.world.facts.len());
+                self.world = (**world_state).clone();
+                self.world.objects.resize(objects, Location::Unknown);
+                self.world.facts.resize(facts, false);
+            }
+            Record::Decided { granted, .. } => {
+                let known = granted.iter().filter(|grant| grant.leaf().index() < self.topology.count());
+                self.running.extend(known.map(|grant| (grant.leaf(), grant.clone())));
+            }
+            Record::Released { leaf, changes, .. } => {
+                self.running.remove(leaf);
+                changes.iter().for_each(|change| self.change(*change));
+            }
+            Record::World { change, .. } | Record::Observed { change, .. } => self.change(*change),
+            Record::Served { resources, service, .. } => {
+                self.services.extend(resources.iter().map(|resource| (*resource, *service)));
+            }
+            Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Sent { .. } => {}
+            Record::Infeasible { .. } | Record::TimedOut { .. } | Record::Reopened { .. } => {}
+            Record::Overtaken { .. } | Record::Stopped { .. } | Record::Ending { .. } | Record::Leaving { .. } => {}
+            Record::Cleaning { .. } | Record::Cleaned { .. } | Record::Woke { .. } | Record::Awaited { .. } => {}
+            Record::Denied { .. } | Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => {}
+        }
+    }
+
+    fn change(&mut self, change: Change) {
+        let (objects, facts) = (self.world.objects.len(), self.world.facts.len());
+        let is_known = match change {
+            Change::Object(object, _) | Change::Taken(object, _) => object.index() < objects,
+            Change::Fact(fact, _) => fact.index() < facts,
+            Change::Base(_) | Change::Emptied(_) => true,
+        };
+        if is_known && self.world.apply(change) {
+            let objects = self.world.objects.iter().enumerate();
+            let shared = objects.filter(|(_, at)| at.holders().len() > 1).map(|(object, _)| ObjectId::from(object));
+            self.shared.extend(shared);
+        }
+    }
+
+    /// Who changes the world by a record, and how.
+    pub(super) fn changes(record: &Record) -> &[Change] {
+        match record {
+            Record::Released { changes, .. } => changes,
+            Record::World { change, .. } | Record::Observed { change, .. } => std::slice::from_ref(change),
+            _ => &[],
+        }
+    }
+}
