@@ -13,6 +13,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
 use crate::audit::AuditArgs;
+use crate::chaos::ChaosArgs;
 use crate::check::{CheckArgs, SchemaArgs};
 use crate::explain::ExplainArgs;
 use crate::import::ImportArgs;
@@ -81,6 +82,8 @@ pub enum Verb {
     Explain(ExplainArgs),
     /// Compute every decision of a log again, and say whether it is the same.
     Verify(VerifyArgs),
+    /// Do all that can go wrong to missions with real processes, and look whether what must hold does.
+    Chaos(ChaosArgs),
     /// Look at a log for what must hold in every run, and say what does not.
     Audit(AuditArgs),
     /// Tell a running mission that the world is different: a fact that others set, an object that somebody moved.
@@ -200,6 +203,9 @@ pub struct ControllerArgs {
     /// Form of log lines; RUST_LOG says which are shown.
     #[arg(long, value_enum, default_value_t = LogFormat::Text)]
     pub log_format: LogFormat,
+    /// Write down what it is told and says, behind what stands there already; for `ambidex audit --records`.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
     /// End with the first daemon instead of waiting for the next.
     #[arg(long)]
     pub once: bool,

@@ -39,7 +39,7 @@ pub struct AuditArgs {
 /// Looks at a log, and says what does not hold.
 pub fn audit(args: &AuditArgs) -> Result<Exit> {
     let path = log::find(args.log.as_deref())?;
-    let report = look(&path, args.records.as_deref())?;
+    let report = look(&path, args.records.as_deref(), true)?;
     let mut page = Page::new();
     if args.json {
         page.line(&serde_json::to_string(&report).into_diagnostic()?)?;
@@ -50,11 +50,11 @@ pub fn audit(args: &AuditArgs) -> Result<Exit> {
     Ok(if report.findings.is_empty() { Exit::Done } else { Exit::Failed })
 }
 
-/// What an audit of a log comes to.
+/// What an audit of a log comes to; `is_whole` unless it is known to lack something.
 ///
 /// # Errors
 /// When the log or a record cannot be read.
-pub fn look(path: &Path, records: Option<&Path>) -> Result<AuditReport> {
+pub fn look(path: &Path, records: Option<&Path>, is_whole: bool) -> Result<AuditReport> {
     let own = records.map(own_records).transpose()?;
     let mut reader = Reader::open(path).into_diagnostic()?;
     // Of a log without its files, or with those of another version, goals cannot be looked at.
@@ -64,7 +64,7 @@ pub fn look(path: &Path, records: Option<&Path>) -> Result<AuditReport> {
     for record in reader.by_ref() {
         audit.take(&record.into_diagnostic()?);
     }
-    Ok(audit.finish(own.as_ref(), !reader.is_truncated()))
+    Ok(audit.finish(own.as_ref(), is_whole && !reader.is_truncated()))
 }
 
 fn own_records(folder: &Path) -> Result<OwnRecords> {

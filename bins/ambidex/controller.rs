@@ -14,6 +14,7 @@ use crate::args::ControllerArgs;
 use crate::diagnostics::report_all;
 use crate::emergency_stop::EmergencyStop;
 use crate::exit::Exit;
+use crate::own_record::OwnRecord;
 use crate::terminal::{Patience, QUIET, TALKING, Terminal};
 use crate::values::LogFormat;
 use crate::{descriptors, signals};
@@ -40,19 +41,36 @@ pub fn controller(args: &ControllerArgs) -> Result<Exit> {
     let stop = Stop::on_signals().into_diagnostic()?;
     signals::end_on_the_second().into_diagnostic()?;
     let is_watched = args.parent.is_none() && args.log_format == LogFormat::Text;
-    let watcher = is_watched.then(|| watcher(args, terminal.clone()));
-    let options = ServeOptions { once: args.once, parent: args.parent, stop: Some(stop), watcher };
+    let told = is_watched.then(|| watcher(args, terminal.clone()));
+    let record = args.record.as_deref().map(OwnRecord::open).transpose()?;
+    let watcher = Watcher::new(all(told, record));
+    let options = ServeOptions { once: args.once, parent: args.parent, stop: Some(stop), watcher: Some(watcher) };
     let body = EmergencyStop::on_signals(motion::simulated(&spec.kind)).into_diagnostic()?;
     let ended = serve(&args.instance, &args.name, body, options).into_diagnostic();
     terminal.finish(TALK_GRACE);
     ended.map(|_| Exit::Done)
 }
 
+/// Tells an event to all that want it.
+fn all(
+    mut told: Option<impl FnMut(ServeEvent<'_>) + Send + 'static>,
+    record: Option<OwnRecord>,
+) -> impl FnMut(ServeEvent<'_>) + Send + 'static {
+    move |event| {
+        if let Some(tell) = &mut told {
+            tell(event);
+        }
+        if let Some(record) = &record {
+            record.take(event);
+        }
+    }
+}
+
 /// Tells whoever started the controller by hand what it does, a line for each goal.
-fn watcher(args: &ControllerArgs, terminal: Terminal) -> Watcher {
+fn watcher(args: &ControllerArgs, terminal: Terminal) -> impl FnMut(ServeEvent<'_>) + Send + 'static {
     let ready = format!("{} serves instance {}; Ctrl-C ends it", args.name, args.instance.name());
     let mut goals: BTreeMap<CommandId, String> = BTreeMap::new();
-    Watcher::new(move |event| match event {
+    move |event| match event {
         ServeEvent::Ready => terminal.say(&ready),
         // Log lines tell of these two.
         ServeEvent::Attached | ServeEvent::Left => goals.clear(),
@@ -80,7 +98,7 @@ fn watcher(args: &ControllerArgs, terminal: Terminal) -> Watcher {
         ServeEvent::Said(
             FromController::Configured { .. } | FromController::Accepted { .. } | FromController::Feedback { .. },
         ) => {}
-    })
+    }
 }
 
 /// A command in words.

@@ -2,6 +2,7 @@
 
 mod args;
 mod audit;
+mod chaos;
 mod check;
 mod children;
 mod controller;
@@ -17,6 +18,7 @@ mod log;
 mod mission;
 mod observer;
 mod out;
+mod own_record;
 mod page;
 mod purpose;
 mod resume;
@@ -59,6 +61,7 @@ fn main() -> ExitCode {
         Verb::Explain(args) => explain::explain(&args),
         Verb::Verify(args) => verify::verify(&args),
         Verb::Audit(args) => audit::audit(&args),
+        Verb::Chaos(args) => chaos::chaos(&args),
         Verb::World(args) => world::world(&args),
         Verb::Import(args) => import::import(&args),
         Verb::Completions { shell } => {

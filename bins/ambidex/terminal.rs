@@ -85,6 +85,11 @@ impl Progress {
         Self(ProgressBar::with_draw_target(Some(of), target).with_style(style.progress_chars("━━─")))
     }
 
+    /// One more part is done.
+    pub fn one_more(&self) {
+        self.0.inc(1);
+    }
+
     /// So many parts are done.
     pub fn at(&self, done: u64) {
         self.0.set_position(done);

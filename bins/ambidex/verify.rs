@@ -45,25 +45,47 @@ pub struct Rerun {
 /// Computes every decision of a log again.
 pub fn verify(args: &VerifyArgs) -> Result<Exit> {
     let path = log::find(args.log.as_deref())?;
-    let mut reader = Reader::open(&path).into_diagnostic()?;
-    let header = reader.header().clone();
-    let Rerun { mission, settings, .. } = rerun(&header, &path)?;
-    let mut replay = Replay::new(&mission, &settings);
     let mut page = Page::new();
-    let mut count = 0_u64;
-    for record in reader.by_ref() {
-        let record = record.into_diagnostic()?;
-        count += 1;
-        if let Err(difference) = replay.take(&record) {
-            let said = said_until(&path, &header, count)?;
-            page.text(&told(&difference, count, &said, &page.palette()))?;
-            return Ok(Exit::Failed);
+    match again(&path)? {
+        Again::Different { difference, line, header } => {
+            let said = said_until(&path, &header, line)?;
+            page.text(&told(&difference, line, &said, &page.palette()))?;
+            Ok(Exit::Failed)
+        }
+        Again::Same { decisions, records, is_truncated } => {
+            let cut = if is_truncated { "; its last line was cut off" } else { "" };
+            page.text(&format!("same: {decisions} decisions computed again from {records} records{cut}\n"))?;
+            Ok(Exit::Done)
         }
     }
-    let cut = if reader.is_truncated() { "; its last line was cut off" } else { "" };
-    let decisions = replay.decisions();
-    page.text(&format!("same: {decisions} decisions computed again from {count} records{cut}\n"))?;
-    Ok(Exit::Done)
+}
+
+/// What comes of deciding all of a log again.
+pub enum Again {
+    /// All is the same.
+    Same { decisions: u64, records: u64, is_truncated: bool },
+    /// A line is not what follows from those before it.
+    Different { difference: Difference, line: u64, header: Box<Header> },
+}
+
+/// Decides all of a log again.
+///
+/// # Errors
+/// When it cannot be read, or was written without its files.
+pub fn again(path: &Path) -> Result<Again> {
+    let mut reader = Reader::open(path).into_diagnostic()?;
+    let Rerun { mission, settings, .. } = rerun(reader.header(), path)?;
+    let mut replay = Replay::new(&mission, &settings);
+    let mut records = 0_u64;
+    for record in reader.by_ref() {
+        let record = record.into_diagnostic()?;
+        records += 1;
+        if let Err(difference) = replay.take(&record) {
+            let header = Box::new(reader.header().clone());
+            return Ok(Again::Different { difference, line: records, header });
+        }
+    }
+    Ok(Again::Same { decisions: replay.decisions(), records, is_truncated: reader.is_truncated() })
 }
 
 /// The log as a conversation up to a line, in which that line can be told.

@@ -4,12 +4,12 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use crate::dispatch::start_states;
+use crate::dispatch::{LastKnown, at_start};
 use crate::tree::{Effect, Input, Node, Outbox, Root, Settings, build};
 use ambidex_model::state::Stage;
 use ambidex_model::{
-    Change, ControllerId, ControllerMessage, ControllerState, Header, Location, MissionEnd, MissionSpec, NodeId,
-    Record, Time, Told, Topology,
+    Change, ControllerId, ControllerMessage, Header, Location, MissionEnd, MissionSpec, NodeId, Record, Time,
+    ToController, Told, Topology,
 };
 
 /// A log that is taken record by record, the header first.
@@ -30,8 +30,8 @@ pub struct Replay {
     /// The end that the log tells and root did not.
     ended: Option<MissionEnd>,
     decisions: u64,
-    /// What controllers said of themselves last.
-    states: Vec<ControllerState>,
+    /// What controllers said of themselves last, and how often they had attached.
+    controllers: Vec<LastKnown>,
     at: Time,
 }
 
@@ -40,8 +40,8 @@ pub struct Replay {
 pub struct Resumed {
     /// The machines; what runs in their eyes ends when the mission goes on.
     pub nodes: Vec<Node>,
-    /// What controllers said of themselves last, by controller.
-    pub states: Vec<ControllerState>,
+    /// What controllers said of themselves last and how often they had attached, by controller.
+    pub controllers: Vec<LastKnown>,
     /// The last moment of the log.
     pub at: Time,
     /// What follows from the log and is not in it: its writer was killed before it came to that; and that it goes on.
@@ -64,7 +64,7 @@ impl Resumed {
     pub fn fresh(mission: &Arc<MissionSpec>, settings: &Settings) -> Self {
         Self {
             nodes: build(mission, settings),
-            states: start_states(mission),
+            controllers: at_start(mission),
             at: Time::ZERO,
             missing: Vec::new(),
             end: None,
@@ -87,7 +87,7 @@ impl Replay {
             told_to_end: Vec::new(),
             ended: None,
             decisions: 0,
-            states: start_states(mission),
+            controllers: at_start(mission),
             at: Time::ZERO,
         }
     }
@@ -189,11 +189,15 @@ impl Replay {
             Stage::Waiting | Stage::Running => self.ended,
         };
         let mut missing: Vec<Record> = self.made.drain(..).collect();
+        // They stand behind what the log has, which may be of a later moment than their turn.
+        for record in missing.iter_mut().filter(|record| record.at() < self.at) {
+            record.set_at(self.at);
+        }
         if end.is_none() {
             missing.push(Record::Told { at: self.at, input: Told::Resumed });
             self.give(self.at, NodeId(0), Told::Resumed.into());
         }
-        Resumed { nodes: self.nodes, states: self.states, at: self.at, missing, end }
+        Resumed { nodes: self.nodes, controllers: self.controllers, at: self.at, missing, end }
     }
 
     fn has_places_of(&self, told: &Told) -> bool {
@@ -215,14 +219,17 @@ impl Replay {
     }
 
     fn hear(&mut self, controller: ControllerId, message: &ControllerMessage) {
-        let state = match message {
-            ControllerMessage::Heard { message } => message.state(),
-            ControllerMessage::Attached | ControllerMessage::Told { .. } | ControllerMessage::Joined { .. } => None,
-            ControllerMessage::Refused { .. } | ControllerMessage::Misreported { .. } => None,
-            ControllerMessage::Lost { .. } => None,
-        };
-        if let (Some(known), Some(state)) = (self.states.get_mut(controller.index()), state) {
-            *known = state.at_rest();
+        let Some(known) = self.controllers.get_mut(controller.index()) else { return };
+        match message {
+            ControllerMessage::Heard { message } => {
+                known.state = message.state().map_or(known.state, |said| said.at_rest())
+            }
+            ControllerMessage::Told { message: ToController::Configure { generation, .. }, .. } => {
+                known.generation = known.generation.max(*generation);
+            }
+            ControllerMessage::Attached | ControllerMessage::Told { .. } | ControllerMessage::Joined { .. } => {}
+            ControllerMessage::Refused { .. } | ControllerMessage::Misreported { .. } => {}
+            ControllerMessage::Lost { .. } => {}
         }
     }
 

@@ -242,8 +242,8 @@ fn turns() -> Vec<Record> {
         Record::Cleaning { at, node: NodeId(1) },
         Record::Cleaned { at, node: NodeId(1), is_done: true, consequences: Consequences::default() },
         Record::Cleaned { at, node: NodeId(1), is_done: false, consequences: Consequences::default() },
-        Record::Reopened { at, reopened: reopened(Cause::Repeat { until: None }) },
-        Record::Reopened { at, reopened: reopened(Cause::Repeat { until: Some(Time(11_900_000)) }) },
+        Record::Reopened { at, reopened: reopened(Cause::Repeat { since: at, until: None }) },
+        Record::Reopened { at, reopened: reopened(Cause::Repeat { since: at, until: Some(Time(11_900_000)) }) },
         Record::Reopened { at, reopened: reopened(Cause::Yield) },
         told(Told::Service { controller, outage: Some(Loss::Silent), changes: Vec::new() }),
         told(Told::Service { controller, outage: None, changes: vec![Change::Emptied(ResourceId(1))] }),
@@ -271,7 +271,10 @@ fn turns() -> Vec<Record> {
             consequences: Consequences::default(),
         },
         Record::Reopened { at, reopened: reopened(Cause::Leave) },
-        Record::Reopened { at, reopened: reopened(Cause::Retry { fault: Fault::TimedOut, until: Time(11_900_000) }) },
+        Record::Reopened {
+            at,
+            reopened: reopened(Cause::Retry { fault: Fault::TimedOut, since: at, until: Time(11_900_000) }),
+        },
     ]
 }
 

@@ -87,7 +87,7 @@ pub async fn run(
         }
     }
     let begun = resumed.unwrap_or_else(|| Resumed::fresh(&mission, &options.settings));
-    let mut dispatch = Dispatch::new(&mission, begun.states, Limits::at_speed(options.clock.speed()));
+    let mut dispatch = Dispatch::new(&mission, begun.controllers, Limits::at_speed(options.clock.speed()));
     dispatch.follow(options.script);
     let has_cleanups = !mission.tree.topology.cleanups().is_empty();
     let cleanups = options.settings.cleanup_grace.div_f64(options.clock.speed());

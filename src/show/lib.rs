@@ -4,6 +4,7 @@
 //! Every function that makes text is told how many columns there are and keeps to them, down to [`MIN_WIDTH`].
 
 pub mod audit;
+pub mod chaos;
 pub mod conversation;
 pub mod explain;
 pub mod live;

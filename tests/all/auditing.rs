@@ -252,6 +252,9 @@ fn own_lines(records: &[Record]) -> BTreeMap<String, Vec<OwnLine>> {
         let line = OwnLine { at_ns: at.0 * 1000, pid: 1, event: OwnEvent::Said(message) };
         lines.entry(header.names.controller(*controller).to_owned()).or_default().push(line);
     }
+    for lines in lines.values_mut() {
+        lines.push(OwnLine { at_ns: u64::MAX, pid: 1, event: OwnEvent::Ended });
+    }
     lines
 }
 

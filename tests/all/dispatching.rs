@@ -6,7 +6,7 @@ mod reporting;
 
 use std::time::Duration;
 
-use ambidex::dispatch::{Dispatch, Effect, Input, Limits, start_states};
+use ambidex::dispatch::{Dispatch, Effect, Input, Limits, at_start};
 use ambidex::model::{
     Access, ChannelId, Command, CommandId, ControllerId, ControllerMessage, ControllerState, End, Fault,
     FromController, Goal, Loss, MissionEnd, MissionSpec, Mode, NodeId, ObjectId, Part, PartEnd, Pose, Record, Refusal,
@@ -66,8 +66,7 @@ fn arm(holds: Option<ObjectId>) -> ControllerState {
 
 /// A dispatch whose four controllers are configured.
 fn ready(mission: &MissionSpec) -> Dispatch {
-    let mut dispatch =
-        Dispatch::new(&std::sync::Arc::new(mission.clone()), start_states(mission), Limits::at_speed(1.0));
+    let mut dispatch = Dispatch::new(&std::sync::Arc::new(mission.clone()), at_start(mission), Limits::at_speed(1.0));
     for id in (0..4).map(ControllerId) {
         dispatch.handle(Time::ZERO, Input::Attached(id));
         let configured = FromController::Configured { generation: 1, state: state(mission, id) };
@@ -170,7 +169,7 @@ fn who_does_not_answer_in_time_fails_its_goal() {
 #[test]
 fn a_configuration_is_repeated_and_then_given_up() {
     let mission = load(&experiment_file(1));
-    let mut dispatch = Dispatch::new(&mission, start_states(&mission), Limits::at_speed(1.0));
+    let mut dispatch = Dispatch::new(&mission, at_start(&mission), Limits::at_speed(1.0));
     let mut effects = dispatch.handle(Time::ZERO, Input::Attached(ARM));
     for generation in 1..=3 {
         let told = effects.iter().find_map(|effect| match effect {

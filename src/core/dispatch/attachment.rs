@@ -29,6 +29,11 @@ enum Phase {
 }
 
 impl Attachment {
+    /// One that counts on from an earlier one.
+    pub(super) fn after(generation: u32) -> Self {
+        Self { generation, ..Self::default() }
+    }
+
     /// Begins a new attachment, to be answered in time, and gives its generation; none after too many tries.
     pub(super) fn attach(&mut self, deadline: Time) -> Option<u32> {
         let tries = match self.phase {
@@ -84,10 +89,19 @@ impl Attachment {
     }
 }
 
-/// What every controller is configured with when a mission begins, by controller. A real one answers with its own state.
-pub fn start_states(mission: &MissionSpec) -> Vec<ControllerState> {
-    let controllers = 0..mission.robot.controllers.len();
-    controllers.map(|index| state(mission, ControllerId::from(index))).collect()
+/// What is known of a controller from before.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LastKnown {
+    /// What it is configured with; a real one answers with its own state.
+    pub state: ControllerState,
+    /// How often it had attached: no command of another attachment is called as one of before.
+    pub generation: u32,
+}
+
+/// What is known of every controller when a mission begins, by controller.
+pub fn at_start(mission: &MissionSpec) -> Vec<LastKnown> {
+    let controllers = (0..mission.robot.controllers.len()).map(ControllerId::from);
+    controllers.map(|id| LastKnown { state: state(mission, id), generation: 0 }).collect()
 }
 
 fn state(mission: &MissionSpec, id: ControllerId) -> ControllerState {

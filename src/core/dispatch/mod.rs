@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use attachment::Attachment;
-pub use attachment::start_states;
+pub use attachment::{LastKnown, at_start};
 use command_queue::CommandQueue;
 use drops::Drops;
 use goals::Running;
@@ -124,14 +124,14 @@ pub struct Dispatch {
 }
 
 impl Dispatch {
-    /// For a mission whose controllers are not there yet, and are configured with these states.
-    pub fn new(mission: &Arc<MissionSpec>, states: Vec<ControllerState>, limits: Limits) -> Self {
+    /// For a mission whose controllers are not there yet, and of which that much is known.
+    pub fn new(mission: &Arc<MissionSpec>, known: Vec<LastKnown>, limits: Limits) -> Self {
         let count = mission.robot.controllers.len();
         Self {
             mission: Arc::clone(mission),
-            states,
             limits,
-            attachments: vec![Attachment::default(); count],
+            attachments: known.iter().map(|known| Attachment::after(known.generation)).collect(),
+            states: known.into_iter().map(|known| known.state).collect(),
             queues: (0..count).map(|_| CommandQueue::default()).collect(),
             goals: BTreeMap::new(),
             is_ready: false,

@@ -189,7 +189,7 @@ impl<'a> Simulation<'a> {
             mission: Arc::clone(mission),
             has_messages: begun.nodes[0].has_messages(),
             nodes: begun.nodes,
-            dispatch: Dispatch::new(mission, begun.states, Limits::at_speed(1.0)),
+            dispatch: Dispatch::new(mission, begun.controllers, Limits::at_speed(1.0)),
             plants: bodies.into_iter().map(|body| Plant::new(body, &labels)).collect(),
             deliveries: VecDeque::new(),
             events: events.into(),

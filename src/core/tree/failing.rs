@@ -75,7 +75,7 @@ impl Root {
     pub(super) fn conclude(&mut self, now: Time, settled: Settled, out: &mut Outbox) {
         let Settled { consequences, cause, retried, repeated } = settled;
         if let Some(node) = repeated {
-            return self.repeat(node, out);
+            return self.repeat(now, node, out);
         }
         if let Some((node, fault)) = retried {
             let reopened = self.attempt(node, fault);
@@ -83,8 +83,7 @@ impl Root {
             let topology = self.state.topology();
             let is_done = |above: NodeId| above > node && self.state.phase(above) == Phase::Done;
             self.began.retain(|begun, _| !topology.is_within(*begun, node) || !topology.path(*begun).any(is_done));
-            // Waiting is counted from the turn: when answers have come is not told again.
-            self.edit(Record::Reopened { at: self.turned, reopened }, out);
+            self.edit(Record::Reopened { at: now, reopened }, out);
         }
         if consequences.completed.is_some_and(|completed| completed.node == TOP) {
             self.finish(now, MissionEnd::Done, out);
@@ -109,7 +108,8 @@ impl Root {
         let mut reset = vec![node];
         begin_anew(&view, node, &mut reset);
         reset.sort_unstable();
-        let cause = Cause::Retry { fault, until: self.turned + wait };
+        // Waiting is counted from the turn: when answers have come is not told again.
+        let cause = Cause::Retry { fault, since: self.turned, until: self.turned + wait };
         Reopened { reset, ..Reopened::new(node, node, cause) }
     }
 

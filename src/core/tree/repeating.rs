@@ -6,7 +6,7 @@ use ambidex_model::{Cause, NodeId, Reason, Record, Reopened, Time};
 
 impl Root {
     /// A node that is complete is done once more, when its time comes.
-    pub(super) fn repeat(&mut self, node: NodeId, out: &mut Outbox) {
+    pub(super) fn repeat(&mut self, now: Time, node: NodeId, out: &mut Outbox) {
         let tree = &self.mission.tree;
         let began = self.began.remove(&node).unwrap_or(self.turned);
         let every = tree.repeats.get(&node).and_then(|repeat| repeat.every);
@@ -16,10 +16,9 @@ impl Root {
         // What is late is not made up for.
         self.began.extend(every.map(|_| (node, until.unwrap_or(self.turned))));
         let reset = below.map(NodeId).collect();
-        let reopened = Reopened { reset, ..Reopened::new(node, node, Cause::Repeat { until }) };
+        let reopened = Reopened { reset, ..Reopened::new(node, node, Cause::Repeat { since: self.turned, until }) };
         self.is_wanted = true;
-        // Waiting is counted from the turn: when answers have come is not told again.
-        self.edit(Record::Reopened { at: self.turned, reopened }, out);
+        self.edit(Record::Reopened { at: now, reopened }, out);
     }
 
     /// The first time of a node begins with the first grant below it.
@@ -50,7 +49,7 @@ impl Root {
         };
         let repeated = tree.repeats.keys().copied().find(is_satisfied);
         match (repeated, self.satisfied_cleanup()) {
-            (Some(node), _) => self.repeat(node, out),
+            (Some(node), _) => self.repeat(now, node, out),
             (None, Some(node)) => self.end_cleanup(now, node, true, out),
             (None, None) => {}
         }

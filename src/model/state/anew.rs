@@ -31,7 +31,7 @@ impl State {
     }
 
     /// A node that is done more than once begins anew.
-    pub(super) fn repeat(&mut self, reopened: &Reopened, at: Time, until: Option<Time>) {
+    pub(super) fn repeat(&mut self, reopened: &Reopened, since: Time, until: Option<Time>) {
         let top = reopened.node;
         let below = top..self.topology.end(top);
         self.forget_moments(below.clone());
@@ -48,7 +48,7 @@ impl State {
         *Arc::make_mut(&mut self.iterations).entry(top).or_default() += 1;
         self.gather(top, |holder| below.contains(&holder));
         if let Some(until) = until {
-            Arc::make_mut(&mut self.pauses).insert(top, Pause { since: at, until });
+            Arc::make_mut(&mut self.pauses).insert(top, Pause { since, until });
         }
     }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{Bar, Phase, Redone, Stage, State, Status, Unfit, Wait};
 use crate::{
     Cause, Change, Consequences, Deadline, End, Failing, Grant, Heir, Kept, MissionEnd, NodeId, NodeRange, Reason,
-    Record, Reopened, ResourceId, Service, StopCause, Time, WorldState,
+    Record, Reopened, ResourceId, Service, StopCause, WorldState,
 };
 
 impl State {
@@ -16,7 +16,7 @@ impl State {
             Record::Began { world_state, .. } => self.begin(world_state),
             Record::Observed { change, .. } => self.change_world(&[*change]),
             Record::World { change, .. } => self.change(&[*change]),
-            Record::Decided { at, round, granted, reopened, deadlines, urged, overdue, .. } => {
+            Record::Decided { round, granted, reopened, deadlines, urged, overdue, .. } => {
                 self.round = *round;
                 if let Some(urged) = urged {
                     self.urged = Arc::new(urged.iter().map(|urged| (urged.node, urged.priority)).collect());
@@ -30,9 +30,9 @@ impl State {
                 }
                 let are_granted = each(granted, |grant| self.grant(grant));
                 let are_timed = each(deadlines, |deadline| self.begin_time(*deadline));
-                reopened.iter().all(|reopened| self.reopen(*at, reopened)) && are_granted && are_timed
+                reopened.iter().all(|reopened| self.reopen(reopened)) && are_granted && are_timed
             }
-            Record::Reopened { at, reopened } => self.reopen(*at, reopened),
+            Record::Reopened { reopened, .. } => self.reopen(reopened),
             Record::Infeasible { leaf, reason, consequences, .. } => self.give_up(*leaf, reason, *consequences),
             Record::TimedOut { node, consequences, .. } => self.time_out(*node, *consequences),
             Record::Overtaken { leaf, skip, goal, consequences, .. } => {
@@ -232,7 +232,7 @@ impl State {
         }
     }
 
-    fn reopen(&mut self, at: Time, reopened: &Reopened) -> bool {
+    fn reopen(&mut self, reopened: &Reopened) -> bool {
         if !self.can_reopen(reopened) {
             return false;
         }
@@ -243,12 +243,12 @@ impl State {
                 self.leave(reopened.node, reopened.up_to);
                 return true;
             }
-            Cause::Retry { fault, until } => {
-                self.try_again(reopened, Wait { since: at, until, fault });
+            Cause::Retry { fault, since, until } => {
+                self.try_again(reopened, Wait { since, until, fault });
                 return true;
             }
-            Cause::Repeat { until } => {
-                self.repeat(reopened, at, until);
+            Cause::Repeat { since, until } => {
+                self.repeat(reopened, since, until);
                 return true;
             }
             Cause::Yield => {

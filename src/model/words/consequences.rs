@@ -149,11 +149,15 @@ pub enum Cause {
     Retry {
         /// How the last attempt failed.
         fault: Fault,
+        /// Since when it waits: the moment of the turn in which it failed.
+        since: Time,
         /// Until when it waits before it asks again.
         until: Time,
     },
     /// A node that is done more than once was complete.
     Repeat {
+        /// Since when it waits: the moment of the turn in which it was complete.
+        since: Time,
         /// When it begins again; none at once.
         until: Option<Time>,
     },

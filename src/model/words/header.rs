@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{ControllerId, MissionSpec, Names, NodeId, NodeKind, Source, Topology, TypeId, WorldState, make_legible};
 
 /// Version of the journal's form; a reader refuses any other.
-pub const JOURNAL_VERSION: u32 = 6;
+pub const JOURNAL_VERSION: u32 = 7;
 
 /// What the ids of a journal stand for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

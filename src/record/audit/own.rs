@@ -36,6 +36,8 @@ pub enum OwnEvent {
     Told(ToController),
     /// It answered.
     Said(FromController),
+    /// It ended in order: the record of this process lacks nothing.
+    Ended,
 }
 
 /// The records of the controllers of a run, by the controllers' names.
@@ -129,7 +131,9 @@ fn alone(name: &str, lines: &[OwnLine], push: &mut impl FnMut(String)) {
         last_ns = line.at_ns;
         match &line.event {
             // Another life of either side counts anew.
-            OwnEvent::Ready | OwnEvent::Attached | OwnEvent::Left => (told, open) = (BTreeSet::new(), None),
+            OwnEvent::Ready | OwnEvent::Attached | OwnEvent::Left | OwnEvent::Ended => {
+                (told, open) = (BTreeSet::new(), None);
+            }
             OwnEvent::Said(FromController::Accepted { id, .. }) => {
                 if !told.insert(*id) {
                     push(format!("{name} did command {} twice", shown(*id)));
@@ -169,9 +173,14 @@ fn told_alike(
                     push(format!("{name} did command {}, which the log does not know", shown(*command)));
                 }
             }
-            OwnEvent::Ready | OwnEvent::Attached | OwnEvent::Left | OwnEvent::Told(_) | OwnEvent::Said(_) => {}
+            OwnEvent::Ready | OwnEvent::Attached | OwnEvent::Left | OwnEvent::Ended => {}
+            OwnEvent::Told(_) | OwnEvent::Said(_) => {}
         }
     }
+    // A process that was killed may not have written down its last words.
+    let of_process = lines.iter().map(|line| line.pid).collect::<BTreeSet<_>>();
+    let ended = lines.iter().filter(|line| line.event == OwnEvent::Ended).map(|line| line.pid).collect();
+    let is_cut = of_process != ended;
     let own = commands.ended.iter().filter(|((controller, _), _)| *controller == id);
     for ((_, command), end) in own {
         match results.get(command) {
@@ -182,6 +191,7 @@ fn told_alike(
                     shown(*command)
                 ));
             }
+            None if is_cut => {}
             None => push(format!("the log has the end of command {} of {name}, which never said it", shown(*command))),
         }
     }
@@ -199,7 +209,7 @@ fn holdings<'a>(name: &'a str, lines: &[OwnLine]) -> Vec<Held<'a>> {
     let mut last_ns = 0;
     for line in lines {
         match &line.event {
-            OwnEvent::Ready => close(&mut now, last_ns),
+            OwnEvent::Ready | OwnEvent::Ended => close(&mut now, last_ns),
             OwnEvent::Said(message) => {
                 if let Some(state) = message.state() {
                     let holds = state.holds();

@@ -197,12 +197,14 @@ fn reopened_to(reopened: &Reopened, names: &Names) -> String {
     let node = part(reopened.node, names);
     match &reopened.cause {
         Cause::Leave => format!("{} leaves {node}, in which nothing can go on", part(reopened.up_to, names)),
-        Cause::Retry { fault, until } => {
+        Cause::Retry { fault, until, .. } => {
             format!("{node} is tried again at {:.2} s, since it failed: {}", until.seconds(), fault.sentence(names))
         }
         Cause::Lapse { .. } | Cause::Redo { .. } => format!("{node} is done no more"),
-        Cause::Repeat { until: None } => format!("{node} is done and begins again"),
-        Cause::Repeat { until: Some(until) } => format!("{node} is done and begins again at {:.2} s", until.seconds()),
+        Cause::Repeat { until: None, .. } => format!("{node} is done and begins again"),
+        Cause::Repeat { until: Some(until), .. } => {
+            format!("{node} is done and begins again at {:.2} s", until.seconds())
+        }
         Cause::Yield => {
             let mut given_up: Vec<&str> = reopened.ended.iter().map(|kept| names.resource(kept.resource)).collect();
             given_up.dedup();

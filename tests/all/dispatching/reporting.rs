@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use ambidex::dispatch::{Dispatch, Effect, Input, Limits, start_states};
+use ambidex::dispatch::{Dispatch, Effect, Input, Limits, at_start};
 use ambidex::model::{
     Change, ControllerId, ControllerMessage, ControllerState, FactId, FromController, Loss, MissionSpec, Record, Time,
 };
@@ -30,7 +30,7 @@ fn attach(dispatch: &mut Dispatch, id: u32, generation: u32, now: Time) -> Vec<E
 }
 
 fn ready(mission: &Arc<MissionSpec>, speed: f64) -> Dispatch {
-    let mut dispatch = Dispatch::new(mission, start_states(mission), Limits::at_speed(speed));
+    let mut dispatch = Dispatch::new(mission, at_start(mission), Limits::at_speed(speed));
     (0..3).for_each(|id| drop(attach(&mut dispatch, id, 1, Time::ZERO)));
     dispatch
 }
@@ -76,7 +76,7 @@ fn what_was_said_last_is_passed_on_ten_times_a_second_at_most() {
 #[test]
 fn what_is_said_before_the_mission_begins_is_passed_on_when_it_does() {
     let mission = load(&file("config/missions/door.yaml"));
-    let mut dispatch = Dispatch::new(&mission, start_states(&mission), Limits::at_speed(1.0));
+    let mut dispatch = Dispatch::new(&mission, at_start(&mission), Limits::at_speed(1.0));
     attach(&mut dispatch, 2, 1, Time::ZERO);
     assert_eq!(say(&mut dispatch, ms(10), true), NOTHING);
     attach(&mut dispatch, 0, 1, ms(20));

@@ -68,7 +68,7 @@ impl Model<'_> {
             self.resting.insert(node, (until, (until.0 - self.now.0) / 1000));
         }
         self.gather(node, |holder| reset.contains(&holder));
-        let reopened = Reopened::new(node, node, Cause::Repeat { until });
+        let reopened = Reopened::new(node, node, Cause::Repeat { since: self.now, until });
         self.log.push(Step::Reopened(Reopened { reset, ..reopened }));
     }
 

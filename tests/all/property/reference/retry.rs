@@ -28,7 +28,7 @@ impl Model<'_> {
         if until > self.now {
             self.waits.insert(top, (until, wait.as_millis() as u64, fault));
         }
-        let cause = Cause::Retry { fault, until };
+        let cause = Cause::Retry { fault, since: self.now, until };
         self.log.push(Step::Reopened(Reopened { reset, ..Reopened::new(top, top, cause) }));
     }
 
