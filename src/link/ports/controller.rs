@@ -73,7 +73,7 @@ impl ControllerPort {
         loop {
             match self.beats.receive() {
                 Ok(Some(sample)) => {
-                    let beat = match read::beat(&sample) {
+                    let beat = match read::beat(&sample, monotonic_ns()) {
                         Ok(beat) => beat,
                         Err(why) => {
                             tracing::warn!(controller = self.controller, %why, "a beat was refused");

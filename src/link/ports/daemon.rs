@@ -1,25 +1,36 @@
 //! The daemon's side of the link to one controller, over shared memory.
 
+use std::error::Error;
 use std::fmt;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, RawFd};
 use std::sync::Arc;
+use std::time::Duration;
 
 use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::RequestSendError;
 use iceoryx2::port::{LoanError, SendError};
 
-use super::services::{BeatPublisher, Goals, Listener, Notifier, Pulses, REPORTS_MAX, Reports, Services, ring};
+use super::answer::Answer;
+use super::services::{
+    BeatPublisher, Goals, Listener, Notifier, Pulses, REPORTS_MAX, RESPONSES_MAX, Reports, Services, WRITERS_MAX, ring,
+};
 use crate::clock::monotonic_ns;
 use crate::error::IpcError;
 use crate::instances::{Transport, check_controller_name};
 use crate::link::{Heard, Link, LinkError};
 use crate::node::IpcNode;
 use crate::wire::{
-    WIRE_VERSION, WireBeat, WireId, WirePulse, WireReport, WireRequest, WireResponse, read, request_kind,
-    response_kind, write,
+    WIRE_VERSION, WireBeat, WireId, WirePulse, WireReport, WireRequest, WireResponse, read, response_kind, write,
 };
-use ambidex_model::session::ClockOrigin;
+use ambidex_model::session::{ClockOrigin, Pace};
 use ambidex_model::{CommandId, FromController, Labels, Refusal, Rejection, ToController};
+
+/// More reports than any honest controller has to tell; a full buffer fits twice.
+const INTAKE_MAX: u32 = 2 * REPORTS_MAX as u32;
+const INTAKE_WINDOW: Duration = Duration::from_millis(10);
+/// Refusals that are told of, so that no log grows by them: enough to see what is wrong.
+const REFUSALS_MAX: u32 = 8;
+const REFUSALS_WINDOW: Duration = Duration::from_secs(1);
 
 type Stream = PendingResponse<Transport, WireRequest, (), WireResponse, ()>;
 
@@ -37,15 +48,19 @@ pub struct DaemonPort {
     epoch: u64,
     origin: ClockOrigin,
     generation: u32,
+    /// Robot seconds per wall second, as the controller was told it.
+    speed: f64,
+    /// How many reports are read.
+    intake: Pace,
+    /// How many refusals are told of; last words always are.
+    refusals: Pace,
     _node: IpcNode,
 }
 
 /// A request whose stream is open.
 struct Asked {
     stream: Stream,
-    kind: u32,
-    id: WireId,
-    is_answered: bool,
+    answer: Answer,
 }
 
 impl DaemonPort {
@@ -82,6 +97,9 @@ impl DaemonPort {
             epoch,
             origin,
             generation: 0,
+            speed: 1.0,
+            intake: Pace::new(INTAKE_MAX, INTAKE_WINDOW),
+            refusals: Pace::new(REFUSALS_MAX, REFUSALS_WINDOW),
             _node: node.clone(),
         };
         node.restrict();
@@ -105,46 +123,44 @@ impl DaemonPort {
         Ok(stream)
     }
 
+    /// One of each writer, and one that came meanwhile: who pulses faster than that is heard again at the next wake-up.
     fn hear_pulses(&mut self, heard: &mut Vec<Heard>) {
-        loop {
+        for _ in 0..2 * WRITERS_MAX {
             match self.pulses.receive() {
-                Ok(Some(sample)) => heard.push(self.hear_pulse(&sample)),
+                Ok(Some(sample)) => heard.extend(self.hear_pulse(&sample)),
                 Ok(None) => return,
-                Err(error) => {
-                    tracing::warn!(controller = self.controller, %error, "cannot read the pulse");
-                    return;
-                }
+                Err(error) => return self.complain(&error, "cannot read the pulse"),
             }
         }
     }
 
-    fn hear_pulse(&self, wire: &WirePulse) -> Heard {
-        match read::pulse(wire) {
-            Ok(pulse) => Heard::Pulse(pulse),
+    fn hear_pulse(&mut self, wire: &WirePulse) -> Option<Heard> {
+        match read::pulse(wire, monotonic_ns()) {
+            Ok(pulse) => Some(Heard::Pulse(pulse)),
             Err(why) => self.refuse(None, why, "a pulse"),
         }
     }
 
-    /// As many as can wait; who reports faster than that is heard again at the next wake-up.
+    /// What comes beyond the pace waits in its buffer, where its sender sees that it is full.
     fn hear_reports(&mut self, heard: &mut Vec<Heard>) {
-        for _ in 0..REPORTS_MAX {
+        while self.intake.spent_until(monotonic_ns()).is_none() {
             match self.reports.receive() {
-                Ok(Some(sample)) => heard.extend(self.hear_report(&sample)),
-                Ok(None) => return,
-                Err(error) => {
-                    tracing::warn!(controller = self.controller, %error, "cannot read reports");
-                    return;
+                Ok(Some(sample)) => {
+                    self.intake.takes(monotonic_ns());
+                    heard.extend(self.hear_report(&sample));
                 }
+                Ok(None) => return,
+                Err(error) => return self.complain(&error, "cannot read reports"),
             }
         }
     }
 
-    fn hear_report(&self, wire: &WireReport) -> Option<Heard> {
+    fn hear_report(&mut self, wire: &WireReport) -> Option<Heard> {
         match read::report(wire) {
             // What was said in an earlier attachment is said again in this one.
             Ok(said) if (said.epoch, said.generation) != (self.epoch, self.generation) => None,
             Ok(said) => Some(Heard::Report(said.report)),
-            Err(why) => Some(self.refuse(None, why, "a report")),
+            Err(why) => self.refuse(None, why, "a report"),
         }
     }
 
@@ -155,67 +171,61 @@ impl DaemonPort {
     }
 
     /// Takes what a stream holds; false when it has ended.
-    fn hear_stream(&self, asked: &mut Asked, heard: &mut Vec<Heard>) -> bool {
+    fn hear_stream(&mut self, asked: &mut Asked, heard: &mut Vec<Heard>) -> bool {
         // Asked before the reading: what came before the end is read, what is open is read again.
         let is_open = asked.stream.is_connected();
-        loop {
+        for _ in 0..RESPONSES_MAX {
             match asked.stream.receive() {
-                Ok(Some(response)) => heard.push(self.hear_response(asked, &response)),
+                Ok(Some(response)) => heard.extend(self.hear_response(&mut asked.answer, &response)),
                 Ok(None) => break,
                 Err(error) => {
-                    tracing::warn!(controller = self.controller, %error, "cannot read a response");
+                    self.complain(&error, "cannot read a response");
                     break;
                 }
             }
         }
-        if !is_open && !asked.is_answered && asked.kind == request_kind::GOAL {
-            heard.push(Heard::Closed(read::command_id(asked.id)));
+        heard.extend(asked.answer.news(monotonic_ns()).map(Heard::Message));
+        let is_over = asked.answer.is_over();
+        if !is_open && !is_over && asked.answer.is_of_goal() {
+            heard.push(Heard::Closed(read::command_id(asked.answer.id)));
         }
-        is_open
+        is_open && !is_over
     }
 
-    fn hear_response(&self, asked: &mut Asked, wire: &WireResponse) -> Heard {
-        let message = match read::response(wire).and_then(|message| self.labels.heard(message)) {
+    fn hear_response(&mut self, answer: &mut Answer, wire: &WireResponse) -> Option<Heard> {
+        if answer.is_over() {
+            return self.refuse(None, Rejection::Unknown, "a response after the last word");
+        }
+        // The clocks are one, and a second is more than any rounding.
+        let latest = self.origin.time_at(monotonic_ns().saturating_add(1_000_000_000), self.speed);
+        let message = match read::response(wire, latest).and_then(|message| self.labels.heard(message)) {
             Ok(message) => message,
-            Err(why) => return self.refuse_response(asked, wire, why),
+            Err(why) => return self.refuse_response(answer, wire, why),
         };
-        if wire.id != asked.id {
+        if wire.id != answer.id {
             return self.refuse(None, self.misdirection(wire.id), "a response");
         }
-        match asked.kind {
-            request_kind::GOAL => self.hear_of_goal(asked, message),
-            _ => self.hear_of_other(message),
-        }
-    }
-
-    fn hear_of_goal(&self, asked: &mut Asked, message: FromController) -> Heard {
-        match message {
-            FromController::Rejected { .. } | FromController::Result { .. } => {
-                asked.is_answered = true;
-                Heard::Message(message)
+        let id = message.id();
+        match answer.take(message) {
+            // Nobody's goal: who does not take a configuration is asked again.
+            Ok(Some(FromController::Rejected { why, .. })) if !answer.is_of_goal() => {
+                self.refuse(None, why, "a configuration")
             }
-            FromController::Accepted { .. } | FromController::Feedback { .. } => Heard::Message(message),
-            FromController::Configured { .. } => self.refuse(message.id(), Rejection::Unknown, "a response"),
-        }
-    }
-
-    fn hear_of_other(&self, message: FromController) -> Heard {
-        match message {
-            FromController::Configured { .. } => Heard::Message(message),
-            FromController::Rejected { why, .. } => Heard::Refused(Refusal { id: None, why, is_last: false }),
-            FromController::Accepted { .. } | FromController::Feedback { .. } | FromController::Result { .. } => {
-                self.refuse(message.id(), Rejection::Unknown, "a response")
-            }
+            Ok(message) => message.map(Heard::Message),
+            Err(why) => self.refuse(id, why, "a response"),
         }
     }
 
     /// A response that cannot be believed. If it was to be the last on a goal, nothing better will come.
-    fn refuse_response(&self, asked: &mut Asked, wire: &WireResponse, why: Rejection) -> Heard {
-        let is_ours = wire.id == asked.id && asked.kind == request_kind::GOAL;
-        let is_last = is_ours && matches!(wire.kind, response_kind::RESULT | response_kind::REJECTED);
-        asked.is_answered |= is_last;
-        tracing::warn!(controller = self.controller, %why, "a response was refused");
-        Heard::Refused(Refusal { id: is_ours.then(|| read::command_id(wire.id)), why, is_last })
+    fn refuse_response(&mut self, answer: &mut Answer, wire: &WireResponse, why: Rejection) -> Option<Heard> {
+        let is_ours = wire.id == answer.id && answer.is_of_goal();
+        let id = is_ours.then(|| read::command_id(wire.id));
+        if is_ours && matches!(wire.kind, response_kind::RESULT | response_kind::REJECTED) {
+            answer.end();
+            tracing::warn!(controller = self.controller, %why, "a last word was refused");
+            return Some(Heard::Refused(Refusal { id, why, is_last: true }));
+        }
+        self.refuse(id, why, "a response")
     }
 
     /// Why a response whose id is not its request's is wrong.
@@ -223,30 +233,47 @@ impl DaemonPort {
         if (id.epoch, id.generation) == (self.epoch, self.generation) { Rejection::Unknown } else { Rejection::Stale }
     }
 
-    fn refuse(&self, id: Option<CommandId>, why: Rejection, what: &str) -> Heard {
+    /// Nothing at all if more was refused than is told of.
+    fn refuse(&mut self, id: Option<CommandId>, why: Rejection, what: &str) -> Option<Heard> {
+        if !self.refusals.takes(monotonic_ns()) {
+            return None;
+        }
         tracing::warn!(controller = self.controller, %why, "{what} was refused");
-        Heard::Refused(Refusal { id, why, is_last: false })
+        Some(Heard::Refused(Refusal { id, why, is_last: false }))
+    }
+
+    fn complain(&mut self, error: &dyn Error, what: &str) {
+        if self.refusals.takes(monotonic_ns()) {
+            tracing::warn!(controller = self.controller, %error, "{what}");
+        }
+    }
+
+    fn tell_what_was_passed_over(&mut self) {
+        if let Some(count) = self.refusals.passed_over(monotonic_ns()) {
+            tracing::warn!(controller = self.controller, count, "as many more were refused");
+        }
     }
 }
 
 impl Link for DaemonPort {
     fn send(&mut self, message: &ToController) -> Result<(), LinkError> {
-        if let ToController::Configure { generation, .. } = message {
+        if let ToController::Configure { generation, speed, .. } = message {
             self.forget();
-            self.generation = *generation;
+            (self.generation, self.speed) = (*generation, *speed);
             // The controller takes a configuration only from a daemon whose beat it has.
             self.beat();
         }
         let wire = write::request(&self.labels.told(message), self.epoch, self.origin, self.generation)?;
         let stream = self.post(wire)?;
-        self.streams.push(Asked { stream, kind: wire.kind, id: wire.id, is_answered: false });
+        self.streams.push(Asked { stream, answer: Answer::new(wire.kind, wire.id) });
         Ok(())
     }
 
     fn drain(&mut self) -> Vec<Heard> {
         if let Err(error) = self.listener.try_wait(|_| {}) {
-            tracing::warn!(controller = self.controller, %error, "cannot listen");
+            self.complain(&error, "cannot listen");
         }
+        self.tell_what_was_passed_over();
         let mut heard = Vec::new();
         self.hear_streams(&mut heard);
         self.hear_pulses(&mut heard);

@@ -1,5 +1,6 @@
 //! The two ends of a link over shared memory.
 
+mod answer;
 mod controller;
 mod daemon;
 mod services;

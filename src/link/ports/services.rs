@@ -18,13 +18,13 @@ use crate::wire::{WIRE_VERSION, WireBeat, WirePulse, WireReport, WireRequest, Wi
 /// Requests under way at once: a goal, its cancel and a configuration, and as many of an attachment that is given up.
 pub(super) const REQUESTS_MAX: usize = 16;
 /// Responses that wait in one stream: three seconds of feedback.
-const RESPONSES_MAX: usize = 32;
+pub(super) const RESPONSES_MAX: usize = 32;
 /// One controller of a name, see `instances`.
 const SERVERS_MAX: usize = 1;
 /// One daemon, and one that died and is not cleaned up yet.
 const CLIENTS_MAX: usize = 2;
 /// As above.
-const WRITERS_MAX: usize = 2;
+pub(super) const WRITERS_MAX: usize = 2;
 /// The other side, one that died, and people who look on.
 const READERS_MAX: usize = 6;
 const NODES_MAX: usize = 12;

@@ -20,6 +20,9 @@ pub const LIMITS_MAX: usize = 11;
 /// Robot seconds per wall second that a controller takes at most.
 pub const SPEED_MAX: f64 = 10_000.0;
 
+/// Greatest number that says where something is, how fast it moves or within which limits: meters, radians, per second.
+pub const NUMBER_MAX: f64 = 1e6;
+
 /// Longest text of a call's arguments, bytes.
 pub const WITH_MAX: usize = ARGUMENTS_MAX;
 

@@ -5,8 +5,8 @@ use std::time::Duration;
 use nalgebra::{Point3, Vector3};
 
 use super::{
-    LIMITS_MAX, PATH_MAX, SPEED_MAX, TAKES_MAX_S, WIRE_VERSION, WireBeat, WireId, WireName, WirePose, WirePulse,
-    WireReport, WireRequest, WireResponse, WireState, command, end, inhibited, mode, rejection, report_kind,
+    LIMITS_MAX, NUMBER_MAX, PATH_MAX, SPEED_MAX, TAKES_MAX_S, WIRE_VERSION, WireBeat, WireId, WireName, WirePose,
+    WirePulse, WireReport, WireRequest, WireResponse, WireState, command, end, inhibited, mode, rejection, report_kind,
     request_kind, response_kind, state_kind,
 };
 use ambidex_model::motion::{Command, ControllerState, FromController, ToController};
@@ -37,14 +37,16 @@ pub(crate) fn request(wire: &WireRequest) -> Result<Received, Rejection> {
     Ok(Received { message, epoch: wire.id.epoch, origin: ClockOrigin(wire.origin_ns) })
 }
 
-pub(crate) fn response(wire: &WireResponse) -> Result<FromController, Rejection> {
+/// `latest` is the last moment of robot time that can have been when it was sent.
+pub(crate) fn response(wire: &WireResponse, latest: Time) -> Result<FromController, Rejection> {
     check_version(wire.version)?;
     let id = command_id(wire.id);
+    let stamp = |us| if us <= latest.0 { Ok(Time(us)) } else { Err(Rejection::Malformed) };
     Ok(match wire.kind {
         response_kind::CONFIGURED => {
             FromController::Configured { generation: id.generation, state: state(&wire.state)? }
         }
-        response_kind::ACCEPTED => FromController::Accepted { id, at: Time(wire.began_us) },
+        response_kind::ACCEPTED => FromController::Accepted { id, at: stamp(wire.began_us)? },
         response_kind::REJECTED => FromController::Rejected { id, why: rejection(wire)? },
         response_kind::FEEDBACK => {
             FromController::Feedback { id, progress: progress(wire.progress)?, state: state(&wire.state)? }
@@ -56,8 +58,8 @@ pub(crate) fn response(wire: &WireResponse) -> Result<FromController, Rejection>
             FromController::Result {
                 id,
                 end: end_of(wire)?,
-                began: Time(wire.began_us),
-                ended: Time(wire.ended_us),
+                began: stamp(wire.began_us)?,
+                ended: stamp(wire.ended_us)?,
                 state: state(&wire.state)?,
             }
         }
@@ -65,9 +67,10 @@ pub(crate) fn response(wire: &WireResponse) -> Result<FromController, Rejection>
     })
 }
 
-pub(crate) fn pulse(wire: &WirePulse) -> Result<StampedPulse, Rejection> {
+/// `now_ns` is a moment after it was received: what is stamped later would count as a sign of life until then.
+pub(crate) fn pulse(wire: &WirePulse, now_ns: u64) -> Result<StampedPulse, Rejection> {
     check_version(wire.version)?;
-    if wire.pid == 0 {
+    if wire.pid == 0 || wire.sent_ns > now_ns {
         return Err(Rejection::Malformed);
     }
     let (epoch, generation, at) = (wire.epoch, wire.generation, Time(wire.at_us));
@@ -76,9 +79,10 @@ pub(crate) fn pulse(wire: &WirePulse) -> Result<StampedPulse, Rejection> {
     Ok(StampedPulse { pid: wire.pid, sent_ns: wire.sent_ns, pulse })
 }
 
-pub(crate) fn beat(wire: &WireBeat) -> Result<Beat, Rejection> {
+/// `now_ns` as for a pulse.
+pub(crate) fn beat(wire: &WireBeat, now_ns: u64) -> Result<Beat, Rejection> {
     check_version(wire.version)?;
-    if wire.pid == 0 || wire.epoch == 0 {
+    if wire.pid == 0 || wire.epoch == 0 || wire.sent_ns > now_ns {
         return Err(Rejection::Malformed);
     }
     Ok(Beat { pid: wire.pid, epoch: wire.epoch, sent_ns: wire.sent_ns })
@@ -116,7 +120,7 @@ fn progress(progress: f64) -> Result<f64, Rejection> {
 }
 
 fn state(wire: &WireState) -> Result<ControllerState, Rejection> {
-    let (position, velocity) = (all_finite(wire.position)?, all_finite(wire.velocity)?);
+    let (position, velocity) = (all_sane(wire.position)?, all_sane(wire.velocity)?);
     match wire.kind {
         state_kind::BASE => Ok(ControllerState::Base {
             pose: Pose::new(position[0], position[1], position[2]),
@@ -136,7 +140,7 @@ fn state(wire: &WireState) -> Result<ControllerState, Rejection> {
 }
 
 fn limits(kind: u32, numbers: [f64; LIMITS_MAX]) -> Result<ControllerKind, Rejection> {
-    let numbers = all_finite(numbers)?;
+    let numbers = all_sane(numbers)?;
     let point = |from: usize| Point3::new(numbers[from], numbers[from + 1], numbers[from + 2]);
     let (kind, bounds) = match kind {
         state_kind::BASE => {
@@ -188,12 +192,12 @@ fn path(wire: &WireRequest) -> Result<Vec<Pose>, Rejection> {
 }
 
 fn pose(wire: &WirePose) -> Result<Pose, Rejection> {
-    let [x, y, heading] = all_finite([wire.x, wire.y, wire.heading])?;
+    let [x, y, heading] = all_sane([wire.x, wire.y, wire.heading])?;
     Ok(Pose::new(x, y, heading))
 }
 
 fn point(at: [f64; 3]) -> Result<Point3<f64>, Rejection> {
-    all_finite(at).map(Point3::from)
+    all_sane(at).map(Point3::from)
 }
 
 fn call(wire: &WireRequest) -> Result<Call, Rejection> {
@@ -268,9 +272,11 @@ fn rejection(wire: &WireResponse) -> Result<Rejection, Rejection> {
     }
 }
 
-fn all_finite<const N: usize>(numbers: [f64; N]) -> Result<[f64; N], Rejection> {
+fn all_sane<const N: usize>(numbers: [f64; N]) -> Result<[f64; N], Rejection> {
     for number in numbers {
-        finite(number)?;
+        if finite(number)?.abs() > NUMBER_MAX {
+            return Err(Rejection::Malformed);
+        }
     }
     Ok(numbers)
 }

@@ -8,6 +8,21 @@ use super::*;
 const EPOCH: u64 = 7_000_000_000;
 const ID: CommandId = CommandId { generation: 3, number: 41 };
 
+/// Robot time and nanoseconds when what is read here was received.
+const NOW: u64 = 1_000;
+
+fn response(wire: &WireResponse) -> Result<FromController, Rejection> {
+    super::response(wire, Time(NOW))
+}
+
+fn pulse(wire: &WirePulse) -> Result<StampedPulse, Rejection> {
+    super::pulse(wire, NOW)
+}
+
+fn beat(wire: &WireBeat) -> Result<Beat, Rejection> {
+    super::beat(wire, NOW)
+}
+
 fn named(name: &str) -> Name {
     Name::from(name).expect("it fits")
 }
@@ -211,7 +226,14 @@ fn wrong_responses_are_refused() {
     let rejected = FromController::Rejected { id: ID, why: Rejection::Busy };
     let inhibited = FromController::Rejected { id: ID, why: Rejection::Inhibited(Inhibition::Fault) };
     let holding = FromController::Configured { generation: ID.generation, state: states()[2] };
-    let rows: [(&FromController, Spoil, Rejection); 17] = [
+    let accepted = FromController::Accepted { id: ID, at: Time(5) };
+    let rows: [(&FromController, Spoil, Rejection); 23] = [
+        (&accepted, |w| w.began_us = NOW + 1, Rejection::Malformed),
+        (&result, |w| w.ended_us = NOW + 1, Rejection::Malformed),
+        (&result, |w| (w.began_us, w.ended_us) = (u64::MAX, u64::MAX), Rejection::Malformed),
+        (&result, |w| w.state.position[2] = 1e308, Rejection::Malformed),
+        (&result, |w| w.state.velocity[0] = -1e308, Rejection::Malformed),
+        (&feedback, |w| w.state.position[1] = -1.1 * NUMBER_MAX, Rejection::Malformed),
         (&result, |w| w.version = 9, Rejection::Version),
         (&result, |w| w.kind = 0, Rejection::Malformed),
         (&result, |w| w.kind = 6, Rejection::Malformed),
@@ -241,12 +263,18 @@ fn wrong_responses_are_refused() {
 fn wrong_signs_of_life_are_refused() {
     let good = WireBeat { version: WIRE_VERSION, pid: 1, epoch: 1, sent_ns: 0 };
     assert_eq!(beat(&good), Ok(Beat { pid: 1, epoch: 1, sent_ns: 0 }));
+    assert_eq!(beat(&WireBeat { sent_ns: NOW, ..good }).map(|beat| beat.sent_ns), Ok(NOW));
+    assert_eq!(beat(&WireBeat { sent_ns: NOW + 1, ..good }), Err(Rejection::Malformed), "of the future");
     assert_eq!(beat(&WireBeat { version: 0, ..good }), Err(Rejection::Version));
     assert_eq!(beat(&WireBeat { pid: 0, ..good }), Err(Rejection::Malformed));
     assert_eq!(beat(&WireBeat { epoch: 0, ..good }), Err(Rejection::Malformed));
 
     let good = WirePulse { version: WIRE_VERSION, pid: 1, state: write::state(&states()[3]), ..WirePulse::default() };
     assert_eq!(pulse(&good).map(|pulse| pulse.pulse.state), Ok(states()[3]));
+    assert_eq!(pulse(&WirePulse { sent_ns: NOW, ..good }).map(|pulse| pulse.sent_ns), Ok(NOW));
+    for ahead in [NOW + 1, u64::MAX] {
+        assert_eq!(pulse(&WirePulse { sent_ns: ahead, ..good }), Err(Rejection::Malformed), "of the future");
+    }
     assert_eq!(pulse(&WirePulse { version: 0, ..good }), Err(Rejection::Version));
     assert_eq!(pulse(&WirePulse { pid: 0, ..good }), Err(Rejection::Malformed));
     let stopped = WirePulse { inhibited: 1, ..good };

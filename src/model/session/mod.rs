@@ -5,6 +5,7 @@
 
 mod clock;
 mod controller;
+mod pace;
 mod presence;
 mod reporter;
 
@@ -12,6 +13,7 @@ use std::time::Duration;
 
 pub use clock::ClockOrigin;
 pub use controller::{Reply, Session};
+pub use pace::Pace;
 pub use presence::{Attendance, Presence};
 pub use reporter::Reported;
 
