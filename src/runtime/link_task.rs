@@ -12,11 +12,14 @@ use super::clock::Clock;
 use super::port::{Port, Wake};
 use ambidex_core::dispatch::Input;
 use ambidex_link::{Heard, LinkError};
-use ambidex_model::session::{Attendance, BEAT_EVERY, Presence};
-use ambidex_model::{ControllerId, FromController, Loss, Rejection, ToController};
+use ambidex_model::session::{Attendance, BEAT_EVERY, Hearing, Pace, Presence};
+use ambidex_model::{ControllerId, FromController, Loss, Refusal, Rejection, ToController};
 
 /// A daemon that runs takes a turn more often than that, wall time: longer ago, its process was stopped.
 const AWAY: Duration = BEAT_EVERY.saturating_mul(2);
+
+/// How often is told of a process that pulses under a name which another has, wall time.
+pub(super) const FOREIGN_EVERY: Duration = Duration::from_secs(1);
 
 /// What a link is told to do.
 #[derive(Debug)]
@@ -34,6 +37,8 @@ pub(super) struct LinkTask {
     pub(super) orders: mpsc::UnboundedReceiver<Order>,
     pub(super) dispatch: mpsc::UnboundedSender<Input>,
     pub(super) clock: Clock,
+    /// How often is told of others under its name.
+    pub(super) foreign: Pace,
 }
 
 impl LinkTask {
@@ -112,10 +117,21 @@ impl LinkTask {
                 Heard::Report(report) => self.tell(Input::Reported(self.id, report)),
                 Heard::Refused(refusal) => self.tell(Input::Refused(self.id, refusal)),
                 Heard::Closed(command) => self.tell(Input::Closed(self.id, command)),
-                Heard::Pulse(pulse) => {
-                    presence.hear(&pulse, now_ns);
-                }
+                Heard::Pulse(pulse) => match presence.hear(&pulse, now_ns) {
+                    Hearing::Taken | Hearing::Old => {}
+                    Hearing::Foreign { pid: owner } => self.refuse_foreign(pulse.pid, owner, now_ns),
+                },
             }
+        }
+    }
+
+    /// Who has come first keeps the name as long as it lives.
+    fn refuse_foreign(&mut self, pid: u32, owner: u32, now_ns: u64) {
+        if self.foreign.takes(now_ns) {
+            tracing::warn!(
+                target: "ambidex::controller", controller = self.id.0, pid, owner, "another process has this name"
+            );
+            self.tell(Input::Refused(self.id, Refusal { id: None, why: Rejection::Stale, is_last: false }));
         }
     }
 

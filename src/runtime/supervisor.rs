@@ -11,13 +11,14 @@ use tokio::time::{Instant, sleep_until};
 use super::clock::Clock;
 use super::dispatch_task::DispatchTask;
 use super::journal_task::{Journal, Sink};
-use super::link_task::{LinkTask, Order};
+use super::link_task::{FOREIGN_EVERY, LinkTask, Order};
 use super::node_task::{Surroundings, ToRoot, wire};
 use super::port::Port;
 use super::signal::Signal;
 use ambidex_core::dispatch::{self, Dispatch, Limits, Script};
 use ambidex_core::replay::Resumed;
 use ambidex_core::tree::{Node, Settings};
+use ambidex_model::session::Pace;
 use ambidex_model::{Change, ControllerId, Loss, MissionEnd, MissionSpec, NodeId, Origin, Record, Told, Uptake};
 
 /// How long the log may take in the end to write what waits, wall time.
@@ -326,7 +327,8 @@ fn spawn_links(
         let id = ControllerId::from(index);
         let (way, orders) = mpsc::unbounded_channel();
         let dispatch = dispatch.clone();
-        let task = LinkTask { id, link, orders, dispatch: dispatch.clone(), clock };
+        let task =
+            LinkTask { id, link, orders, dispatch: dispatch.clone(), clock, foreign: Pace::new(1, FOREIGN_EVERY) };
         tasks.spawn(async move {
             if let Err(error) = task.run().await {
                 tracing::error!(target: "ambidex::controller", controller = id.0, %error, "the link broke");

@@ -8,7 +8,7 @@ use super::super::stop::Stopper;
 use super::*;
 use crate::{DaemonPort, Heard, Link};
 use ambidex_model::motion::{self, Progress};
-use ambidex_model::session::{ClockOrigin, Presence};
+use ambidex_model::session::{ClockOrigin, Hearing, Presence};
 use ambidex_model::{
     BaseSpec, Command, CommandId, ControllerKind, ControllerState, FromController, Inhibition, Labels, Mode, Name,
     Names, ObjectId, PartEnd, PlaceId, Pose, Refusal, Rejection, ToController,
@@ -95,7 +95,7 @@ impl Daemon {
         self.port.beat();
         let mut heard = self.port.drain();
         heard.retain(|heard| match heard {
-            Heard::Pulse(pulse) => self.presence.hear(pulse, monotonic_ns()),
+            Heard::Pulse(pulse) => self.presence.hear(pulse, monotonic_ns()) == Hearing::Taken,
             Heard::Message(_) | Heard::Report(_) | Heard::Refused(_) | Heard::Closed(_) => true,
         });
         heard

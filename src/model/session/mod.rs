@@ -14,7 +14,7 @@ use std::time::Duration;
 pub use clock::ClockOrigin;
 pub use controller::{Reply, Session};
 pub use pace::Pace;
-pub use presence::{Attendance, Presence};
+pub use presence::{Attendance, Hearing, Presence};
 pub use reporter::Reported;
 
 use crate::motion::{ControllerState, ToController};

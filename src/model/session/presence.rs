@@ -33,6 +33,20 @@ struct Seen {
     inhibited: Option<Inhibition>,
 }
 
+/// What a daemon makes of a sign of life.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Hearing {
+    /// It counts.
+    Taken,
+    /// It says nothing: what an earlier, dead controller published may still lie there.
+    Old,
+    /// It is of another process than the one that has the name, which is not known to be gone.
+    Foreign {
+        /// Who has the name.
+        pid: u32,
+    },
+}
+
 /// What became of a controller's attachment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Attendance {
@@ -58,18 +72,21 @@ impl Presence {
         Self { epoch, seen: None, phase: Phase::Away, serves: false, has_left: false, back: None }
     }
 
-    /// Takes a sign of life. True if it says anything: what an earlier, dead controller published may still lie there.
-    pub fn hear(&mut self, pulse: &StampedPulse, now_ns: u64) -> bool {
+    /// Takes a sign of life. Who has come first keeps the name until it is gone.
+    pub fn hear(&mut self, pulse: &StampedPulse, now_ns: u64) -> Hearing {
         let is_newest = self.seen.is_none_or(|seen| seen.sent_ns <= pulse.sent_ns);
+        if let Some(Seen { pid, .. }) = self.seen.filter(|seen| self.phase != Phase::Away && seen.pid != pulse.pid) {
+            return Hearing::Foreign { pid };
+        }
         if !is_fresh(pulse.sent_ns, now_ns) || !is_newest {
-            return false;
+            return Hearing::Old;
         }
         self.seen = Some(Seen { pid: pulse.pid, sent_ns: pulse.sent_ns, inhibited: pulse.pulse.inhibited });
         let serves = self.generation(pulse) != 0;
         // It gave this daemon up, as one that was silent for too long.
         self.has_left |= self.serves && !serves;
         self.serves = serves;
-        true
+        Hearing::Taken
     }
 
     /// The attachment to this daemon that a pulse tells of, 0 if none.
@@ -152,10 +169,10 @@ mod tests {
     fn a_controller_comes_serves_and_goes() {
         let mut presence = Presence::new(5);
         assert_eq!(presence.attend(0, false), None);
-        assert!(presence.hear(&pulse(10, 0, 0), 10 * MS));
+        assert_eq!(presence.hear(&pulse(10, 0, 0), 10 * MS), Hearing::Taken);
         assert_eq!(presence.attend(10 * MS, false), Some(Attendance::Attached { pid: 7 }));
         assert_eq!(presence.attend(20 * MS, false), None);
-        assert!(presence.hear(&pulse(20, 5, 1), 20 * MS));
+        assert_eq!(presence.hear(&pulse(20, 5, 1), 20 * MS), Hearing::Taken);
         assert_eq!(presence.silent_at_ns(), Some(1020 * MS));
         assert_eq!(presence.attend(1019 * MS, false), None);
         assert_eq!(
@@ -192,7 +209,7 @@ mod tests {
         // Stopped for 1.2 s: it has heard nothing, and could not.
         presence.was_away(1210 * MS, Duration::from_millis(1200));
         assert_eq!(presence.attend(1210 * MS, false), None);
-        assert!(presence.hear(&pulse(1200, 5, 1), 1210 * MS));
+        assert_eq!(presence.hear(&pulse(1200, 5, 1), 1210 * MS), Hearing::Taken);
         assert_eq!(presence.attend(2209 * MS, false), None);
         assert_eq!(presence.attend(2210 * MS, false), Some(Attendance::Lost(Loss::Silent)));
         // The controller has heard nothing either, and went: that is this daemon's doing.
@@ -233,9 +250,25 @@ mod tests {
     #[test]
     fn what_the_dead_left_says_nothing() {
         let mut presence = Presence::new(5);
-        assert!(!presence.hear(&pulse(10, 5, 1), 1010 * MS), "too old");
-        assert!(presence.hear(&pulse(1000, 0, 0), 1010 * MS));
-        assert!(!presence.hear(&pulse(999, 5, 1), 1010 * MS), "older than what was heard");
+        assert_eq!(presence.hear(&pulse(10, 5, 1), 1010 * MS), Hearing::Old, "too old");
+        assert_eq!(presence.hear(&pulse(1000, 0, 0), 1010 * MS), Hearing::Taken);
+        assert_eq!(presence.hear(&pulse(999, 5, 1), 1010 * MS), Hearing::Old, "older than what was heard");
         assert_eq!(presence.pid(1010 * MS), Some(7));
+    }
+
+    #[test]
+    fn who_came_first_keeps_the_name_until_it_is_gone() {
+        let foreign = |sent_ms| StampedPulse { pid: 8, ..pulse(sent_ms, 0, 0) };
+        for has_ended in [true, false] {
+            let mut presence = Presence::new(5);
+            presence.hear(&pulse(10, 5, 1), 10 * MS);
+            assert_eq!(presence.attend(10 * MS, false), Some(Attendance::Attached { pid: 7 }));
+            assert_eq!(presence.hear(&foreign(20), 20 * MS), Hearing::Foreign { pid: 7 });
+            assert_eq!((presence.attend(20 * MS, false), presence.pid(20 * MS)), (None, Some(7)));
+            let gone_ms = if has_ended { 30 } else { 1010 };
+            assert!(matches!(presence.attend(gone_ms * MS, has_ended), Some(Attendance::Lost(_))));
+            assert_eq!(presence.hear(&foreign(gone_ms), gone_ms * MS), Hearing::Taken);
+            assert_eq!(presence.attend(gone_ms * MS, false), Some(Attendance::Attached { pid: 8 }));
+        }
     }
 }
