@@ -2,6 +2,7 @@
 
 use std::io;
 use std::os::fd::{AsFd, OwnedFd};
+use std::pin::Pin;
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 
@@ -10,11 +11,16 @@ use rustix::time::{
 };
 use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
+use tokio::time::{Sleep, sleep};
 
 use ambidex_link::watch::Pidfd;
 use ambidex_link::{Heard, Link, LinkError, monotonic_ns};
 use ambidex_model::ToController;
-use ambidex_model::session::BEAT_EVERY;
+use ambidex_model::session::{BEAT_EVERY, Pace};
+
+/// More calls than any honest controller has reason for: one that calls for ever leaves time for the others.
+const WAKES_MAX: u32 = 64;
+const WAKES_WINDOW: Duration = Duration::from_millis(5);
 
 /// What wakes the task of a link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,12 +52,16 @@ pub struct Readable<L> {
     wakeups: Option<AsyncFd<OwnedFd>>,
     life: Option<AsyncFd<OwnedFd>>,
     beats: Option<AsyncFd<OwnedFd>>,
+    /// How often its peer is looked at, however often it calls.
+    pace: Pace,
+    rest: Option<Pin<Box<Sleep>>>,
 }
 
 impl<L: Link + AsFd> Readable<L> {
     /// The link with nothing watched yet.
     pub fn new(link: L) -> Self {
-        Self { link, wakeups: None, life: None, beats: None }
+        let pace = Pace::new(WAKES_MAX, WAKES_WINDOW);
+        Self { link, wakeups: None, life: None, beats: None, pace, rest: None }
     }
 }
 
@@ -76,11 +86,19 @@ impl<L: Link + AsFd + Send> Port for Readable<L> {
                 return Poll::Ready(Ok(Wake::Beat));
             }
         }
+        if let Some(rest) = &mut self.rest {
+            ready!(rest.as_mut().poll(cx));
+            self.rest = None;
+        }
         let wakeups = match &mut self.wakeups {
             Some(wakeups) => wakeups,
             none => none.insert(watched(self.link.as_fd().try_clone_to_owned()?)?),
         };
         ready!(wakeups.poll_read_ready(cx))?.clear_ready();
+        let now_ns = monotonic_ns();
+        self.pace.takes(now_ns);
+        let spent_until = self.pace.spent_until(now_ns);
+        self.rest = spent_until.map(|until_ns| Box::pin(sleep(Duration::from_nanos(until_ns - now_ns))));
         Poll::Ready(Ok(Wake::Heard))
     }
 
