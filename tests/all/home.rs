@@ -73,9 +73,19 @@ impl Home {
         args: impl IntoIterator<Item = S>,
         adapt: impl FnOnce(&mut Command),
     ) -> Process {
+        self.start_program(env!("CARGO_BIN_EXE_ambidex").as_ref(), args, adapt)
+    }
+
+    /// Starts any program as one of this home.
+    pub fn start_program<S: AsRef<OsStr>>(
+        &self,
+        program: &Path,
+        args: impl IntoIterator<Item = S>,
+        adapt: impl FnOnce(&mut Command),
+    ) -> Process {
         let number = self.started.fetch_add(1, Ordering::Relaxed);
         let (out, err) = (self.path(&format!("{number}.out")), self.path(&format!("{number}.err")));
-        let mut command = Command::new(env!("CARGO_BIN_EXE_ambidex"));
+        let mut command = Command::new(program);
         command
             .args(args)
             .current_dir(file(""))

@@ -23,6 +23,7 @@ mod lines;
 mod live;
 mod open_world;
 mod outside;
+mod peers;
 mod pictures;
 mod processes;
 mod property;
