@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use ambidex::dispatch::Script;
 use ambidex::files::{self, Disk, Loaded};
-use ambidex::link::Instance;
+use ambidex::link::{Instance, survive_truncation};
 use ambidex::model::{Loss, MissionEnd, MissionSpec, Record, Time};
 use ambidex::replay::Resumed;
 use ambidex::runtime::control::ControlSocket;
@@ -113,6 +113,7 @@ fn go(
         Processes::Others { fail } => purpose::load_for_daemon(*fail, &job.mission)?,
     };
     descriptors::ensure(job.mission.robot.controllers.len())?;
+    survive_truncation().into_diagnostic()?;
     let terminal = Terminal::start(args.log_format, QUIET, Patience::Drops);
     let ended = job.resumed.take_if(|resume| resume.resumed.end.is_some());
     if let Some((resume, end)) = ended.and_then(|resume| resume.resumed.end.map(|end| (resume, end))) {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ambidex::link::{DaemonPort, Instance, IpcError, IpcNode, fresh_epoch, sweep};
+use ambidex::link::{DaemonPort, GuardedPort, Instance, IpcError, IpcNode, fresh_epoch, sweep};
 use ambidex::model::{Labels, MissionSpec};
 use ambidex::runtime::{Clock, Port, Readable};
 
@@ -21,7 +21,7 @@ pub fn links(
     let epoch = fresh_epoch();
     let labels = Arc::new(Labels::new(&mission.names));
     let open = |name: &str| DaemonPort::open(&node, name, &labels, epoch, clock.origin());
-    let links: Result<Vec<_>, _> =
-        controllers.map(|spec| open(&spec.name).map(|port| Box::new(Readable::new(port)) as Box<dyn Port>)).collect();
+    let guarded = |name: &str| Ok(Box::new(Readable::new(GuardedPort::new(open(name)?))) as Box<dyn Port>);
+    let links: Result<Vec<_>, _> = controllers.map(|spec| guarded(&spec.name)).collect();
     Ok((node.clone(), links?))
 }

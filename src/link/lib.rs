@@ -30,6 +30,7 @@
 //! ```
 
 mod clock;
+mod damage;
 mod error;
 mod instances;
 mod janitor;
@@ -41,12 +42,13 @@ pub mod watch;
 pub mod wire;
 
 pub use clock::{fresh_epoch, monotonic_ns};
+pub use damage::survive_truncation;
 pub use error::IpcError;
 pub use instances::{Instance, Lock, Present};
 pub use janitor::{Swept, sweep, tidy};
 pub use link::{Heard, Link, LinkError};
 pub use node::IpcNode;
-pub use ports::{ControllerPort, DaemonPort};
+pub use ports::{ControllerPort, DaemonPort, GuardedPort};
 pub use serve::{Exit, ServeError, ServeEvent, ServeOptions, Stop, Stopper, Watcher, serve};
 pub use wire::WIRE_VERSION;
 

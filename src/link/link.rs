@@ -38,6 +38,8 @@ pub enum Heard {
     Refused(Refusal),
     /// The controller closed a command without a result.
     Closed(CommandId),
+    /// What carries the link is damaged: nothing comes any more, and nothing can be sent.
+    Broken,
 }
 
 /// Why a message could not be sent.

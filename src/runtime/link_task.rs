@@ -45,7 +45,7 @@ impl LinkTask {
     /// Lives until the run is over.
     ///
     /// # Errors
-    /// When a descriptor cannot be watched.
+    /// When a descriptor cannot be watched, or the link is damaged.
     pub(super) async fn run(mut self) -> std::io::Result<()> {
         self.link.beat();
         let mut presence = Presence::new(self.link.epoch());
@@ -83,7 +83,7 @@ impl LinkTask {
                 tracing::warn!(target: "ambidex::controller", controller = self.id.0, ?away, "this daemon did not run");
                 presence.was_away(now_ns, away);
             }
-            self.hear(&mut presence, now_ns);
+            self.hear(&mut presence, now_ns)?;
             match presence.attend(now_ns, has_ended) {
                 Some(Attendance::Attached { pid }) => {
                     self.link.watch(pid);
@@ -110,7 +110,10 @@ impl LinkTask {
     }
 
     /// Takes all that came; a wake-up is only a hint.
-    fn hear(&mut self, presence: &mut Presence, now_ns: u64) {
+    ///
+    /// # Errors
+    /// When the link is damaged.
+    fn hear(&mut self, presence: &mut Presence, now_ns: u64) -> std::io::Result<()> {
         for heard in self.link.drain() {
             match heard {
                 Heard::Message(message) => self.tell(Input::Heard(self.id, message)),
@@ -121,8 +124,10 @@ impl LinkTask {
                     Hearing::Taken | Hearing::Old => {}
                     Hearing::Foreign { pid: owner } => self.refuse_foreign(pulse.pid, owner, now_ns),
                 },
+                Heard::Broken => return Err(std::io::Error::other("a file of the link was truncated")),
             }
         }
+        Ok(())
     }
 
     /// Who has come first keeps the name as long as it lives.

@@ -133,7 +133,7 @@ impl Link for Overheard {
         let states = heard.iter().filter_map(|heard| match heard {
             Heard::Pulse(StampedPulse { pulse: Pulse { generation: 1.., at, state, .. }, .. }) => Some((*at, *state)),
             Heard::Pulse(_) | Heard::Message(_) | Heard::Refused(_) => None,
-            Heard::Report(_) | Heard::Closed(_) => None,
+            Heard::Report(_) | Heard::Closed(_) | Heard::Broken => None,
         });
         self.published.lock().expect("no poison").extend(states);
         heard

@@ -23,6 +23,7 @@ const ROOMS: &[(&str, &[(&str, u32)])] = &[
             ("watch", 1),
             ("wire", 1),
             ("instances", 1),
+            ("damage", 2),
             ("janitor", 2),
             ("node", 3),
             ("ports", 4),

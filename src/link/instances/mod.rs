@@ -11,9 +11,7 @@ pub use instance::Instance;
 pub(crate) use instance::check_controller_name;
 pub(crate) use lock::{GlobalLock, is_abandoned, name_in, remove_instance};
 pub use lock::{Lock, Present};
-#[cfg(test)]
-pub(crate) use paths::shared_memory;
-pub(crate) use paths::{PREFIX, base, prefix_of, segments};
+pub(crate) use paths::{PREFIX, base, prefix_of, segments, shared_memory};
 pub(crate) use private::restrict;
 
 /// The transport: shared memory whose ports may be used from any thread.

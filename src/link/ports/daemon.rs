@@ -2,6 +2,7 @@
 
 use std::error::Error;
 use std::fmt;
+use std::mem::{self, ManuallyDrop};
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, RawFd};
 use std::sync::Arc;
 use std::time::Duration;
@@ -113,6 +114,12 @@ impl DaemonPort {
         &self.controller
     }
 
+    /// Lets go of a port whose memory is damaged: what the transport would do in the end is not done.
+    pub(super) fn abandon(self) {
+        let Self { streams, goals, pulses, reports, beats, notifier, listener, .. } = self;
+        mem::forget((streams, goals, pulses, reports, beats, notifier, listener));
+    }
+
     fn post(&self, wire: WireRequest) -> Result<Stream, LinkError> {
         let loaned = self.goals.loan_uninit().map_err(|error| refused(error.into()))?;
         let stream = loaned.write_payload(wire).send().map_err(refused)?;
@@ -165,9 +172,10 @@ impl DaemonPort {
     }
 
     fn hear_streams(&mut self, heard: &mut Vec<Heard>) {
-        let mut streams = std::mem::take(&mut self.streams);
+        // One that panics over damaged memory must not end them on its way out: their end touches that memory, too.
+        let mut streams = ManuallyDrop::new(mem::take(&mut self.streams));
         streams.retain_mut(|asked| self.hear_stream(asked, heard));
-        self.streams = streams;
+        self.streams = ManuallyDrop::into_inner(streams);
     }
 
     /// Takes what a stream holds; false when it has ended.

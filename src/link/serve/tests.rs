@@ -96,7 +96,7 @@ impl Daemon {
         let mut heard = self.port.drain();
         heard.retain(|heard| match heard {
             Heard::Pulse(pulse) => self.presence.hear(pulse, monotonic_ns()) == Hearing::Taken,
-            Heard::Message(_) | Heard::Report(_) | Heard::Refused(_) | Heard::Closed(_) => true,
+            Heard::Message(_) | Heard::Report(_) | Heard::Refused(_) | Heard::Closed(_) | Heard::Broken => true,
         });
         heard
     }
@@ -201,7 +201,7 @@ fn a_goal_is_accepted_followed_and_ends() {
         .iter()
         .filter_map(|heard| match heard {
             Heard::Message(message) => Some(message),
-            Heard::Pulse(_) | Heard::Report(_) | Heard::Refused(_) | Heard::Closed(_) => None,
+            Heard::Pulse(_) | Heard::Report(_) | Heard::Refused(_) | Heard::Closed(_) | Heard::Broken => None,
         })
         .collect();
     assert!(matches!(messages[0], FromController::Accepted { .. }));

@@ -4,7 +4,7 @@ use ambidex::link::Instance;
 
 use super::peer::Peer;
 use super::scene::HOSTILE;
-use super::{floods, lies, order, silence, strangers};
+use super::{floods, lies, order, segments, silence, strangers};
 
 /// Which act is played; none in a test run.
 pub const ACT: &str = "AMBIDEX_TEST_ACT";
@@ -39,6 +39,7 @@ fn play(act: &str, instance: &Instance) {
         "holds-what-the-other-holds" => order::holds_what_the_other_holds(enter()),
         "flood" => floods::flood(enter(), row),
         "flood-stream" => floods::flood_stream(enter(), row),
+        "segments" => segments::damage(enter(), instance, row),
         "silence" => silence::be_silent(enter(), row),
         "usurper" => strangers::usurp(instance),
         "nobody" => Peer::enter(instance, "third_arm").behave(),

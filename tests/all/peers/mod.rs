@@ -9,5 +9,6 @@ mod lies;
 mod order;
 mod peer;
 mod scene;
+mod segments;
 mod silence;
 mod strangers;

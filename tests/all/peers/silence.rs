@@ -71,6 +71,7 @@ const SILENCES: &[(&str, Act, &[Loss], &str)] = &[
             peer.accept(&goal);
             let _half = goal.loan_uninit();
             rustix::process::kill_process(rustix::process::getpid(), Signal::KILL).expect("its own end");
+            wait();
         },
         &[Loss::Ended],
         "left_arm is unavailable: its process ended",
@@ -81,6 +82,8 @@ const SILENCES: &[(&str, Act, &[Loss], &str)] = &[
             let goal = peer.goal();
             peer.accept(&goal);
             rustix::process::kill_process(rustix::process::getpid(), Signal::STOP).expect("its own rest");
+            // Another of its threads may be stopped first.
+            wait();
         },
         &[Loss::Silent],
         "left_arm is unavailable: it showed no life for 1 s",
