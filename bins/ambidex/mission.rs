@@ -7,7 +7,7 @@ use std::time::Duration;
 use ambidex::dispatch::Script;
 use ambidex::files::{self, Disk, Loaded};
 use ambidex::link::{Instance, survive_truncation};
-use ambidex::model::{Loss, MissionEnd, MissionSpec, Record, Time};
+use ambidex::model::{ControllerId, Loss, MissionEnd, MissionSpec, Record, Rejection, Time};
 use ambidex::replay::Resumed;
 use ambidex::runtime::control::ControlSocket;
 use ambidex::runtime::{self, Clock, Ended, Options, Sink};
@@ -213,14 +213,17 @@ fn tell_end(ended: &Ended, observer: &Mutex<Observer>, mission: &MissionSpec, te
         Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
         Err(TryLockError::WouldBlock) => None,
     };
-    let (mut is_whole, mut how) = (false, None);
+    let (mut is_whole, mut how, mut refused) = (false, None, Vec::new());
     if let Some(mut observer) = observer {
         if let Ended::Mission(MissionEnd::ControllerLost(id)) = ended {
             how = observer.lost(*id);
         }
+        if let Ended::NotAttached(missing) = ended {
+            refused = missing.iter().filter_map(|id| Some((*id, observer.refusal(*id)?))).collect();
+        }
         is_whole = observer.finish();
     }
-    if let Some(complaint) = complaint(ended, mission, how) {
+    if let Some(complaint) = complaint(ended, mission, how, &refused) {
         terminal.say(&complaint);
     }
     terminal.finish(TALK_GRACE);
@@ -253,12 +256,19 @@ impl Sink for Watcher {
 }
 
 /// What went wrong outside the task.
-fn complaint(ended: &Ended, mission: &MissionSpec, how: Option<Loss>) -> Option<String> {
+fn complaint(
+    ended: &Ended,
+    mission: &MissionSpec,
+    how: Option<Loss>,
+    refused: &[(ControllerId, Rejection)],
+) -> Option<String> {
     let names = &mission.names;
     match ended {
         Ended::NotAttached(missing) => {
             let missing: Vec<_> = missing.iter().map(|id| names.controller(*id)).collect();
-            Some(format!("× not attached in time: {}", missing.join(", ")))
+            let why = |(id, why): &(_, _)| format!("\n  what {} said was refused: {why}", names.controller(*id));
+            let whys: String = refused.iter().map(why).collect();
+            Some(format!("× not attached in time: {}{whys}", missing.join(", ")))
         }
         Ended::Mission(MissionEnd::ControllerLost(id)) => {
             let how = how.map_or(String::new(), |how| format!(": {how}"));

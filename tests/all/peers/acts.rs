@@ -30,6 +30,7 @@ fn play(act: &str, instance: &Instance) {
         "results" => lies::results(enter()),
         "feedback" => lies::feedback(enter()),
         "pulses" => lies::pulses(enter()),
+        "wrong-pulses" => lies::wrong_pulses(enter()),
         "future" => lies::future(enter()),
         "configured" => lies::configured(enter(), row),
         "after-the-end" => order::after_the_end(enter()),

@@ -13,6 +13,8 @@ use super::scene::{Cup, Ending, HOSTILE, Scene};
 const FLOOD: Duration = Duration::from_secs(2);
 /// Records of the hostile controller in a run of few seconds: refusals, feedback and its goals, at the documented pace.
 const RECORDS_MAX: usize = 300;
+/// Those of all, rounds and messages between nodes with them.
+const ALL_RECORDS_MAX: usize = 2_000;
 /// What the daemon may grow by, kibibytes.
 const GROWTH_MAX_KB: u64 = 16 * 1024;
 
@@ -27,18 +29,20 @@ const FLOODS: &[(&str, Throw)] = &[
         peer.ring();
     }),
     ("calls", |peer, _| peer.ring()),
-    ("reports that are not allowed", |peer, count| {
-        let id = peer.id;
-        let fact = WireReport { version: WIRE_VERSION, kind: report_kind::FACT, id, ..WireReport::default() };
-        let report = WireReport { holds: (count % 2) as u32, name: name("door open"), ..fact };
-        let _ = peer.reports.send_copy(report);
-        peer.ring();
-    }),
+    ("reports that are not allowed", |peer, count| report(peer, "door open", count)),
+    ("reports that are allowed", |peer, count| report(peer, "lamp on", count)),
     ("reports that are wrong", |peer, _| {
         let _ = peer.reports.send_copy(WireReport { version: 0, ..WireReport::default() });
         peer.ring();
     }),
 ];
+
+/// The fact holds every other time.
+fn report(peer: &Peer, fact: &str, count: u64) {
+    let report = WireReport { version: WIRE_VERSION, kind: report_kind::FACT, id: peer.id, ..WireReport::default() };
+    let _ = peer.reports.send_copy(WireReport { holds: (count % 2) as u32, name: name(fact), ..report });
+    peer.ring();
+}
 
 type Say = fn(&Peer, &Request) -> WireResponse;
 
@@ -112,6 +116,8 @@ fn check(act: &str, what: &str) -> Ending {
     }
     let ending = scene.ends(0);
     let (records, lines) = (ending.heard().count(), ending.finished.stderr.lines().count());
+    let all = ending.records.len();
+    assert!(all < ALL_RECORDS_MAX, "{what}: {all} records");
     println!("{what}: {records} records, {lines} lines, {before} to {after} kB");
     assert!(after < before + GROWTH_MAX_KB, "{what}: from {before} to {after} kB");
     assert!(records < RECORDS_MAX && lines < RECORDS_MAX, "{what}: {records} records, {lines} lines");

@@ -115,6 +115,17 @@ pub fn pulses(mut peer: Peer) {
     }
 }
 
+/// Never a good one.
+pub fn wrong_pulses(mut peer: Peer) -> ! {
+    loop {
+        let mut pulse = peer.pulse();
+        pulse.state.velocity[2] = f64::INFINITY;
+        peer.publish(pulse);
+        peer.ring();
+        thread::sleep(Duration::from_millis(50));
+    }
+}
+
 /// Says that it lives for ever, and dies in all but name.
 pub fn future(mut peer: Peer) {
     let goal = peer.goal();
@@ -193,8 +204,15 @@ fn an_answer_to_a_configuration_that_cannot_be_believed_attaches_nobody() {
                 let act = format!("configured {row}");
                 let ending = Scene::new(&act, Cup::OfBoth, &["--attach-timeout", "2"]).ends(4);
                 ending.says("not attached in time: left_arm");
-                ending.says(why);
+                ending.says(&format!("what left_arm said was refused: {why}"));
             });
         }
     });
+}
+
+#[test]
+fn who_is_known_by_wrong_pulses_alone_is_not_there() {
+    let ending = Scene::new("wrong-pulses", Cup::OfBoth, &["--attach-timeout", "1", "--quiet"]).ends(4);
+    ending.says("not attached in time: left_arm what left_arm said was refused: a number in it is not finite");
+    assert!(ending.heard().all(|message| matches!(message, ControllerMessage::Refused { .. })));
 }

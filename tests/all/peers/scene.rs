@@ -2,6 +2,7 @@
 //! be done as well.
 
 use std::ffi::OsStr;
+use std::fs;
 use std::path::PathBuf;
 
 use ambidex::link;
@@ -44,16 +45,19 @@ pub enum Cup {
 
 /// One object from the shelf to the table.
 pub fn mission(home: &Home, cup: Cup) -> PathBuf {
-    let robot = file("config/robots/pr2.yaml");
+    let arm = "    arm:\n      shoulder: [-0.05 m, 0.188 m";
+    let seeing = arm.replace("arm:\n", "arm:\n      reports: {facts: [lamp on]}\n");
+    let pr2 = fs::read_to_string(file("config/robots/pr2.yaml")).expect("a robot");
+    assert!(pr2.contains(arm));
+    home.write("robot.yaml", &pr2.replace(arm, &seeing));
     let (offset, retries) = match cup {
         Cup::OfBoth => ("0.2 m", 2),
         Cup::OfTheHostile { retries } => ("0.6 m", retries),
     };
     let text = format!(
-        "mission: fetch\nrobot: {}\nworld:\n  robot: {{at: [0 m, 0 m]}}\n  places:\n    shelf: {{stand: [1 m, 0 m]}}\n    \
-         table: {{stand: [2 m, 0 m]}}\n  objects:\n    cup: {{at: shelf, offset: [0 m, {offset}]}}\n    mug: {{at: table}}\ntask:\n  then:\n    - \
-         move: shelf\n    - {{pick: cup, retries: {retries}, backoff: 0 s}}\n    - move: table\n    - place: cup\n",
-        robot.display()
+        "mission: fetch\nrobot: robot.yaml\nworld:\n  robot: {{at: [0 m, 0 m]}}\n  places:\n    shelf: {{stand: [1 m, 0 m]}}\n    \
+         table: {{stand: [2 m, 0 m]}}\n  objects:\n    cup: {{at: shelf, offset: [0 m, {offset}]}}\n    mug: {{at: table}}\n  facts:\n    lamp on: {{holds: false, outside: true}}\ntask:\n  then:\n    - \
+         move: shelf\n    - {{pick: cup, retries: {retries}, backoff: 0 s}}\n    - move: table\n    - place: cup\n"
     );
     home.write("fetch.yaml", &text)
 }
