@@ -4,6 +4,7 @@
 //! The hostile process is this test binary in another role; what it does has a name in `acts`.
 
 mod acts;
+mod calls;
 mod floods;
 mod lies;
 mod order;
