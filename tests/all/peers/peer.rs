@@ -2,6 +2,7 @@
 //! but its structures and its lock.
 
 use std::fmt::Debug;
+use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -51,12 +52,11 @@ pub fn name(text: &str) -> WireName {
 
 /// A node of the instance, made as the contract says.
 pub fn node(instance: &Instance) -> Node<Ipc> {
-    let uid = rustix::process::getuid().as_raw();
     let tag = tag(instance);
     let mut config = Config::default();
     config.global.prefix = FileName::new(format!("ambidex_{tag}_").as_bytes()).expect("a prefix");
-    let root = format!("/dev/shm/ambidex-{uid}/{tag}");
-    config.global.set_root_path(&iceoryx2::prelude::Path::new(root.as_bytes()).expect("a path"));
+    let root = folder(instance);
+    config.global.set_root_path(&Path::new(root.as_os_str().as_encoded_bytes()).expect("a path"));
     config.global.node.cleanup_dead_nodes_on_creation = false;
     config.global.node.cleanup_dead_nodes_on_destruction = false;
     config.global.service.cleanup_dead_nodes_on_open = false;
@@ -68,12 +68,17 @@ pub fn node(instance: &Instance) -> Node<Ipc> {
 }
 
 /// What stands for an instance in paths: FNV-1a over "UID INSTANCE".
-pub fn tag(instance: &Instance) -> String {
+fn tag(instance: &Instance) -> String {
     let text = format!("{} {}", rustix::process::getuid().as_raw(), instance.name());
     let hash = text
         .bytes()
         .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
     format!("{:010x}", hash & 0xff_ffff_ffff)
+}
+
+/// The folder of an instance.
+pub fn folder(instance: &Instance) -> PathBuf {
+    PathBuf::from(format!("/dev/shm/ambidex-{}/{}", rustix::process::getuid().as_raw(), tag(instance)))
 }
 
 pub fn service(controller: &str, what: &str) -> ServiceName {

@@ -74,22 +74,22 @@ pub fn hostile(home: &Home, act: &str) -> Process {
 impl Scene {
     /// The hostile process is the left arm.
     pub fn new(act: &str, cup: Cup, more: &[&str]) -> Self {
-        Self::with(act, &HONEST, cup, more)
+        Self::with(act, &HONEST, cup, "20", more)
     }
 
-    /// The left arm is honest, and the hostile process is one more.
+    /// The left arm is honest, and the hostile process is one more, which the mission leaves time for.
     pub fn beside(act: &str, more: &[&str]) -> Self {
-        Self::with(act, &[&HONEST[..], &[HOSTILE]].concat(), Cup::OfBoth, more)
+        Self::with(act, &[&HONEST[..], &[HOSTILE]].concat(), Cup::OfBoth, "4", more)
     }
 
-    fn with(act: &str, honest: &[&str], cup: Cup, more: &[&str]) -> Self {
+    fn with(act: &str, honest: &[&str], cup: Cup, speed: &str, more: &[&str]) -> Self {
         let home = Home::new();
         let mission = mission(&home, cup);
         let log = home.path("run.jsonl");
         let honest = honest.iter().map(|name| home.controller(name, &[])).collect();
         let hostile = hostile(&home, act);
         let log = ["--log", log.to_str().expect("a path in UTF-8")];
-        let common = ["--json", "--speed", "20"];
+        let common = ["--json", "--speed", speed];
         let more: Vec<_> = common.iter().chain(&log).chain(more).copied().collect();
         let daemon = home.daemon(&mission, &more);
         Self { home, daemon, hostile, honest }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use ambidex::link::Instance;
 use rustix::process::Signal;
 
-use super::peer::{Peer, tag};
+use super::peer::{Peer, folder};
 use super::scene::{Cup, Scene};
 
 type Damage = fn(&Path);
@@ -57,8 +57,7 @@ fn overwrite(path: &Path) {
 fn files(instance: &Instance) -> Vec<PathBuf> {
     let maps = fs::read_to_string("/proc/self/maps").expect("its own maps");
     let mapped = maps.lines().filter_map(|line| line.split_whitespace().nth(5)).map(PathBuf::from);
-    let uid = rustix::process::getuid().as_raw();
-    let folder = PathBuf::from(format!("/dev/shm/ambidex-{uid}/{}", tag(instance)));
+    let folder = folder(instance);
     let in_folder = [folder.clone(), folder.join("services")].into_iter().flat_map(|folder| {
         let entries = fs::read_dir(folder).into_iter().flatten().flatten();
         entries.map(|entry| entry.path()).collect::<Vec<_>>()

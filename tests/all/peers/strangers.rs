@@ -2,6 +2,7 @@
 
 use std::any::Any;
 use std::fmt::Debug;
+use std::fs;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -11,7 +12,7 @@ use ambidex::link::{Lock, monotonic_ns};
 use ambidex::model::Rejection;
 use iceoryx2::prelude::*;
 
-use super::peer::{Ipc, goals, node, reports, samples, wake};
+use super::peer::{Ipc, folder, goals, node, reports, samples, wake};
 use super::scene::{Cup, HOSTILE, Scene, hostile, mission};
 use crate::home::Home;
 
@@ -103,6 +104,11 @@ pub fn come_late(instance: &Instance) {
 
 /// Pulses under the name of one who is attached: it cannot move, it says.
 pub fn usurp(instance: &Instance) {
+    // An instance in which nobody has a place is swept by whoever comes, and what is in it with it.
+    let lock = folder(instance).join(format!("controller-{HOSTILE}.lock"));
+    while fs::read_to_string(&lock).unwrap_or_default().is_empty() {
+        thread::sleep(Duration::from_millis(5));
+    }
     let node = node(instance);
     let pulses = samples::<WirePulse>(&node, HOSTILE, "pulse").expect("a service");
     let heard = pulses.subscriber_builder().create().expect("a port");
