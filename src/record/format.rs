@@ -161,6 +161,7 @@ pub fn end(end: End) -> &'static str {
         End::Canceled => "canceled",
         End::Interrupted => "interrupted",
         End::Failed(Fault::Rejected(..)) => "failed: rejected",
+        End::Failed(Fault::Refused(..)) => "failed: refused",
         End::Failed(Fault::Unanswered(_)) => "failed: unanswered",
         End::Failed(Fault::Aborted(_)) => "failed: aborted",
         End::Failed(Fault::NotMaintained(_)) => "failed: not maintained",

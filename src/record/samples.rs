@@ -285,6 +285,7 @@ fn releases() -> Vec<Record> {
         End::Canceled,
         End::Interrupted,
         End::Failed(Fault::Rejected(controller, Rejection::Busy)),
+        End::Failed(Fault::Refused(controller, Rejection::NotFinite)),
         End::Failed(Fault::Unanswered(controller)),
         End::Failed(Fault::Aborted(controller)),
         End::Failed(Fault::NotMaintained(controller)),

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use ambidex::files::{self, Disk, failures_text};
-use ambidex::model::{Failures, Mishap, MissionEnd, Record, Time};
+use ambidex::model::{End, Failures, Fault, Flaw, FlawKind, Mishap, MissionEnd, Record, Time};
 use ambidex::sim::{self, Chance};
 use ambidex::tree::Settings;
 
@@ -81,4 +81,18 @@ fn each_kind_of_failure_happens() {
     {
         assert!(drawn.iter().any(|one| one.starts_with(kind)), "no {kind}");
     }
+}
+
+/// What is dropped on the way to be put down is taken once more, by the same hands too.
+#[test]
+fn what_is_dropped_as_it_is_put_down_is_taken_again() {
+    let mission = load(&file("config/missions/tray.yaml"));
+    let names = &mission.names;
+    let place = mission.tree.leaves().find(|leaf| names.node(*leaf) == "place tray with both hands");
+    let flaw = Flaw { leaf: place.expect("it is put down"), attempt: Some(1), kind: FlawKind::Drops(None) };
+    let (end, records) = simulate_failures(&mission, &Failures { mishaps: Vec::new(), flaws: vec![flaw] });
+    let contradicted = records
+        .iter()
+        .any(|record| matches!(record, Record::Released { end: End::Failed(Fault::Contradicted(_)), .. }));
+    assert!(contradicted && end == MissionEnd::Done, "{end:?}");
 }

@@ -112,7 +112,7 @@ fn an_unbelievable_last_word_fails_the_goal() {
         let message = ControllerMessage::Refused { id, why: Rejection::NotFinite };
         let record = Record::Controller { at: Time(20), controller: ARM, message };
         assert!(effects.contains(&Effect::Record(record)), "{effects:?}");
-        let expected = End::Failed(Fault::Rejected(ARM, Rejection::NotFinite));
+        let expected = End::Failed(Fault::Refused(ARM, Rejection::NotFinite));
         assert_eq!(end(&effects), (is_last && knows_it).then_some(expected), "{refusal:?}");
     }
 }
@@ -126,7 +126,7 @@ fn who_holds_what_is_unknown_is_not_used() {
     let id = CommandId { generation: 1, number: 1 };
     let refusal = Refusal { id: Some(id), why: Rejection::NoSuchName, is_last: true };
     let effects = dispatch.handle(Time(20), Input::Refused(ARM, refusal));
-    assert_eq!(end(&effects), Some(End::Failed(Fault::Rejected(ARM, Rejection::NoSuchName))));
+    assert_eq!(end(&effects), Some(End::Failed(Fault::Refused(ARM, Rejection::NoSuchName))));
     assert!(effects.contains(&Effect::Lost(ARM, Loss::HoldsUnknown)) && effects.contains(&Effect::Reset(ARM)));
     // That it does not know a name itself is a refusal like any other.
     let mut dispatch = ready(&mission);
@@ -139,7 +139,7 @@ fn who_holds_what_is_unknown_is_not_used() {
 #[test]
 fn what_controllers_say_is_judged() {
     let mission = load(&experiment_file(1));
-    let malformed = End::Failed(Fault::Rejected(ARM, Rejection::Malformed));
+    let malformed = End::Failed(Fault::Refused(ARM, Rejection::Malformed));
     let base = ControllerState::Base { pose: Pose::new(0.0, 0.0, 0.0), velocity: Vector3::zeros() };
     let rows = [
         ("an object that there is", arm(Some(ObjectId(0))), End::Succeeded),

@@ -289,7 +289,7 @@ fn who_holds_what_the_mission_does_not_know_is_not_used() {
         records.push(record.clone());
     });
     let fetched = ends(&mission, &records, "fetch blood");
-    let refused = End::Failed(Fault::Rejected(controller(&mission, "left_arm"), Rejection::NoSuchName));
+    let refused = End::Failed(Fault::Refused(controller(&mission, "left_arm"), Rejection::NoSuchName));
     assert_eq!((end, fetched[0].0), (MissionEnd::Done, refused), "the other arm does it: {fetched:?}");
     let away = records.iter().find_map(|record| match record {
         Record::Served { service, .. } => service.outage(),

@@ -6,8 +6,8 @@ use super::command_queue::Active;
 use super::script::Plan;
 use super::{Dispatch, Effect, loses};
 use ambidex_model::{
-    Change, CommandId, ControllerId, ControllerMessage, ControllerState, End, Fault, Goal, Mode, NodeId, Outcome, Part,
-    PartEnd, Rejection, ResourceId, Time, ToController,
+    Change, Command, CommandId, ControllerId, ControllerMessage, ControllerState, End, Fault, Goal, Mode, NodeId,
+    Outcome, Part, PartEnd, Rejection, ResourceId, Time, ToController,
 };
 
 /// A goal under way.
@@ -128,7 +128,7 @@ impl Dispatch {
     }
 
     pub(super) fn rejected(&mut self, now: Time, controller: ControllerId, why: Rejection) {
-        let end = End::Failed(Fault::Rejected(controller, why));
+        let end = End::Failed(self.not_held(controller, why).unwrap_or(Fault::Rejected(controller, why)));
         match why {
             Rejection::Busy => self.hang(now, controller, end),
             Rejection::Inhibited(why) => self.inhibited(now, controller, why),
@@ -142,6 +142,13 @@ impl Dispatch {
             | Rejection::OutOfReach
             | Rejection::NoSuchName => self.drop_current(now, controller, end),
         }
+    }
+
+    /// An arm can put things down, but for what it does not hold: that is no matter of reach or kind.
+    fn not_held(&self, controller: ControllerId, why: Rejection) -> Option<Fault> {
+        let part = &self.queues[controller.index()].current.as_ref()?.part;
+        let is_put = matches!(part.command, Command::Put { .. }) && why == Rejection::Unsupported;
+        is_put.then_some(Fault::Contradicted(part.resource))
     }
 
     pub(super) fn closed(&mut self, now: Time, controller: ControllerId, id: CommandId) {
@@ -258,7 +265,7 @@ impl Dispatch {
     }
 
     /// Gives up what a controller is doing; whatever it says of it later is stale.
-    fn drop_current(&mut self, now: Time, controller: ControllerId, end: End) {
+    pub(super) fn drop_current(&mut self, now: Time, controller: ControllerId, end: End) {
         if let Some(active) = self.queues[controller.index()].current.take() {
             for leaf in active.holders {
                 self.forget_part(leaf, active.part.resource, active.part.mode);

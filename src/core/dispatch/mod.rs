@@ -250,10 +250,10 @@ impl Dispatch {
         let is_over = refusal.is_last && refusal.id.is_some_and(|command| self.queues[id.index()].knows(command));
         if is_over && refusal.why == Rejection::NoSuchName {
             // It holds something, whatever the goal came to: it is not to be used before it holds what is known.
-            self.gone(now, id, Loss::HoldsUnknown, End::Failed(Fault::Rejected(id, refusal.why)));
+            self.gone(now, id, Loss::HoldsUnknown, End::Failed(Fault::Refused(id, refusal.why)));
             self.effects.push(Effect::Reset(id));
         } else if is_over {
-            self.rejected(now, id, refusal.why);
+            self.drop_current(now, id, End::Failed(Fault::Refused(id, refusal.why)));
         }
     }
 

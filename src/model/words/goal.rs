@@ -129,13 +129,15 @@ pub struct Goal {
 pub enum Fault {
     /// The controller would not take it, and why.
     Rejected(ControllerId, Rejection),
+    /// What the controller said of how its goal ended cannot be used, and why.
+    Refused(ControllerId, Rejection),
     /// The controller did not answer in time.
     Unanswered(ControllerId),
     /// The controller gave up.
     Aborted(ControllerId),
     /// What had to last ended early.
     NotMaintained(ControllerId),
-    /// It is said to have succeeded, and the gripper to hold something else than it should.
+    /// The gripper holds something else than it should: before, or after what is said to have succeeded.
     Contradicted(ResourceId),
     /// It took too long.
     TimedOut,
@@ -149,6 +151,9 @@ impl Fault {
         match self {
             Self::Rejected(controller, why) => {
                 format!("{} would not take its goal: {why}", names.controller(controller))
+            }
+            Self::Refused(controller, why) => {
+                format!("what {} said of its goal is not used: {why}", names.controller(controller))
             }
             Self::Unanswered(controller) => format!("{} did not answer in time", names.controller(controller)),
             Self::Aborted(controller) => format!("{} gave up", names.controller(controller)),
@@ -187,6 +192,7 @@ impl End {
             | Self::Failed(Fault::TimedOut | Fault::Contradicted(_)) => None,
             Self::Failed(
                 Fault::Rejected(controller, _)
+                | Fault::Refused(controller, _)
                 | Fault::Unanswered(controller)
                 | Fault::Aborted(controller)
                 | Fault::NotMaintained(controller)
