@@ -6,6 +6,7 @@ mod attach;
 mod auditing;
 mod broken;
 mod chance;
+mod chaos;
 mod checking;
 mod cleaning;
 mod deadlock;

@@ -237,7 +237,7 @@ fn look(recipe: &Recipe, code: Option<i32>, last_words: &str, run: &mut ChaosRun
         }
         return;
     }
-    let is_incomplete = code == Some(5) || last_words.contains("the log is incomplete");
+    let is_incomplete = code == Some(5) || has_said(recipe, "the log is incomplete");
     match audit::look(&log, Some(&recipe.records()), !is_incomplete) {
         Ok(report) => {
             run.findings.extend(report.findings.iter().map(ToString::to_string));
@@ -262,6 +262,13 @@ fn look(recipe: &Recipe, code: Option<i32>, last_words: &str, run: &mut ChaosRun
         run.findings
             .push(format!("its log ends as for exit code {expected}, and it ended with {code:?}: {last_words}"));
     }
+}
+
+/// Whether any daemon of the run has said something.
+fn has_said(recipe: &Recipe, words: &str) -> bool {
+    let entries = fs::read_dir(&recipe.folder).into_iter().flatten().flatten();
+    let said = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with("daemon-"));
+    said.filter_map(|entry| fs::read_to_string(entry.path()).ok()).any(|said| said.contains(words))
 }
 
 fn last_end(log: &Path) -> Option<MissionEnd> {

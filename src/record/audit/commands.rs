@@ -14,6 +14,8 @@ use super::{Found, LookedAt, Rule};
 pub(super) struct Commands {
     open: BTreeMap<(ControllerId, CommandId), NodeId>,
     told: BTreeSet<(ControllerId, CommandId)>,
+    /// A runtime was killed: what it told last may be lacking, and may have been done.
+    pub(super) was_resumed: bool,
     /// Results that were used.
     pub(super) ended: BTreeMap<(ControllerId, CommandId), PartEnd>,
 }
@@ -25,7 +27,10 @@ impl Commands {
                 self.message(run, *controller, message, found, looked_at);
             }
             // What was under way ended with the runtime.
-            Record::Told { input: Told::Resumed, .. } => self.open.clear(),
+            Record::Told { input: Told::Resumed, .. } => {
+                self.open.clear();
+                self.was_resumed = true;
+            }
             _ => {}
         }
     }

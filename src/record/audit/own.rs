@@ -169,7 +169,7 @@ fn told_alike(
         match &line.event {
             OwnEvent::Said(FromController::Result { id, end, .. }) => drop(results.insert(*id, *end)),
             OwnEvent::Said(FromController::Accepted { id: command, .. }) => {
-                if is_whole && !commands.is_told(id, *command) {
+                if is_whole && !commands.was_resumed && !commands.is_told(id, *command) {
                     push(format!("{name} did command {}, which the log does not know", shown(*command)));
                 }
             }

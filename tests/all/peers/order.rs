@@ -130,5 +130,5 @@ fn what_lies_elsewhere_and_is_held_is_not_what_was_asked_for() {
 #[test]
 fn two_grippers_may_say_to_hold_the_same() {
     let ending = Scene::new("holds-what-the-other-holds", Cup::OfBoth, &[]).ends(0);
-    ending.says("what left_arm said of its goal is not used");
+    ending.says("left_arm would not take its goal");
 }
