@@ -40,13 +40,8 @@ pub struct AuditArgs {
 pub fn audit(args: &AuditArgs) -> Result<Exit> {
     let path = log::find(args.log.as_deref())?;
     let report = look(&path, args.records.as_deref(), true)?;
-    let mut page = Page::new();
-    if args.json {
-        page.line(&serde_json::to_string(&report).into_diagnostic()?)?;
-        page.flush()?;
-    } else {
-        page.text(&audit::text(&report, args.records.is_some(), page.width(), &page.palette()))?;
-    }
+    let has_records = args.records.is_some();
+    Page::new().tell(args.json, &report, |report, width, palette| audit::text(report, has_records, width, palette))?;
     Ok(if report.findings.is_empty() { Exit::Done } else { Exit::Failed })
 }
 

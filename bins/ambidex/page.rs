@@ -4,6 +4,7 @@ use std::io::{self, BufWriter, StdoutLock, Write};
 
 use ambidex::show::Palette;
 use miette::{IntoDiagnostic, Result};
+use serde::Serialize;
 
 use crate::terminal::{self, WIDTH};
 
@@ -41,6 +42,23 @@ impl Page {
     /// Prints a text that has its line ends.
     pub fn text(&mut self, text: &str) -> Result<bool> {
         is_read(self.out.write_all(text.as_bytes()).and_then(|()| self.out.flush()))
+    }
+
+    /// Prints an answer, as one object of JSON or as text.
+    pub fn tell<T: Serialize>(
+        mut self,
+        is_json: bool,
+        answer: &T,
+        text: impl FnOnce(&T, usize, &Palette) -> String,
+    ) -> Result<()> {
+        if is_json {
+            self.line(&serde_json::to_string(answer).into_diagnostic()?)?;
+            self.flush()?;
+        } else {
+            let text = text(answer, self.width(), &self.palette);
+            self.text(&text)?;
+        }
+        Ok(())
     }
 
     /// Hands on what was printed so far.

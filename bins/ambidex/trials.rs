@@ -11,7 +11,7 @@ use ambidex::record::History;
 use ambidex::show::trials::{Trial, Trials, text};
 use ambidex::sim::{self, Chance};
 use ambidex::tree::Settings;
-use miette::{IntoDiagnostic, Result};
+use miette::Result;
 
 use crate::args::MissionArgs;
 use crate::exit::Exit;
@@ -42,13 +42,7 @@ pub fn run(
         undisturbed_s: undisturbed_s.map(|history| history.makespan_s()),
         trials: trials(mission, &settings, failures, chance, runs, args.quiet),
     };
-    let mut page = Page::new();
-    if args.json {
-        page.line(&serde_json::to_string(&trials).into_diagnostic()?)?;
-        page.flush()?;
-    } else {
-        page.text(&text(&trials, page.width(), &page.palette()))?;
-    }
+    Page::new().tell(args.json, &trials, text)?;
     Ok(Exit::Done)
 }
 

@@ -99,13 +99,7 @@ pub fn chaos(args: &ChaosArgs) -> Result<Exit> {
     let targets = targets(args, &folder.0)?;
     let mut report = ChaosReport { seed: args.seed, runs: runs(args, &targets, &folder.0, &stop)? };
     report.runs.sort_by_key(|run| run.seed);
-    let mut page = Page::new();
-    if args.json {
-        page.line(&serde_json::to_string(&report).into_diagnostic()?)?;
-        page.flush()?;
-    } else {
-        page.text(&text(&report, page.width(), &page.palette()))?;
-    }
+    Page::new().tell(args.json, &report, text)?;
     Ok(if stop.load(Ordering::Relaxed) {
         Exit::Canceled
     } else if report.runs.iter().any(|run| !run.findings.is_empty()) {
