@@ -98,13 +98,12 @@ impl OwnRecords {
         findings
     }
 
-    /// No object is in the hands of two controllers at once where the log never has it in both.
+    /// No object is in the hands of two controllers at once unless it is taken so.
     fn apart(&self, run: &Run, push: &mut impl FnMut(String)) {
         let held: Vec<Held<'_>> = self.controllers.iter().flat_map(|(name, lines)| holdings(name, lines)).collect();
-        // What is taken with two hands, or goes from hand to hand, the log has in both for a moment.
         let is_shared = |name: &Name| {
             let object = run.names.objects.iter().position(|object| object == name.as_str());
-            object.is_some_and(|object| run.shared.contains(&object.into()))
+            object.is_some_and(|object| run.is_shared(object.into()))
         };
         for (index, one) in held.iter().enumerate() {
             for two in &held[index + 1..] {

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use ambidex_model::{
-    BehaviorSpec, Change, EntryKind, Grant, Header, Location, MissionSpec, Names, NodeId, ObjectId, Pose, Record,
-    ResourceId, Service, Topology, WorldState,
+    BehaviorSpec, Change, EffectTerm, EntryKind, Grant, Header, Location, MissionSpec, Names, NodeId, ObjectId, Pose,
+    Record, ResourceId, Service, Topology, WorldState,
 };
 
 /// The auditor's own fold.
@@ -60,6 +60,17 @@ impl Run {
     pub(super) fn behavior(&self, grant: &Grant) -> Option<&BehaviorSpec> {
         let mission = self.mission.as_ref()?;
         Some(mission.tree.behavior(grant.leaf()).filter(|_| self.is_known(grant.leaf()))?.at(grant.request.place))
+    }
+
+    /// Whether an object may be in two hands at once: the log has had it so, or a behavior takes it with two hands or from
+    /// one into the other, however that ends.
+    pub(super) fn is_shared(&self, object: ObjectId) -> bool {
+        let is_of = |effect: &&EffectTerm| matches!(effect, EffectTerm::Taken(of, _) | EffectTerm::LetGo(of, _) if *of == object);
+        let hands = |spec: &BehaviorSpec| spec.effects.iter().filter(is_of).count();
+        let mission = self.mission.iter();
+        let mut leaves =
+            mission.flat_map(|mission| mission.tree.leaves().filter_map(|leaf| mission.tree.behavior(leaf)));
+        self.shared.contains(&object) || leaves.any(|spec| hands(spec) > 1)
     }
 
     /// Takes over what a record changes.
