@@ -94,13 +94,24 @@ impl OwnRecords {
             alone(name, lines, &mut push);
             told_alike(name, id, lines, commands, is_whole, &mut push);
         }
-        self.apart(run, &mut push);
+        self.apart(run, commands, &mut push);
         findings
     }
 
     /// No object is in the hands of two controllers at once unless it is taken so.
-    fn apart(&self, run: &Run, push: &mut impl FnMut(String)) {
-        let held: Vec<Held<'_>> = self.controllers.iter().flat_map(|(name, lines)| holdings(name, lines)).collect();
+    fn apart(&self, run: &Run, commands: &Commands, push: &mut impl FnMut(String)) {
+        let held = self.controllers.iter().flat_map(|(name, lines)| {
+            let id = run.names.controllers.iter().position(|other| other == name).map(ControllerId::from);
+            holdings(name, lines, move |message| match message {
+                FromController::Configured { .. } => true,
+                FromController::Result { id: command, .. } => {
+                    id.is_some_and(|id| commands.ended.contains_key(&(id, *command)))
+                }
+                FromController::Accepted { .. } | FromController::Rejected { .. } => false,
+                FromController::Feedback { .. } => false,
+            })
+        });
+        let held: Vec<Held<'_>> = held.collect();
         let is_shared = |name: &Name| {
             let object = run.names.objects.iter().position(|object| object == name.as_str());
             object.is_some_and(|object| run.is_shared(object.into()))
@@ -196,8 +207,9 @@ fn told_alike(
     }
 }
 
-/// When a controller held what, by its own states; a process that ends holds nothing any more.
-fn holdings<'a>(name: &'a str, lines: &[OwnLine]) -> Vec<Held<'a>> {
+/// When a controller held what, by its own states that the log has heard: who is lost while it takes something has it, and
+/// nobody knows. A process that ends holds nothing any more.
+fn holdings<'a>(name: &'a str, lines: &[OwnLine], is_heard: impl Fn(&FromController) -> bool) -> Vec<Held<'a>> {
     let mut held = Vec::new();
     let mut now: Option<(Name, u64)> = None;
     let mut close = |now: &mut Option<(Name, u64)>, until_ns: u64| {
@@ -214,7 +226,7 @@ fn holdings<'a>(name: &'a str, lines: &[OwnLine]) -> Vec<Held<'a>> {
                     let holds = state.holds();
                     if now.map(|(object, _)| object) != holds {
                         close(&mut now, line.at_ns);
-                        now = holds.map(|object| (object, line.at_ns));
+                        now = holds.filter(|_| is_heard(message)).map(|object| (object, line.at_ns));
                     }
                 }
             }
