@@ -2,7 +2,7 @@
 //!
 //! Nothing in them is to be believed before `read` has checked it.
 
-pub(crate) mod read;
+pub mod read;
 pub(crate) mod write;
 
 use ambidex_model::{ARGUMENTS_MAX, NAME_MAX};

@@ -16,7 +16,11 @@ use ambidex_model::{
     Report, Time,
 };
 
-pub(crate) fn request(wire: &WireRequest) -> Result<Received, Rejection> {
+/// What the daemon says to a controller.
+///
+/// # Errors
+/// What a controller answers where it is none.
+pub fn request(wire: &WireRequest) -> Result<Received, Rejection> {
     check_version(wire.version)?;
     if wire.id.epoch == 0 || wire.id.generation == 0 {
         return Err(Rejection::Malformed);
@@ -37,8 +41,11 @@ pub(crate) fn request(wire: &WireRequest) -> Result<Received, Rejection> {
     Ok(Received { message, epoch: wire.id.epoch, origin: ClockOrigin(wire.origin_ns) })
 }
 
-/// `latest` is the last moment of robot time that can have been when it was sent.
-pub(crate) fn response(wire: &WireResponse, latest: Time) -> Result<FromController, Rejection> {
+/// What a controller says to the daemon; `latest` is the last moment of robot time that can have been when it was sent.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn response(wire: &WireResponse, latest: Time) -> Result<FromController, Rejection> {
     check_version(wire.version)?;
     let id = command_id(wire.id);
     let stamp = |us| if us <= latest.0 { Ok(Time(us)) } else { Err(Rejection::Malformed) };
@@ -67,8 +74,11 @@ pub(crate) fn response(wire: &WireResponse, latest: Time) -> Result<FromControll
     })
 }
 
-/// `now_ns` is a moment after it was received: what is stamped later would count as a sign of life until then.
-pub(crate) fn pulse(wire: &WirePulse, now_ns: u64) -> Result<StampedPulse, Rejection> {
+/// A controller's sign of life; `now_ns` is a moment after it was received: what is stamped later would count as a sign of life until then.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn pulse(wire: &WirePulse, now_ns: u64) -> Result<StampedPulse, Rejection> {
     check_version(wire.version)?;
     if wire.pid == 0 || wire.sent_ns > now_ns {
         return Err(Rejection::Malformed);
@@ -79,8 +89,11 @@ pub(crate) fn pulse(wire: &WirePulse, now_ns: u64) -> Result<StampedPulse, Rejec
     Ok(StampedPulse { pid: wire.pid, sent_ns: wire.sent_ns, pulse })
 }
 
-/// `now_ns` as for a pulse.
-pub(crate) fn beat(wire: &WireBeat, now_ns: u64) -> Result<Beat, Rejection> {
+/// The daemon's sign of life; `now_ns` as for a pulse.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn beat(wire: &WireBeat, now_ns: u64) -> Result<Beat, Rejection> {
     check_version(wire.version)?;
     if wire.pid == 0 || wire.epoch == 0 || wire.sent_ns > now_ns {
         return Err(Rejection::Malformed);
@@ -88,7 +101,11 @@ pub(crate) fn beat(wire: &WireBeat, now_ns: u64) -> Result<Beat, Rejection> {
     Ok(Beat { pid: wire.pid, epoch: wire.epoch, sent_ns: wire.sent_ns })
 }
 
-pub(crate) fn report(wire: &WireReport) -> Result<Reported, Rejection> {
+/// What a controller sees of the world.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn report(wire: &WireReport) -> Result<Reported, Rejection> {
     check_version(wire.version)?;
     if wire.id.epoch == 0 || wire.id.generation == 0 {
         return Err(Rejection::Malformed);

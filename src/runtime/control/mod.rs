@@ -7,5 +7,6 @@ mod server;
 mod words;
 
 pub use client::{AskError, ask};
-pub use protocol::{Answer, PROTOCOL_VERSION, Request, Why, WorldChange};
+pub use protocol::{Answer, PROTOCOL_VERSION, Request, Why, WorldChange, read_answer};
 pub use server::{ControlError, ControlSocket};
+pub use words::asked;

@@ -127,7 +127,10 @@ pub(super) fn read_request(line: &[u8]) -> Result<Request, Answer> {
 }
 
 /// The answer of a line.
-pub(super) fn read_answer(line: &[u8]) -> serde_json::Result<Answer> {
+///
+/// # Errors
+/// When it is none.
+pub fn read_answer(line: &[u8]) -> serde_json::Result<Answer> {
     serde_json::from_slice::<Answered>(line).map(|answered| answered.answer)
 }
 

@@ -13,7 +13,7 @@ use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
-use super::protocol::{Answer, LINE_MAX, Request, Why, answer_line, read_request};
+use super::protocol::{Answer, LINE_MAX, Why, answer_line};
 use super::words;
 use crate::supervisor::Control;
 use ambidex_link::IpcNode;
@@ -156,11 +156,7 @@ impl Client {
     }
 
     async fn answer(&self, line: &[u8]) -> Answer {
-        let asked = match read_request(line) {
-            Ok(Request::World(asked)) => asked,
-            Err(answer) => return answer,
-        };
-        let change = match words::change(&asked, &self.mission.names) {
+        let change = match words::asked(line, &self.mission.names) {
             Ok(change) => change,
             Err(answer) => return answer,
         };

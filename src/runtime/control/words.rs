@@ -2,13 +2,23 @@
 
 use ambidex_model::{Change, Location, MissionSpec, Names, Objection, Uptake, suggestion};
 
-use super::protocol::{Answer, Why, WorldChange};
+use super::protocol::{Answer, Request, Why, WorldChange, read_request};
+
+/// The change that a line of a client asks for in a mission with such names.
+///
+/// # Errors
+/// The answer to what asks for none that the mission knows.
+pub fn asked(line: &[u8], names: &Names) -> Result<Change, Answer> {
+    match read_request(line)? {
+        Request::World(asked) => change(&asked, names),
+    }
+}
 
 /// The change that is asked for.
 ///
 /// # Errors
 /// The answer, where the mission has no such thing.
-pub(super) fn change(asked: &WorldChange, names: &Names) -> Result<Change, Answer> {
+fn change(asked: &WorldChange, names: &Names) -> Result<Change, Answer> {
     let fact = |name: &str| find("fact", name, &names.facts).map(Into::into);
     Ok(match asked {
         WorldChange::Set(name) => Change::Fact(fact(name)?, true),

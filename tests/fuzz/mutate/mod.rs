@@ -1,0 +1,113 @@
+//! Inputs made of others: of their bytes, their lines, and of what their text means.
+
+mod bytes;
+mod extremes;
+mod lines;
+mod tree;
+
+use serde_json::Value;
+
+use crate::limits::INPUT;
+use crate::rng::Rng;
+use tree::Words;
+
+/// What inputs of a target are made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// Any bytes.
+    Bytes,
+    /// A text of YAML.
+    Yaml,
+    /// A text of JSON in every line.
+    JsonLines,
+}
+
+/// What makes inputs of others.
+pub struct Mutator {
+    form: Form,
+    words: Words,
+}
+
+impl Mutator {
+    /// With the words of these.
+    pub fn new(form: Form, inputs: &[Vec<u8>]) -> Self {
+        let mut words = Words::default();
+        for input in inputs {
+            match form {
+                Form::Bytes => {}
+                Form::Yaml => read_yaml(input).iter().for_each(|value| words.learn(value)),
+                Form::JsonLines => lines::split(input).filter_map(read_json).for_each(|value| words.learn(&value)),
+            }
+        }
+        words.end();
+        Self { form, words }
+    }
+
+    /// A new input.
+    pub fn mutant(&mut self, pool: &[Vec<u8>], rng: &mut Rng) -> Vec<u8> {
+        // Every other one of what came last, which is what was new.
+        let recent = pool.len().saturating_sub(40);
+        let one = |rng: &mut Rng| &pool[if rng.is(30) { recent + rng.below(pool.len() - recent) } else { rng.below(pool.len()) }];
+        let (mut input, other) = (one(rng).clone(), one(rng));
+        let times = rng.one(&[1, 1, 2, 3, 6]);
+        match self.form {
+            Form::Bytes => (0..times).for_each(|_| bytes::change(&mut input, other, rng)),
+            Form::Yaml => self.change_yaml(&mut input, other, times, rng),
+            Form::JsonLines => self.change_lines(&mut input, other, times, rng),
+        }
+        input.truncate(INPUT);
+        input
+    }
+
+    fn change_yaml(&mut self, input: &mut Vec<u8>, other: &[u8], times: usize, rng: &mut Rng) {
+        match rng.below(10) {
+            0 => (0..times).for_each(|_| bytes::change(input, other, rng)),
+            1 | 2 => (0..times).for_each(|_| lines::change(input, other, rng)),
+            _ => {
+                let Some(mut value) = read_yaml(input) else { return lines::change(input, other, rng) };
+                let other = read_yaml(other).unwrap_or_default();
+                (0..times).for_each(|_| tree::change(&mut value, &other, &self.words, rng));
+                *input = value.to_string().into_bytes();
+            }
+        }
+    }
+
+    /// Of many lines only one changes in what it means.
+    fn change_lines(&mut self, input: &mut Vec<u8>, other: &[u8], times: usize, rng: &mut Rng) {
+        for _ in 0..times {
+            match rng.below(10) {
+                0 => bytes::change(input, other, rng),
+                1 | 2 => lines::change(input, other, rng),
+                _ => {
+                    let mut all: Vec<Vec<u8>> = lines::split(input).map(<[u8]>::to_vec).collect();
+                    let others: Vec<&[u8]> = lines::split(other).collect();
+                    if all.is_empty() || others.is_empty() {
+                        return bytes::change(input, other, rng);
+                    }
+                    // The first line says what all others are about.
+                    let at = if rng.is(15) { 0 } else { rng.below(all.len()) };
+                    if let Some(mut value) = read_json(&all[at]) {
+                        let other = read_json(others[rng.below(others.len())]).unwrap_or_default();
+                        tree::change(&mut value, &other, &self.words, rng);
+                        all[at] = (value.to_string() + "\n").into_bytes();
+                    }
+                    *input = all.concat();
+                }
+            }
+        }
+    }
+}
+
+fn read_json(line: &[u8]) -> Option<Value> {
+    serde_json::from_slice(line).ok()
+}
+
+/// What a text of YAML means, read on a stack that suffices for what is deep.
+pub fn read_yaml(text: &[u8]) -> Option<Value> {
+    let text = std::str::from_utf8(text).ok()?;
+    let read = || serde_saphyr::from_str(text).ok();
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().stack_size(64 << 20).spawn_scoped(scope, read);
+        thread.expect("a thread").join().ok().flatten()
+    })
+}
