@@ -110,7 +110,9 @@ fn parse_here(text: Text<'_>) -> Result<Node, SyntaxFault> {
 pub(crate) fn not_text(file: usize, bytes: &[u8], error: Utf8Error) -> SyntaxFault {
     let before = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
     let (line, behind) = (before.matches('\n').count() + 1, before.rsplit('\n').next().unwrap_or_default());
-    let span = SourceSpan { file, line, column: behind.chars().count() + 1, offset: before.len(), length: 1 };
+    // In the text that is shown one letter stands for what is none.
+    let length = char::REPLACEMENT_CHARACTER.len_utf8();
+    let span = SourceSpan { file, line, column: behind.chars().count() + 1, offset: before.len(), length };
     SyntaxFault { span, message: "this is not UTF-8".to_owned() }
 }
 
@@ -202,10 +204,10 @@ fn span(at: Location, Text { file, text }: Text<'_>) -> SourceSpan {
     let known = at.span().byte_offset().map(number);
     let offset = known.unwrap_or_else(|| offset_of(line, column, text));
     let length = at.span().byte_len().map_or(0, number);
-    let offset = offset.min(text.len());
+    let offset = text.floor_char_boundary(offset);
     // Of a text of several lines the first is enough to point at.
     let rest = text.get(offset..).and_then(|rest| rest.lines().next()).unwrap_or_default();
-    SourceSpan { file, line, column, offset, length: length.min(rest.len()) }
+    SourceSpan { file, line, column, offset, length: rest.floor_char_boundary(length) }
 }
 
 /// Bytes before a line and column, for the places that the parser counts in characters alone.

@@ -66,6 +66,8 @@ fn what_is_not_utf8_is_told_with_its_place() {
     let error = load_mission(&files, PATH.as_ref(), None, &[]).unwrap_err();
     let fault = &error.faults()[0];
     assert_eq!((fault.position(), fault.message()), (Some((9, 5)), "this is not UTF-8"));
+    // What is pointed at is what stands there instead.
+    assert_eq!(fault.bytes().and_then(|bytes| fault.text().get(bytes)), Some("\u{fffd}"));
 }
 
 #[test]
