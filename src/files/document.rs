@@ -160,6 +160,8 @@ fn options() -> Options {
             max_total_replayed_events: MAX_NODES,
         },
         angle_conversions: true,
+        // Nobody here reads them, and as events only so many may stand in a row.
+        emit_comments: false,
         // The reader tells of them beside all else that is wrong.
         duplicate_keys: DuplicateKeyPolicy::PassThrough,
         non_finite_float_policy: NonFiniteFloatPolicy::PassThrough,
@@ -205,9 +207,11 @@ fn span(at: Location, Text { file, text }: Text<'_>) -> SourceSpan {
     let offset = known.unwrap_or_else(|| offset_of(line, column, text));
     let length = at.span().byte_len().map_or(0, number);
     let offset = text.floor_char_boundary(offset);
-    // Of a text of several lines the first is enough to point at.
-    let rest = text.get(offset..).and_then(|rest| rest.lines().next()).unwrap_or_default();
-    SourceSpan { file, line, column, offset, length: rest.floor_char_boundary(length) }
+    // Of a text of several lines the first is enough to point at. Nothing behind it is looked at: a whole file may be one
+    // line, and every key and value in it has a span.
+    let end = text.floor_char_boundary(offset.saturating_add(length));
+    let first = text.get(offset..end).and_then(|text| text.lines().next()).unwrap_or_default();
+    SourceSpan { file, line, column, offset, length: first.len() }
 }
 
 /// Bytes before a line and column, for the places that the parser counts in characters alone.

@@ -11,8 +11,8 @@ use serde_json::{Value, json};
 
 use crate::mutate::read_yaml;
 use crate::rng::Rng;
-use crate::targets::generate;
 use crate::targets::files::{loaded, mission_of};
+use crate::targets::generate;
 
 /// How many missions are generated.
 const GENERATED: u64 = 40;

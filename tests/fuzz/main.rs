@@ -67,3 +67,10 @@ fn control() {
 fn execution() {
     fuzz(&Target { name: "execution", form: Form::Yaml, seeds: corpus::runs, run: targets::execution::execution });
 }
+
+/// Without optimization a twentieth of it.
+#[test]
+fn as_large_as_a_file_may_be() {
+    let part = if cfg!(debug_assertions) { 20 } else { 1 };
+    run::each("large", targets::large::missions(part), targets::files::mission_once);
+}

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, Once, PoisonError};
+use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 use std::time::{Duration, Instant};
 use std::{env, fs};
 
@@ -60,10 +60,33 @@ struct Tally {
     faults: BTreeMap<String, PathBuf>,
 }
 
+/// Nothing else runs in this process as long as it is held.
+fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Runs given inputs, each with its name.
+pub fn each(name: &'static str, inputs: impl Iterator<Item = (String, String)>, run: fn(&[u8]) -> Taken) {
+    let _alone = alone();
+    let target = Target { name, form: Form::Bytes, seeds: Vec::new, run };
+    let mut faults = Vec::new();
+    for (what, input) in inputs {
+        let measured = once(&target, input.as_bytes());
+        println!(
+            "{what}: {} bytes, {:?} of CPU time, {:.1} MB",
+            input.len(),
+            measured.cpu,
+            measured.bytes as f64 / 1e6
+        );
+        faults.extend(fault(&measured).map(|fault| format!("{what}: {fault}")));
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
 /// Runs a target, alone in this process.
 pub fn fuzz(target: &Target) {
-    static ALONE: Mutex<()> = Mutex::new(());
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let _alone = alone();
     let asked = Asked::here();
     let mut tally = Tally::default();
     match &asked.input {
@@ -131,7 +154,10 @@ impl Tally {
     fn print(&self, target: &Target) {
         static HEAD: Once = Once::new();
         let row = |cells: [&str; 6]| {
-            println!("{:<10} {:>10} {:>9} {:>7} {:>11} {:>10}", cells[0], cells[1], cells[2], cells[3], cells[4], cells[5]);
+            println!(
+                "{:<10} {:>10} {:>9} {:>7} {:>11} {:>10}",
+                cells[0], cells[1], cells[2], cells[3], cells[4], cells[5]
+            );
         };
         HEAD.call_once(|| row(["target", "executions", "accepted", "kinds", "slowest ms", "largest MB"]));
         let slowest = format!("{:.1}", self.slowest.as_secs_f64() * 1e3);

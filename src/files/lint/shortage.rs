@@ -28,6 +28,7 @@ pub(super) fn check(seen: &Seen<'_>, faults: &mut Faults) -> bool {
 fn check_supply(seen: &Seen<'_>, supply: Supply, faults: &mut Faults) -> bool {
     let tree = &seen.mission.tree;
     let is_taker = is_taker(seen, supply);
+    let (there, full) = (count(seen, supply), full_at_start(seen, supply));
     let mut demands = vec![Demand::default(); tree.nodes.len()];
     let mut is_told = vec![false; tree.nodes.len()];
     for node in (0..tree.nodes.len()).rev().map(NodeId::from) {
@@ -43,8 +44,8 @@ fn check_supply(seen: &Seen<'_>, supply: Supply, faults: &mut Faults) -> bool {
         };
         let is_told_below = children.iter().any(|child| is_told[child.index()]);
         is_told[node.index()] = is_told_below;
-        let needed = demands[node.index()].peak + full_at_start(seen, supply);
-        if !is_told_below && needed > count(seen, supply) && demands[node.index()].peak > 0 {
+        let needed = demands[node.index()].peak + full;
+        if !is_told_below && needed > there && demands[node.index()].peak > 0 {
             is_told[node.index()] = true;
             tell(seen, supply, node, needed, faults);
         }

@@ -34,6 +34,14 @@ fn what_is_too_much_is_refused() {
 }
 
 #[test]
+fn comments_may_be_as_long_as_they_need() {
+    let words = "  # one more line of what there is to say\n".repeat(2000);
+    let mission = GOOD.replace("task:\n", &format!("task:\n{words}"));
+    assert!(mission.contains(&words), "there is a task");
+    assert_eq!(load(&mission, ROBOT).err().map(|error| error.faults()[0].message().to_owned()), None);
+}
+
+#[test]
 fn aliases_stay_within_bounds() {
     let mut bomb = "a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1]\n".to_owned();
     for level in 1..12 {

@@ -47,7 +47,9 @@ impl Mutator {
     pub fn mutant(&mut self, pool: &[Vec<u8>], rng: &mut Rng) -> Vec<u8> {
         // Every other one of what came last, which is what was new.
         let recent = pool.len().saturating_sub(40);
-        let one = |rng: &mut Rng| &pool[if rng.is(30) { recent + rng.below(pool.len() - recent) } else { rng.below(pool.len()) }];
+        let one = |rng: &mut Rng| {
+            &pool[if rng.is(30) { recent + rng.below(pool.len() - recent) } else { rng.below(pool.len()) }]
+        };
         let (mut input, other) = (one(rng).clone(), one(rng));
         let times = rng.one(&[1, 1, 2, 3, 6]);
         match self.form {

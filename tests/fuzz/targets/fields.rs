@@ -1,8 +1,6 @@
 //! The fields of wire structures in one order, from bytes and back: one description for both.
 
-use ambidex::link::wire::{
-    WireBeat, WireId, WireName, WirePulse, WireReport, WireRequest, WireResponse, WireState,
-};
+use ambidex::link::wire::{WireBeat, WireId, WireName, WirePulse, WireReport, WireRequest, WireResponse, WireState};
 
 /// What fills fields from bytes, or writes them down.
 pub trait Fields {
@@ -51,7 +49,9 @@ pub trait Fields {
         self.f64(&mut wire.speed);
         self.state(&mut wire.start);
         [&mut wire.mode, &mut wire.command].into_iter().for_each(|field| self.u32(field));
-        [&mut wire.object, &mut wire.place, &mut wire.call, &mut wire.holder].into_iter().for_each(|name| self.name(name));
+        [&mut wire.object, &mut wire.place, &mut wire.call, &mut wire.holder]
+            .into_iter()
+            .for_each(|name| self.name(name));
         [&mut wire.path_len, &mut wire.with_len].into_iter().for_each(|field| self.u32(field));
         self.f64(&mut wire.takes);
         wire.at.iter_mut().chain(&mut wire.limits).for_each(|number| self.f64(number));

@@ -3,7 +3,9 @@
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
-use ambidex::files::{self, Checked, Fault, FilesError, InMemory, Loaded, check, load_failures, load_mission, load_robot};
+use ambidex::files::{
+    self, Checked, Fault, FilesError, InMemory, Loaded, check, load_failures, load_mission, load_robot,
+};
 use ambidex::model::MissionSpec;
 use serde_json::Value;
 
@@ -31,11 +33,18 @@ pub fn mission(text: &[u8]) -> Taken {
     let mut taken = told(loaded.as_ref().map(|loaded| loaded.warnings.as_slice()));
     if let Ok(loaded) = loaded {
         // A log carries the files: whoever reads it has to come to the same.
-        let source = loaded.mission.source.as_ref().expect("what was loaded has a source");
-        assert!(files::load_source(source).is_ok(), "it does not load again from what a log keeps of it");
+        let source = loaded.mission.source.clone().expect("what was loaded has a source");
+        drop(loaded);
+        assert!(files::load_source(&source).is_ok(), "it does not load again from what a log keeps of it");
         taken.accepted = true;
     }
     taken
+}
+
+/// The same, loaded once.
+pub fn mission_once(text: &[u8]) -> Taken {
+    let loaded = load_mission(&with(MISSION, text), MISSION.as_ref(), None, &[]);
+    told(loaded.as_ref().map(|loaded| loaded.warnings.as_slice()))
 }
 
 /// A robot file, alone and for a mission.

@@ -116,7 +116,8 @@ impl Maker<'_> {
     fn behavior(&mut self) -> Value {
         let mut claims = Map::new();
         for index in 0..self.rng.below(3) {
-            let mut claim = json!({"type": self.rng.one(&["base", "gripper", "head", "slot", "tool"]), "optional": true});
+            let mut claim =
+                json!({"type": self.rng.one(&["base", "gripper", "head", "slot", "tool"]), "optional": true});
             match self.rng.below(4) {
                 0 => claim["shared"] = json!("at it"),
                 1 => claim["keep"] = json!({"for": "it"}),
@@ -189,7 +190,8 @@ impl Maker<'_> {
         match self.rng.below(6) {
             0 | 1 if !self.objects.is_empty() => {
                 let object = self.one(|maker| &maker.objects);
-                let steps = [json!({"move": from}), json!({"pick": object}), json!({"move": to}), json!({"place": object})];
+                let steps =
+                    [json!({"move": from}), json!({"pick": object}), json!({"move": to}), json!({"place": object})];
                 json!({"then": steps})
             }
             2 | 3 if !self.kinds.is_empty() => json!({self.one(|maker| &maker.kinds): {}}),

@@ -6,6 +6,7 @@ mod fields;
 pub mod files;
 pub mod generate;
 pub mod import;
+pub mod large;
 pub mod log;
 pub mod wire;
 

@@ -5,8 +5,8 @@ use std::sync::{Arc, LazyLock};
 use ambidex::dispatch::{Dispatch, Input, Limits, start_states};
 use ambidex::link::wire::read;
 use ambidex::link::wire::{
-    WIRE_VERSION, WireBeat, WireName, WirePose, WirePulse, WireReport, WireRequest, WireResponse, WireState, command, mode,
-    request_kind, response_kind, state_kind,
+    WIRE_VERSION, WireBeat, WireName, WirePose, WirePulse, WireReport, WireRequest, WireResponse, WireState, command,
+    mode, request_kind, response_kind, state_kind,
 };
 use ambidex::model::session::{ClockOrigin, Presence, Session};
 use ambidex::model::{ControllerId, Labels, MissionSpec, Rejection, Time};
