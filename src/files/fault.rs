@@ -13,6 +13,9 @@ use ambidex_model::make_legible;
 /// More mistakes than a person reads at once; further ones are only counted.
 const MAX_FAULTS: usize = 100;
 
+/// Mistakes for which a look is taken at all names that could be meant: one is not cheap.
+const MAX_SUGGESTED: usize = 30;
+
 /// Why files make no mission: every mistake that was found.
 #[derive(Debug, Clone)]
 pub struct FilesError {
@@ -152,6 +155,30 @@ impl<'k> From<(SourceSpan, &'k String)> for At<'k> {
     }
 }
 
+/// What is allowed, or what to do: words, or what makes them after a look at all names that could be meant.
+pub(crate) trait Help {
+    /// The words; none where names could be meant and nobody looks.
+    fn text(self, is_suggested: bool) -> Option<String>;
+}
+
+impl Help for &str {
+    fn text(self, _: bool) -> Option<String> {
+        Some(self.to_owned())
+    }
+}
+
+impl Help for String {
+    fn text(self, _: bool) -> Option<String> {
+        Some(self)
+    }
+}
+
+impl<F: FnOnce() -> String> Help for F {
+    fn text(self, is_suggested: bool) -> Option<String> {
+        is_suggested.then(self)
+    }
+}
+
 /// The mistakes found so far in all files.
 #[derive(Debug, Default)]
 pub(crate) struct Faults {
@@ -182,21 +209,28 @@ impl Faults {
     }
 
     /// Adds a mistake and what is allowed, or what to do.
-    pub(crate) fn push_with<'k>(&mut self, at: impl Into<At<'k>>, message: impl Into<String>, help: impl Into<String>) {
-        self.push_or_with(at, message, Some(help.into()));
+    pub(crate) fn push_with<'k>(&mut self, at: impl Into<At<'k>>, message: impl Into<String>, help: impl Help) {
+        let is_suggested = self.list.len() < MAX_SUGGESTED;
+        self.add(Severity::Error, at.into(), message.into(), || help.text(is_suggested));
     }
 
     /// Adds a mistake, and what to do if that is known.
     pub(crate) fn push_or_with<'k>(&mut self, at: impl Into<At<'k>>, message: impl Into<String>, help: Option<String>) {
-        self.add(Severity::Error, at.into(), message.into(), help);
+        self.add(Severity::Error, at.into(), message.into(), || help);
     }
 
     /// Adds what is legal but surely not meant.
     pub(crate) fn warn<'k>(&mut self, at: impl Into<At<'k>>, message: String, help: Option<String>) {
-        self.add(Severity::Warning, at.into(), message, help);
+        self.add(Severity::Warning, at.into(), message, || help);
     }
 
-    fn add(&mut self, severity: Severity, At { span, key }: At<'_>, message: String, help: Option<String>) {
+    fn add(
+        &mut self,
+        severity: Severity,
+        At { span, key }: At<'_>,
+        message: String,
+        help: impl FnOnce() -> Option<String>,
+    ) {
         // What is used twice is wrong once.
         if !self.known.insert((span.file, span.offset, message.clone())) {
             return;
@@ -210,7 +244,7 @@ impl Faults {
             make_legible(&mut text);
             text
         };
-        let (key, message, help) = (legible(key.to_owned()), legible(message), help.map(legible));
+        let (key, message, help) = (legible(key.to_owned()), legible(message), help().map(legible));
         let source = Arc::clone(&self.sources[span.file]);
         self.list.push(Fault { source, span, severity, key, message, help });
     }

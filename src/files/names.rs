@@ -72,7 +72,7 @@ impl Register {
     pub(crate) fn find(&self, name: &Name, faults: &mut Faults) -> Option<usize> {
         let found = self.id(&name.value);
         if found.is_none() {
-            faults.push_with(name, self.lacks(&name.value), self.suggestion(&name.value));
+            faults.push_with(name, self.lacks(&name.value), || self.suggestion(&name.value));
         }
         found
     }

@@ -308,7 +308,7 @@ pub(crate) fn example(name: &str, parameters: &[Parameter]) -> String {
 fn unknown(what: &Name, parameters: &[Parameter], name: &Name, faults: &mut Faults) {
     let message = format!("`{}` has no parameter `{}`", what.value, name.value);
     let allowed = parameters.iter().map(|parameter| parameter.name.value.as_str());
-    faults.push_with(name, message, suggestion(&name.value, "parameter", allowed));
+    faults.push_with(name, message, || suggestion(&name.value, "parameter", allowed));
 }
 
 /// Warns of parameters that nothing uses, unless there were faults since `before`: one may be the use that is missed.

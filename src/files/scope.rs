@@ -36,7 +36,7 @@ impl<'f> Reading<'f> {
         let names = || self.scope.parameters.iter().map(|(name, _)| name.as_str());
         let found = names().position(|known| known == name);
         if found.is_none() {
-            let help = suggestion(name, "parameter", names());
+            let help = || suggestion(name, "parameter", names());
             self.faults.push_with(at, format!("there is no parameter `{name}`"), help);
         }
         self.scope.used.extend(found);

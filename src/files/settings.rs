@@ -50,7 +50,7 @@ impl Given {
             let span = SourceSpan { file, ..SourceSpan::default() };
             let names = || parameters.iter().map(|parameter| parameter.name.value.as_str());
             let Some(index) = names().position(|name| name == setting.name) else {
-                let help = suggestion(&setting.name, "parameter", names());
+                let help = || suggestion(&setting.name, "parameter", names());
                 faults.push_with((span, &written), format!("the mission has no parameter `{}`", setting.name), help);
                 continue;
             };

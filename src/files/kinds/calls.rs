@@ -22,7 +22,7 @@ impl Bound<'_, '_> {
             if !offer.parameters.iter().any(|parameter| parameter.name.value == given.value) {
                 let allowed = offer.parameters.iter().map(|parameter| parameter.name.value.as_str());
                 let message = format!("`{}` has no parameter `{}`", offer.name, given.value);
-                self.faults.push_with(given, message, suggestion(&given.value, "parameter", allowed));
+                self.faults.push_with(given, message, || suggestion(&given.value, "parameter", allowed));
             }
         }
         let mut arguments = serde_json::Map::new();
@@ -56,7 +56,7 @@ impl Bound<'_, '_> {
             let whose = &file.robot.controllers[controller.index()].name;
             let offers = &file.offers[controller.index()];
             let Some(offer) = offers.iter().find(|offer| offer.name == name.value) else {
-                let help = suggestion(&name.value, "call", offers.iter().map(|offer| offer.name.as_str()));
+                let help = || suggestion(&name.value, "call", offers.iter().map(|offer| offer.name.as_str()));
                 faults.push_with(name, format!("controller `{whose}` offers no call `{}`", name.value), help);
                 return None;
             };

@@ -78,7 +78,7 @@ impl Bound<'_, '_> {
         let found = self.found_type(name);
         if found.is_none() && !is_optional {
             let message = format!("the robot has no resource of type `{}`", name.written.value);
-            let help = suggestion(&name.written.value, "type", names.names().iter().map(String::as_str));
+            let help = || suggestion(&name.written.value, "type", names.names().iter().map(String::as_str));
             self.faults.push_with((self.site.span, &self.kind.name.value), message, help);
         }
         found

@@ -20,7 +20,7 @@ pub(super) const CLAIMED: Custom<usize> = Custom(
         let claims = reading.scope.claims.iter().map(|claim| claim.value.as_str());
         let found = claims.clone().position(|claim| claim == name.value);
         if found.is_none() {
-            let help = suggestion(&name.value, "claim", claims);
+            let help = || suggestion(&name.value, "claim", claims);
             reading.faults.push_with(&name, format!("there is no claim `{}`", name.value), help);
         }
         found

@@ -7,7 +7,7 @@ use ambidex_core::world::Geometry;
 use super::Seen;
 use crate::fault::Faults;
 use ambidex_model::{
-    BehaviorSpec, Condition, ControllerKind, EffectTerm, Location, NodeId, ObjectId, PlaceId, Pose, ResourceId, Task,
+    Condition, ControllerKind, EffectTerm, Location, NodeId, ObjectId, PlaceId, Pose, ResourceId, Task,
 };
 
 pub(super) fn check(seen: &Seen<'_>, faults: &mut Faults) {
@@ -39,6 +39,7 @@ fn check_leaf(seen: &Seen<'_>, leaf: NodeId, takers: &BTreeMap<ObjectId, BTreeSe
 
 /// By object, the hands that hold it at the start or can take it from some place where it can lie.
 fn takers(seen: &Seen<'_>) -> BTreeMap<ObjectId, BTreeSet<ResourceId>> {
+    let places = places(seen);
     let mut takers: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
     for (object, location) in seen.mission.start.objects.iter().enumerate() {
         if !location.holders().is_empty() {
@@ -50,35 +51,31 @@ fn takers(seen: &Seen<'_>) -> BTreeMap<ObjectId, BTreeSet<ResourceId>> {
             let Some(object) = command.task.grasped() else { continue };
             let hands = seen.mission.robot.could_serve(behavior.claims[command.claim].selector);
             let from = stand(&behavior.precondition);
-            let places = places(seen, object);
             // What is held can be anywhere: whoever takes it from there is a taker.
             let is_held = matches!(command.task, Task::GraspFrom(..));
-            let can =
-                |hand: &ResourceId| is_held || places.iter().any(|place| reaches(seen, *hand, object, *place, from));
+            let can = |hand: &ResourceId| {
+                is_held || places[object.index()].iter().any(|place| reaches(seen, *hand, object, *place, from))
+            };
             takers.entry(object).or_default().extend(hands.into_iter().filter(can));
         }
     }
     takers
 }
 
-/// Where an object can lie: where it does at the start, and wherever some behavior puts it.
-fn places(seen: &Seen<'_>, object: ObjectId) -> BTreeSet<PlaceId> {
-    let laid = |behavior: &BehaviorSpec| -> Vec<PlaceId> {
-        let place = |effect: &EffectTerm| match effect {
-            EffectTerm::Lies(of, place) if *of == object => Some(*place),
-            EffectTerm::Lies(..)
-            | EffectTerm::Taken(..)
-            | EffectTerm::LetGo(..)
-            | EffectTerm::Fact(..)
-            | EffectTerm::Stands(_) => None,
-        };
-        behavior.effects.iter().filter_map(place).collect()
+/// By object, where it can lie: where it does at the start, and wherever some behavior puts it.
+fn places(seen: &Seen<'_>) -> Vec<BTreeSet<PlaceId>> {
+    let start = |at: &Location| match at {
+        Location::At(place) => BTreeSet::from([*place]),
+        Location::In(_) | Location::Unknown => BTreeSet::new(),
     };
-    let start = match seen.mission.start.objects[object.index()] {
-        Location::At(place) => Some(place),
-        Location::In(_) | Location::Unknown => None,
-    };
-    start.into_iter().chain(seen.behaviors().flat_map(laid)).collect()
+    let mut places: Vec<BTreeSet<PlaceId>> = seen.mission.start.objects.iter().map(start).collect();
+    for effect in seen.behaviors().flat_map(|behavior| &behavior.effects) {
+        match effect {
+            EffectTerm::Lies(object, place) => drop(places[object.index()].insert(*place)),
+            EffectTerm::Taken(..) | EffectTerm::LetGo(..) | EffectTerm::Fact(..) | EffectTerm::Stands(_) => {}
+        }
+    }
+    places
 }
 
 /// Whether a hand reaches an object at a place from a stand; of an unknown stand, and of what is no arm, so it seems.

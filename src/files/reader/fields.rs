@@ -61,7 +61,7 @@ impl<'a> Fields<'a> {
         faults: &mut Faults,
     ) {
         let message = format!("{} has no key `{}`", self.shape.what, shortened(&key.value));
-        faults.push_with((key.span, &key.value), message, suggestion(&key.value, "key", allowed));
+        faults.push_with((key.span, &key.value), message, || suggestion(&key.value, "key", allowed));
     }
 
     /// Says that none or several stand where one belongs.

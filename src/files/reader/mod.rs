@@ -174,7 +174,7 @@ impl<'a> Item<'a> {
             return Some(text);
         }
         let message = format!("found `{}` instead of {what}", shortened(text));
-        faults.push_with(self, message, suggestion(text, what, allowed.iter().copied()));
+        faults.push_with(self, message, || suggestion(text, what, allowed.iter().copied()));
         None
     }
 

@@ -207,7 +207,7 @@ impl<'a> Flat<'a> {
         };
         let Some(kind) = kinds.get(&word.value) else {
             let subtree = self.subtrees.get(&word.value).map(|(_, subtree)| &subtree.parameters);
-            let help = match subtree {
+            let help = || match subtree {
                 Some(parameters) => format!("write `{{{USE}: {}}}`", example(&word.value, parameters)),
                 None => self.kind_meant(&word.value),
             };
@@ -280,7 +280,7 @@ impl<'a> Flat<'a> {
         found.extend(known.into_iter().filter_map(|(key, item)| Some(Is::Behavior(kinds.get(&key.value)?, item))));
         for (key, _) in &unknown {
             match found.first() {
-                None => faults.push_with((key.span, &key.value), no_kind(&key.value), self.kind_meant(&key.value)),
+                None => faults.push_with((key.span, &key.value), no_kind(&key.value), || self.kind_meant(&key.value)),
                 Some(_) => fields.unknown(key, OfAll::shape().keys(), faults),
             }
         }
@@ -410,7 +410,7 @@ impl<'a> Flat<'a> {
         }
         let Some(found) = self.subtrees.get(&name.value) else {
             let message = format!("there is no subtree `{}`", name.value);
-            faults.push_with((name.span, USE), message, suggestion(&name.value, "subtree", self.subtrees.names()));
+            faults.push_with((name.span, USE), message, || suggestion(&name.value, "subtree", self.subtrees.names()));
             return None;
         };
         let values = assign(&found.0, &found.1.parameters, arguments, name.span, faults)?;

@@ -254,7 +254,7 @@ impl<'a> Scope<'a> {
         used.extend(found);
         if found.is_none() {
             let allowed = self.parameters.iter().map(|parameter| parameter.name.value.as_str());
-            let help = suggestion(name, "parameter", allowed);
+            let help = || suggestion(name, "parameter", allowed);
             faults.push_with(item, format!("there is no parameter `{name}` here"), help);
         }
         found

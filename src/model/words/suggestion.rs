@@ -7,12 +7,19 @@ const MAX_MEANT: usize = 3;
 
 /// The name that was probably meant: the one that a few letters turn into what was found.
 pub fn nearest<'a>(found: &str, allowed: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let distance = |word: &str| strsim::osa_distance(&found.to_lowercase(), &word.to_lowercase());
     let letters = found.chars().count();
-    let (nearest, changes) =
-        allowed.into_iter().map(|word| (word, distance(word))).min_by_key(|(_, changes)| *changes)?;
+    let most = (letters / 3).clamp(1, 3);
+    let found = found.to_lowercase();
+    let length = found.chars().count();
+    let distance = |word: &'a str| {
+        let lower = word.to_lowercase();
+        // A letter more is a change, and a long text is not compared letter by letter with every name.
+        let is_near = lower.chars().count().abs_diff(length) <= most;
+        is_near.then(|| (word, strsim::osa_distance(&found, &lower)))
+    };
+    let (nearest, changes) = allowed.into_iter().filter_map(distance).min_by_key(|(_, changes)| *changes)?;
     // Another letter is not a misspelled one.
-    (changes < letters.max(1) && changes <= (letters / 3).clamp(1, 3)).then_some(nearest)
+    (changes < letters.max(1) && changes <= most).then_some(nearest)
 }
 
 /// What was probably meant, and what is allowed; `what` is the noun of the thing.
