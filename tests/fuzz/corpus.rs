@@ -9,7 +9,7 @@ use ambidex::sim;
 use ambidex::tree::Settings;
 use serde_json::{Value, json};
 
-use crate::mutate::read_yaml;
+use crate::mutate::ordered;
 use crate::rng::Rng;
 use crate::targets::files::{loaded, mission_of};
 use crate::targets::generate;
@@ -114,17 +114,19 @@ fn log_of(text: &[u8], has_messages: bool) -> Option<Vec<u8>> {
 
 /// Missions with what goes wrong in them.
 pub fn runs() -> Vec<Vec<u8>> {
-    let failures: Vec<Value> = failures().iter().filter_map(|text| read_yaml(text)).collect();
-    let robots: Vec<Value> = robots().iter().filter_map(|text| read_yaml(text)).collect();
+    let failures: Vec<Value> = failures().iter().filter_map(|text| ordered::read(text)).collect();
+    let robots: Vec<Value> = robots().iter().filter_map(|text| ordered::read(text)).collect();
     let missions = missions();
     let run = |(index, text): (usize, &Vec<u8>)| {
-        let mut run = json!({"mission": read_yaml(text)?, "cancel_s": 20 + index % 40, "serial": index % 7 == 0});
+        let mut run = json!({"mission": ordered::read(text)?, "cancel_s": 20 + index % 40, "serial": index % 7 == 0});
         let own = mission_of(&run).map(|mission| generate::failures(&mission, &mut Rng::of(&[index as u64, 2])));
-        run["failures"] = own.unwrap_or_else(|| failures[index % failures.len()]["failures"].clone());
+        run["failures"] = own.unwrap_or_else(|| {
+            ordered::get(&failures[index % failures.len()], "failures").cloned().unwrap_or_default()
+        });
         if index % 5 == 0 {
             run["robot"] = robots[index / 5 % robots.len()].clone();
         }
-        Some(run.to_string().into_bytes())
+        Some(ordered::text(&run).into_bytes())
     };
     missions.iter().enumerate().filter_map(run).collect()
 }

@@ -115,16 +115,19 @@ impl Tally {
         let began = Instant::now();
         let mut pool = corpus::committed(target.name);
         pool.extend((target.seeds)());
-        for input in &pool {
-            self.take(target, input);
+        let mut sound = Vec::new();
+        for (index, input) in pool.iter().enumerate() {
+            let is_sound = self.take(target, input).value.is_some_and(|taken| taken.accepted);
+            sound.extend(is_sound.then_some(index));
         }
         let mut rng = Rng::of(&[asked.seed, hash(target.name)]);
         let mut mutator = Mutator::new(target.form, &pool);
         while began.elapsed() < asked.time && self.faults.len() < FAULTS {
-            let input = mutator.mutant(&pool, &mut rng);
+            let input = mutator.mutant(&pool, &sound, &mut rng);
             let known = self.kinds.len();
-            self.take(target, &input);
+            let taken = self.take(target, &input).value;
             if self.kinds.len() > known && pool.len() < POOL {
+                sound.extend(taken.is_some_and(|taken| taken.accepted).then_some(pool.len()));
                 pool.push(input);
             }
         }

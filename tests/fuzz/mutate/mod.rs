@@ -3,6 +3,7 @@
 mod bytes;
 mod extremes;
 mod lines;
+pub mod ordered;
 mod tree;
 
 use serde_json::Value;
@@ -35,7 +36,7 @@ impl Mutator {
         for input in inputs {
             match form {
                 Form::Bytes => {}
-                Form::Yaml => read_yaml(input).iter().for_each(|value| words.learn(value)),
+                Form::Yaml => ordered::read(input).iter().for_each(|value| words.learn(value)),
                 Form::JsonLines => lines::split(input).filter_map(read_json).for_each(|value| words.learn(&value)),
             }
         }
@@ -43,15 +44,19 @@ impl Mutator {
         Self { form, words }
     }
 
-    /// A new input.
-    pub fn mutant(&mut self, pool: &[Vec<u8>], rng: &mut Rng) -> Vec<u8> {
-        // Every other one of what came last, which is what was new.
-        let recent = pool.len().saturating_sub(40);
-        let one = |rng: &mut Rng| {
-            &pool[if rng.is(30) { recent + rng.below(pool.len() - recent) } else { rng.below(pool.len()) }]
+    /// A new input; the `sound` ones of the pool were accepted.
+    pub fn mutant(&mut self, pool: &[Vec<u8>], sound: &[usize], rng: &mut Rng) -> Vec<u8> {
+        let recent = |rng: &mut Rng, count: usize| {
+            let from = if rng.is(30) { count.saturating_sub(40) } else { 0 };
+            from + rng.below(count - from)
         };
-        let (mut input, other) = (one(rng).clone(), one(rng));
-        let times = rng.one(&[1, 1, 2, 3, 6]);
+        let one = |rng: &mut Rng| match sound {
+            [] => recent(rng, pool.len()),
+            sound if rng.is(70) => sound[recent(rng, sound.len())],
+            _ => recent(rng, pool.len()),
+        };
+        let (mut input, other) = (pool[one(rng)].clone(), &pool[one(rng)]);
+        let times = rng.one(&[1, 1, 1, 1, 2, 4]);
         match self.form {
             Form::Bytes => (0..times).for_each(|_| bytes::change(&mut input, other, rng)),
             Form::Yaml => self.change_yaml(&mut input, other, times, rng),
@@ -66,10 +71,10 @@ impl Mutator {
             0 => (0..times).for_each(|_| bytes::change(input, other, rng)),
             1 | 2 => (0..times).for_each(|_| lines::change(input, other, rng)),
             _ => {
-                let Some(mut value) = read_yaml(input) else { return lines::change(input, other, rng) };
-                let other = read_yaml(other).unwrap_or_default();
+                let Some(mut value) = ordered::read(input) else { return lines::change(input, other, rng) };
+                let other = ordered::read(other).unwrap_or_default();
                 (0..times).for_each(|_| tree::change(&mut value, &other, &self.words, rng));
-                *input = value.to_string().into_bytes();
+                *input = ordered::text(&value).into_bytes();
             }
         }
     }
@@ -102,14 +107,4 @@ impl Mutator {
 
 fn read_json(line: &[u8]) -> Option<Value> {
     serde_json::from_slice(line).ok()
-}
-
-/// What a text of YAML means, read on a stack that suffices for what is deep.
-pub fn read_yaml(text: &[u8]) -> Option<Value> {
-    let text = std::str::from_utf8(text).ok()?;
-    let read = || serde_saphyr::from_str(text).ok();
-    std::thread::scope(|scope| {
-        let thread = std::thread::Builder::new().stack_size(64 << 20).spawn_scoped(scope, read);
-        thread.expect("a thread").join().ok().flatten()
-    })
 }

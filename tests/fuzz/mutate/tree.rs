@@ -5,7 +5,7 @@ use std::mem;
 
 use serde_json::{Map, Value, json};
 
-use super::extremes;
+use super::{extremes, ordered};
 use crate::rng::Rng;
 
 /// Keys and scalars that are in use.
@@ -21,8 +21,9 @@ impl Words {
         match value {
             Value::Object(map) => {
                 for (key, value) in map {
+                    let key = ordered::plain(key);
                     if self.known.insert(format!("key {key}")) {
-                        self.keys.push(key.clone());
+                        self.keys.push(key.to_owned());
                     }
                     self.learn(value);
                 }
@@ -91,9 +92,9 @@ fn at_mut<'a>(value: &'a mut Value, path: &[usize]) -> Option<&'a mut Value> {
 }
 
 /// The key of the nearest map above.
-fn key<'a>(value: &'a Value, path: &[usize]) -> Option<&'a String> {
+fn key<'a>(value: &'a Value, path: &[usize]) -> Option<&'a str> {
     (0..path.len()).rev().find_map(|end| match at(value, &path[..end])? {
-        Value::Object(map) => map.keys().nth(path[end]),
+        Value::Object(map) => map.keys().nth(path[end]).map(|key| ordered::plain(key)),
         _ => None,
     })
 }
@@ -191,14 +192,14 @@ fn rename(value: &mut Value, path: &[usize], words: &Words, rng: &mut Rng) {
         && let Some(part) = map.remove(&old)
     {
         let new = if rng.is(70) { rng.one(&words.keys) } else { extremes::text(rng) };
-        map.insert(new, part);
+        map.insert(ordered::renamed(&old, &new), part);
     }
 }
 
 fn insert(value: &mut Value, path: &[usize], words: &Words, rng: &mut Rng) {
     let new = if rng.is(60) { rng.one(&words.scalars) } else { extremes::value(rng) };
     match at_mut(value, path) {
-        Some(Value::Object(map)) => drop(map.insert(rng.one(&words.keys), new)),
+        Some(Value::Object(map)) => drop(map.insert(ordered::key(map.len(), &rng.one(&words.keys)), new)),
         Some(Value::Array(list)) => list.insert(rng.below(list.len() + 1), new),
         _ => set(value, path, json!({ rng.one(&words.keys): new })),
     }
@@ -226,9 +227,9 @@ fn wrap(value: &mut Value, path: &[usize], rng: &mut Rng) {
 
 /// What stands under the same key elsewhere.
 fn transplant(value: &mut Value, path: &[usize], other: &Value, rng: &mut Rng) {
-    let here = key(value, path).cloned();
+    let here = key(value, path).map(str::to_owned);
     let all = paths(other);
-    let fitting: Vec<&Path> = all.iter().filter(|path| key(other, path) == here.as_ref()).collect();
+    let fitting: Vec<&Path> = all.iter().filter(|path| key(other, path) == here.as_deref()).collect();
     if let Some(from) = (!fitting.is_empty()).then(|| fitting[rng.below(fitting.len())])
         && let Some(part) = at(other, from)
     {

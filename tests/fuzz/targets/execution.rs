@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ambidex::model::{Mishap, Reason, Record, Time};
+use ambidex::model::{Mishap, MissionSpec, Reason, Record, Repeat, Time};
 use ambidex::record::History;
 use ambidex::replay::Replay;
 use ambidex::show::conversation::Kind;
@@ -12,17 +12,24 @@ use serde_json::Value;
 
 use super::Taken;
 use super::files::{failures_of, mission_of};
-use crate::mutate::read_yaml;
+use crate::mutate::ordered;
 
 /// Robot time after which every mission is canceled at the latest, seconds.
 const LATEST_S: f64 = 60.0;
 
+/// A million repetitions of what is done at once are a million rounds in one moment, which take their time: more than so
+/// many are not run.
+const RESTLESS: u64 = 1000;
+
 /// A map of a mission, what goes wrong in it, when it is canceled, and how it is run.
 pub fn execution(text: &[u8]) -> Taken {
-    let Some(run) = read_yaml(text) else { return Taken::default() };
+    let Some(run) = ordered::read(text) else { return Taken::default() };
     let Some(mission) = mission_of(&run) else { return Taken::default() };
+    if restless(&mission) > RESTLESS {
+        return Taken::default();
+    }
     let mut taken = Taken { accepted: true, ..Taken::default() };
-    let is = |key: &str| run[key].as_bool().unwrap_or_default();
+    let is = |key: &str| ordered::get(&run, key).and_then(Value::as_bool).unwrap_or_default();
     let allocator: Arc<dyn Allocator> = if is("serial") { Arc::new(Serial) } else { Arc::new(Greedy) };
     let settings = Settings {
         allocator,
@@ -32,7 +39,7 @@ pub fn execution(text: &[u8]) -> Taken {
         ..Settings::default()
     };
     let mut failures = failures_of(&run, &mission);
-    let cancel_s = run.get("cancel_s").and_then(Value::as_f64).unwrap_or(LATEST_S).clamp(0.0, LATEST_S);
+    let cancel_s = ordered::get(&run, "cancel_s").and_then(Value::as_f64).unwrap_or(LATEST_S).clamp(0.0, LATEST_S);
     failures.mishaps.push((Time((cancel_s * 1e6) as u64), Mishap::Cancel));
     let mut history = History::new(&settings.header(&mission));
     let mut replay = Replay::new(&mission, &settings);
@@ -49,6 +56,17 @@ pub fn execution(text: &[u8]) -> Taken {
     assert_eq!(history.end(), Some(end), "the log ends otherwise");
     taken.said(&format!("{end:?}"));
     taken
+}
+
+/// How often a behavior is done at most without a pause that the mission asks for.
+fn restless(mission: &MissionSpec) -> u64 {
+    let tree = &mission.tree;
+    let times = |node| match tree.repeats.get(&node) {
+        Some(Repeat { every: None, times }) => times.map_or(u64::MAX, u64::from),
+        Some(Repeat { every: Some(_), .. }) | None => 1,
+    };
+    let of = |leaf| tree.topology.path(leaf).map(times).fold(1, u64::saturating_mul);
+    tree.leaves().map(of).max().unwrap_or(1)
 }
 
 /// A reason without what it is about.

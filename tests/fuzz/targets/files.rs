@@ -11,6 +11,7 @@ use serde_json::Value;
 
 use super::Taken;
 use crate::corpus;
+use crate::mutate::ordered;
 
 /// Where the input stands among the files.
 const MISSION: &str = "missions/input.yaml";
@@ -110,9 +111,9 @@ pub fn loaded(text: &[u8]) -> Option<Loaded> {
 
 /// The mission of a run, for its own robot if it has one.
 pub fn mission_of(run: &Value) -> Option<Arc<MissionSpec>> {
-    let mut sources = with(MISSION, run["mission"].to_string().as_bytes());
-    let robot = run.get("robot").map(|robot| {
-        sources.insert(ROBOT, robot.to_string());
+    let mut sources = with(MISSION, ordered::get(run, "mission").map(ordered::text).unwrap_or_default().as_bytes());
+    let robot = ordered::get(run, "robot").map(|robot| {
+        sources.insert(ROBOT, ordered::text(robot));
         Path::new(ROBOT)
     });
     load_mission(&sources, MISSION.as_ref(), robot, &[]).ok().map(|loaded| loaded.mission)
@@ -120,7 +121,8 @@ pub fn mission_of(run: &Value) -> Option<Arc<MissionSpec>> {
 
 /// What goes wrong in a run, none where it is not to be understood.
 pub fn failures_of(run: &Value, mission: &MissionSpec) -> ambidex::model::Failures {
-    let text = serde_json::json!({"failures": run["failures"]}).to_string();
+    let failures = ordered::get(run, "failures").map(ordered::text).unwrap_or_default();
+    let text = format!("{{\"failures\": {failures}}}");
     load_failures(&with(FAILURES, text.as_bytes()), FAILURES.as_ref(), mission).unwrap_or_default()
 }
 
