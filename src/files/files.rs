@@ -165,6 +165,7 @@ fn parse_bytes(name: &str, bytes: Vec<u8>, faults: &mut Faults) -> Option<Node> 
 }
 
 fn parse(name: &str, text: String, faults: &mut Faults) -> Option<Node> {
+    let text = in_lines(text);
     let file = faults.open(name, text.clone());
     match document::parse(file, &text) {
         Ok(node) => Some(node),
@@ -173,4 +174,14 @@ fn parse(name: &str, text: String, faults: &mut Faults) -> Option<Node> {
             None
         }
     }
+}
+
+/// YAML takes a carriage return alone for the end of a line too; whoever shows a place in a file counts other ends.
+fn in_lines(text: String) -> String {
+    let mut rest = text.chars().peekable();
+    let mut next = || match rest.next()? {
+        '\r' if rest.peek() != Some(&'\n') => Some('\n'),
+        letter => Some(letter),
+    };
+    std::iter::from_fn(&mut next).collect()
 }

@@ -79,6 +79,16 @@ fn what_is_not_utf8_is_told_with_its_place() {
 }
 
 #[test]
+fn a_place_is_on_a_line_of_the_text_that_is_shown() {
+    let robot = ROBOT.replace('\n', "\r") + "zz: 1\r";
+    let error = load(GOOD, &robot).unwrap_err();
+    let fault = &error.faults()[0];
+    let (line, _) = fault.position().unwrap();
+    assert_eq!(fault.text().lines().nth(line - 1), Some("zz: 1"));
+    assert!(load(&GOOD.replace('\n', "\r"), &ROBOT.replace('\n', "\r\n")).is_ok());
+}
+
+#[test]
 fn many_subtrees_take_no_time() {
     let head = &GOOD[..GOOD.find("task:").unwrap()];
     let chain = |last: &str| {
