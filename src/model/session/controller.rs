@@ -212,7 +212,9 @@ impl<C: Controller> Session<C> {
         let most = if self.reporter.is_used() { REPORT_EVERY } else { PULSE_EVERY };
         let rest = match (&self.attached, &self.daemon) {
             (Some(attachment), _) if self.executor.is_busy() => {
-                STEP.div_f64(attachment.speed).clamp(WAKE_MIN, PULSE_EVERY)
+                // The speed is any number above 0: a step may last longer than a span can.
+                let step = Duration::try_from_secs_f64(STEP.as_secs_f64() / attachment.speed);
+                step.map_or(PULSE_EVERY, |step| step.clamp(WAKE_MIN, PULSE_EVERY))
             }
             (Some(_), Some(daemon)) => {
                 let silent_for = Duration::from_nanos(now_ns.saturating_sub(daemon.heard_ns));

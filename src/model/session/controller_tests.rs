@@ -240,3 +240,13 @@ fn inhibited_it_ends_at_once_and_is_configured_anew() {
     session.tick(90 * MS);
     assert_eq!(session.pulse().generation, 2);
 }
+
+#[test]
+fn at_hardly_any_speed_it_still_gives_signs_of_life() {
+    for speed in [1e-30, f64::MIN_POSITIVE, 5e-324] {
+        let mut session = attached(u32::MAX, speed);
+        take(&mut session, EPOCH, goal(1), 0);
+        assert!(!session.is_at_rest(), "it moves");
+        assert_eq!(session.rest(50 * MS), PULSE_EVERY);
+    }
+}
