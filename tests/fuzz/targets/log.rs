@@ -4,12 +4,13 @@ use std::time::Duration;
 
 use ambidex::files;
 use ambidex::model::{Header, Record};
+use ambidex::record::audit::{Audit, OwnRecords};
 use ambidex::record::{History, Reader};
 use ambidex::replay::Replay;
 use ambidex::show::conversation::{Conversation, Filters, Kind, Selection};
 use ambidex::show::explain::{Account, Story};
 use ambidex::show::status::{Daemon, Snapshot};
-use ambidex::show::{MIN_WIDTH, Palette, live, timeline, tree};
+use ambidex::show::{self, MIN_WIDTH, Palette, live, timeline, tree};
 use ambidex::tree::Settings;
 
 use super::Taken;
@@ -41,6 +42,7 @@ pub fn log(bytes: &[u8]) -> Taken {
     taken.kinds.dedup();
     show(&header, &records);
     follow(&header, &records);
+    audited(&header, &records, bytes);
     taken.said(&format!("{:?}", verify(&header, &records)));
     taken
 }
@@ -90,6 +92,18 @@ fn follow(header: &Header, records: &[Record]) {
             drop(Snapshot::new(&history, Daemon::Running { pid: None }, history.now()).lines(80, 24, &plain));
         }
     }
+}
+
+/// What an auditor says to it, beside what calls itself the records of controllers.
+fn audited(header: &Header, records: &[Record], own: &[u8]) {
+    let mission = header.source.as_ref().and_then(|source| files::load_source(source).ok());
+    let mut audit = Audit::new(header, mission.map(|loaded| loaded.mission));
+    records.iter().for_each(|record| audit.take(record));
+    let mut own_records = OwnRecords::default();
+    // None of it need be one.
+    drop(own_records.read("base", own));
+    let report = audit.finish(Some(&own_records), true);
+    drop(show::audit::text(&report, true, 80, &Palette::ansi()));
 }
 
 /// Whether everything in it follows; none where that cannot be computed.

@@ -1,8 +1,9 @@
 //! What lies in shared memory, and what both sides of a session make of it.
 
 use std::sync::{Arc, LazyLock};
+use std::time::Duration;
 
-use ambidex::dispatch::{Dispatch, Input, Limits, start_states};
+use ambidex::dispatch::{Dispatch, Input, Limits, at_start};
 use ambidex::link::wire::read;
 use ambidex::link::wire::{
     WIRE_VERSION, WireBeat, WireName, WirePose, WirePulse, WireReport, WireRequest, WireResponse, WireState, command,
@@ -53,7 +54,7 @@ impl Both {
             loaded(text.as_bytes()).expect("a shipped mission loads").mission
         });
         let controllers = &MISSION.robot.controllers;
-        let mut dispatch = Dispatch::new(&MISSION, start_states(&MISSION), Limits::at_speed(1.0));
+        let mut dispatch = Dispatch::new(&MISSION, at_start(&MISSION), Limits::at_speed(1.0));
         for index in 0..controllers.len() {
             dispatch.handle(Time::ZERO, Input::Attached(ControllerId::from(index)));
         }
@@ -80,18 +81,18 @@ impl Both {
             1 => {
                 let mut wire = WireResponse::default();
                 from.response(&mut wire);
-                Input::Heard(id, self.labels.heard(read::response(&wire)?)?)
+                Input::Heard(id, self.labels.heard(read::response(&wire, now + Duration::from_secs(1))?)?)
             }
             2 => {
                 let mut wire = WirePulse::default();
                 from.pulse(&mut wire);
-                self.presence.hear(&read::pulse(&wire)?, self.now_ns);
+                self.presence.hear(&read::pulse(&wire, self.now_ns)?, self.now_ns);
                 return Ok(());
             }
             3 => {
                 let mut wire = WireBeat::default();
                 from.beat(&mut wire);
-                session.hear_beat(read::beat(&wire)?);
+                session.hear_beat(read::beat(&wire, self.now_ns)?);
                 return Ok(());
             }
             _ => {
