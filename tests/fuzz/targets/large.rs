@@ -1,8 +1,8 @@
-//! Missions as large as a file may be, each of one thing.
+//! Large missions, each of one thing, so that what grows faster than it does is seen.
 
 /// A part of a mission that is repeated.
 struct Large {
-    /// Most of them that are in one file.
+    /// How many.
     count: usize,
     world: &'static str,
     /// What stands beside world and task.
