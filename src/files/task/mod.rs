@@ -25,7 +25,7 @@ use crate::world::Built;
 use ambidex_model::{NodeId, NodeKind, Topology, TreeSpec, TypeId};
 use flat::{Flat, Told, Under, check_subtrees};
 use labels::label;
-use node::{Node, TIMEOUT_KEY};
+use node::{MAX_AT_ONCE, Node, REPEAT, TIMEOUT_KEY};
 use siblings::{Afters, moves_before};
 use subtrees::Scope;
 
@@ -149,6 +149,7 @@ pub(crate) fn build(
         return None;
     }
     let topology = Topology::new(parents);
+    check_repeats(&drafts, &topology, faults);
     let names = label(&drafts, faults);
     let mut binder = Binder::new(around.robot?, around.world?, around.known);
     let nodes = bind_all(&drafts, &topology, &mut binder, faults)?;
@@ -161,6 +162,30 @@ pub(crate) fn build(
     let mut tree = TreeSpec::new(nodes, topology).with_priorities(&priorities);
     (tree.limits, tree.repeats) = (limits, repeats);
     Some(BuiltTask { tree, names, channels: binder.into_channels(), spans })
+}
+
+/// What is done again at once may take no time at all: all its rounds are then at one moment, and so many are bounded.
+fn check_repeats(drafts: &[Draft<'_>], topology: &Topology, faults: &mut Faults) {
+    let at_once = |node: NodeId| drafts[node.index()].told.repeat.filter(|repeat| repeat.every.is_none());
+    for (index, draft) in drafts.iter().enumerate() {
+        let node = NodeId::from(index);
+        if at_once(node).is_none() {
+            continue;
+        }
+        // Above one with `every` time passes.
+        let above = topology.path(node).take_while(|above| {
+            let repeat = drafts[above.index()].told.repeat;
+            above.index() > 0 && repeat.is_none_or(|repeat| repeat.every.is_none())
+        });
+        let times =
+            above.filter_map(|above| at_once(above)?.times).fold(1_u64, |all, own| all.saturating_mul(own.into()));
+        if times > MAX_AT_ONCE {
+            let help =
+                format!("write `every: TIME` beside it, or repeat it {MAX_AT_ONCE} times at most with all above it");
+            faults.push_with((draft.span, REPEAT), format!("repeated {times} times without a pause"), help);
+            return;
+        }
+    }
 }
 
 fn bind_all(

@@ -32,6 +32,10 @@ pub(super) const PERIOD: &Quantity = &TIMEOUT;
 const MAX_PRIORITY: i32 = 1000;
 /// How often something may be done that is not done forever.
 const MAX_REPEATS: u32 = 1_000_000;
+/// Most times that something is done in a row without a pause, with all that is repeated around it.
+pub(super) const MAX_AT_ONCE: u64 = 1_000;
+/// The key of how often a node is done.
+pub(super) const REPEAT: &str = "repeat";
 const FOREVER: [&str; 1] = ["forever"];
 
 /// How often something is done; none without end.
@@ -97,8 +101,8 @@ described! {
             Later(|| URGENT.form())
         ),
         repeat: Option<Item<'a>> = maybe(
-            "repeat",
-            "How often it is done, or `forever`; once.",
+            REPEAT,
+            "How often it is done, or `forever`; once. More than 1000 times in a row need `every`.",
             Later(|| TIMES.form())
         ),
         every: Option<Item<'a>> = maybe(

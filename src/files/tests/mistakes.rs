@@ -92,6 +92,13 @@ const IN_MISSIONS: &[Mistake<'_>] = &[
     ("    - pick: cup", "    - pick: {objekt: cup}", 15, "did you mean `object`?"),
     ("scale_by: gripper", "scale_by: griper", 16, "did you mean `gripper`?"),
     ("timeout: 2 min", "timeout: -1 s", 17, "out of bounds"),
+    ("retries: 0", "repeat: 1001", 18, "repeat: repeated 1001 times without a pause write `every: TIME`"),
+    (
+        "  then:\n",
+        "  repeat: 501\n  then:\n    - {move: table, repeat: 2}\n",
+        18,
+        "repeated 1002 times without a pause",
+    ),
     ("retries: 0", "retries: 0.5", 19, "a whole number"),
     (
         "    - pick: cup",

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ambidex::model::{Mishap, MissionSpec, Reason, Record, Repeat, Time};
+use ambidex::model::{Mishap, Reason, Record, Time};
 use ambidex::record::History;
 use ambidex::replay::Replay;
 use ambidex::show::conversation::Kind;
@@ -17,17 +17,10 @@ use crate::mutate::ordered;
 /// Robot time after which every mission is canceled at the latest, seconds.
 const LATEST_S: f64 = 60.0;
 
-/// A million repetitions of what is done at once are a million rounds in one moment, which take their time: more than so
-/// many are not run.
-const RESTLESS: u64 = 1000;
-
 /// A map of a mission, what goes wrong in it, when it is canceled, and how it is run.
 pub fn execution(text: &[u8]) -> Taken {
     let Some(run) = ordered::read(text) else { return Taken::default() };
     let Some(mission) = mission_of(&run) else { return Taken::default() };
-    if restless(&mission) > RESTLESS {
-        return Taken::default();
-    }
     let mut taken = Taken { accepted: true, ..Taken::default() };
     let is = |key: &str| ordered::get(&run, key).and_then(Value::as_bool).unwrap_or_default();
     let allocator: Arc<dyn Allocator> = if is("serial") { Arc::new(Serial) } else { Arc::new(Greedy) };
@@ -56,17 +49,6 @@ pub fn execution(text: &[u8]) -> Taken {
     assert_eq!(history.end(), Some(end), "the log ends otherwise");
     taken.said(&format!("{end:?}"));
     taken
-}
-
-/// How often a behavior is done at most without a pause that the mission asks for.
-fn restless(mission: &MissionSpec) -> u64 {
-    let tree = &mission.tree;
-    let times = |node| match tree.repeats.get(&node) {
-        Some(Repeat { every: None, times }) => times.map_or(u64::MAX, u64::from),
-        Some(Repeat { every: Some(_), .. }) | None => 1,
-    };
-    let of = |leaf| tree.topology.path(leaf).map(times).fold(1, u64::saturating_mul);
-    tree.leaves().map(of).max().unwrap_or(1)
 }
 
 /// A reason without what it is about.
