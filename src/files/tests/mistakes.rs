@@ -96,7 +96,7 @@ const IN_MISSIONS: &[Mistake<'_>] = &[
     (
         "  then:\n",
         "  repeat: 501\n  then:\n    - {move: table, repeat: 2}\n",
-        18,
+        15,
         "repeated 1002 times without a pause",
     ),
     ("retries: 0", "retries: 0.5", 19, "a whole number"),
