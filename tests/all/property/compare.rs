@@ -1,8 +1,8 @@
 //! The core beside the reference model, event by event.
 
 use ambidex::model::{
-    Blocked, Consequences, Deadline, End, Grant, MissionEnd, NodeId, NodeRange, Reason, Record, Reopened, ResourceId,
-    Urged,
+    Blocked, Change, Consequences, Deadline, End, Grant, MissionEnd, NodeId, NodeRange, Objection, Origin, Reason,
+    Record, Reopened, ResourceId, Urged,
 };
 
 use super::counts::{Counts, variant};
@@ -21,7 +21,7 @@ pub fn against_reference(case: &Case) -> Counts {
             Some(Event::Woke) => model.woke(),
             Some(Event::Service(controller, outage)) => model.service(*controller, *outage),
             None => true,
-            Some(Event::World(change)) => model.world(*change),
+            Some(Event::World(change, origin)) => model.hear(*change, *origin),
             Some(Event::Ended(leaf, outcome)) => {
                 model.ended(*leaf, outcome);
                 true
@@ -37,7 +37,7 @@ pub fn against_reference(case: &Case) -> Counts {
         }
         compare(case, driver, event, records, &mut model);
     });
-    let mut counts = counts(&driver);
+    let mut counts = counts(case, &driver);
     counts.rechoices = u64::from(model.rechoices);
     counts
 }
@@ -59,6 +59,7 @@ fn compare(case: &Case, driver: &Driver, event: Option<&Event>, records: &[Recor
         short(&said.join("\n")),
         short(&expected.join("\n"))
     );
+    assert!(driver.taken_up == model.taken_up, "{}\n{:?}\n{:?}", show(), driver.taken_up, model.taken_up);
     compare_state(driver, model, &show());
     let stopped = records.iter().flat_map(|record| match record {
         Record::Stopped { leaves, cause, .. } => leaves.iter().map(|leaf| (*leaf, cause.clone())).collect(),
@@ -86,7 +87,8 @@ fn recorded(case: &Case, record: &Record) -> Option<String> {
         Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => return None,
         Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::World { .. } => return None,
         Record::Resource { .. } | Record::Woke { .. } | Record::Served { .. } => return None,
-        Record::Awaited { .. } | Record::Controller { .. } | Record::Denied { .. } => return None,
+        Record::Awaited { .. } | Record::Controller { .. } => return None,
+        Record::Denied { change, origin, why, .. } => denied(*change, *origin, *why),
         Record::Ending { end, until, .. } => format!("ending {end:?} {until:?}"),
         Record::Leaving { way, .. } => format!("leaving {way:?}"),
         Record::Cleaning { node, .. } => format!("cleaning {node:?}"),
@@ -107,6 +109,7 @@ fn stepped(case: &Case, step: &Step) -> String {
         Step::Infeasible { leaf, reason, consequences } => infeasible(*leaf, reason, consequences),
         Step::TimedOut { node, consequences } => timed_out(*node, consequences),
         Step::Reopened(reopened) => tried_again(reopened),
+        Step::Denied { change, origin, why } => denied(*change, *origin, *why),
         Step::Ending { end, until } => format!("ending {end:?} {until:?}"),
         Step::Leaving { way } => format!("leaving {way:?}"),
         Step::Cleaning { node } => format!("cleaning {node:?}"),
@@ -126,6 +129,10 @@ fn released(leaf: NodeId, end: End, consequences: &Consequences, unfit: &[Resour
 
 fn cleaned(node: NodeId, is_done: bool, consequences: &Consequences) -> String {
     format!("cleaned {node:?} {is_done} {consequences:?}")
+}
+
+fn denied(change: Change, origin: Origin, why: Objection) -> String {
+    format!("{origin:?} denied {change:?} {why:?}")
 }
 
 fn infeasible(leaf: NodeId, reason: &Reason, consequences: &Consequences) -> String {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use ambidex::model::{Cause, Consequences, End, MissionEnd, Reason, Record, StopCause};
+use ambidex::model::{Cause, Consequences, End, MissionEnd, MissionSpec, Origin, Reason, Record, Reopened, StopCause};
 
 /// Sums over many trees.
 #[derive(Debug, Default)]
@@ -56,7 +56,7 @@ const REASONS: [&str; 27] = [
     "TooEarly",
 ];
 /// What happens beside rounds and ends.
-const OTHERS: [&str; 19] = [
+const OTHERS: [&str; 25] = [
     "infeasible Missing",
     "timed out",
     "retry",
@@ -76,6 +76,12 @@ const OTHERS: [&str; 19] = [
     "cleanups begun",
     "cleanups done",
     "cleanups failed",
+    "repeats without end",
+    "repeats in a cleanup",
+    "changed by an operator",
+    "changed by a controller",
+    "denied an operator",
+    "denied a controller",
 ];
 
 /// The name of a reason's variant.
@@ -85,7 +91,7 @@ pub fn variant(reason: &Reason) -> String {
 }
 
 impl Counts {
-    pub fn of(records: &[Record], end: Option<MissionEnd>) -> Self {
+    pub fn of(mission: &MissionSpec, records: &[Record], end: Option<MissionEnd>) -> Self {
         let mut counts = Self { trees: 1, ..Self::default() };
         let end = match end {
             Some(MissionEnd::Done) => "done",
@@ -98,6 +104,7 @@ impl Counts {
         counts.ends.insert(end, 1);
         for record in records {
             counts.count(record);
+            counts.count_repeat(mission, record);
         }
         counts.most_rounds = counts.rounds;
         counts
@@ -162,16 +169,34 @@ impl Counts {
             Record::Cleaned { is_done, .. } => {
                 self.count_other(if *is_done { "cleanups done" } else { "cleanups failed" }, true);
             }
+            Record::World { origin, .. } => self.count_origin("changed by", *origin),
+            Record::Denied { origin, .. } => self.count_origin("denied", *origin),
             Record::Header(_)
             | Record::Sent { .. }
-            | Record::World { .. }
-            | Record::Denied { .. }
             | Record::Resource { .. }
             | Record::Woke { .. }
             | Record::Served { .. }
             | Record::Awaited { .. } => {}
             Record::Controller { .. } | Record::Ended { .. } => {}
         }
+    }
+
+    fn count_repeat(&mut self, mission: &MissionSpec, record: &Record) {
+        if let Record::Reopened { reopened: Reopened { node, cause: Cause::Repeat { .. }, .. }, .. } = *record {
+            let is_endless = mission.tree.repeats[&node].times.is_none();
+            let topology = &mission.tree.topology;
+            self.count_other("repeats without end", is_endless);
+            self.count_other("repeats in a cleanup", topology.is_cleanup(node) || topology.is_in_cleanup(node));
+        }
+    }
+
+    fn count_origin(&mut self, what: &str, origin: Origin) {
+        let who = match origin {
+            Origin::Operator => "an operator",
+            Origin::Controller(_) => "a controller",
+            Origin::Script | Origin::Dropped | Origin::Resumed => "a file",
+        };
+        self.count_other(&format!("{what} {who}"), true);
     }
 
     fn count_failing(&mut self, consequences: &Consequences) {

@@ -21,23 +21,27 @@ pub struct Extras {
     pub repeats: bool,
     pub cleanups: bool,
     pub fairness: bool,
+    pub endless: bool,
+    pub repeated_cleanups: bool,
 }
 
 impl Extras {
     /// `AMBIDEX_EXTRAS=priorities,lasting` leaves out all others.
     pub fn of(seed: u64) -> Self {
-        let mut rng = Rng::of(&[seed, 16]);
         let only = std::env::var("AMBIDEX_EXTRAS").ok();
-        let mut has = |name: &str, percent: usize| {
+        let has = |rng: &mut Rng, name: &str, percent: usize| {
             let is_it = rng.is(percent);
             is_it && only.as_ref().is_none_or(|only| only.split(',').any(|other| other == name))
         };
+        let (mut rng, mut others) = (Rng::of(&[seed, 16]), Rng::of(&[seed, 19]));
         Self {
-            priorities: has("priorities", 40),
-            lasting: has("lasting", 25),
-            repeats: has("repeats", 25),
-            cleanups: has("cleanups", 30),
-            fairness: has("fairness", 25),
+            priorities: has(&mut rng, "priorities", 40),
+            lasting: has(&mut rng, "lasting", 25),
+            repeats: has(&mut rng, "repeats", 25),
+            cleanups: has(&mut rng, "cleanups", 30),
+            fairness: has(&mut rng, "fairness", 25),
+            endless: has(&mut others, "endless", 6),
+            repeated_cleanups: has(&mut others, "repeated_cleanups", 50),
         }
     }
 }
@@ -53,6 +57,13 @@ pub fn add(seed: u64, extras: Extras, mission: &mut MissionSpec) {
     }
     if extras.repeats {
         add_repeats(&mut rng, mission);
+    }
+    let mut others = Rng::of(&[seed, 20]);
+    if extras.repeated_cleanups {
+        add_repeats_to_cleanups(&mut others, mission);
+    }
+    if extras.endless {
+        add_endless(&mut others, mission);
     }
     if extras.fairness && mission.tree.nodes[1] == NodeKind::And {
         mission.tree.tasks = mission.tree.topology.children(NodeId(1)).collect();
@@ -153,6 +164,32 @@ fn add_repeats(rng: &mut Rng, mission: &mut MissionSpec) {
         let times = Some(2 + rng.below(2) as u32);
         mission.tree.repeats.insert(rng.one(&can), Repeat { times, every });
     }
+}
+
+/// In cleanups too, also the whole of one.
+fn add_repeats_to_cleanups(rng: &mut Rng, mission: &mut MissionSpec) {
+    let topology = &mission.tree.topology;
+    let is_in_cleanup = |node: &NodeId| topology.is_in_cleanup(*node) || topology.is_cleanup(*node);
+    let can: Vec<_> = (1..mission.tree.nodes.len()).map(NodeId::from).filter(is_in_cleanup).collect();
+    for node in can {
+        if rng.is(40) {
+            let every = rng.is(25).then(|| Duration::from_millis(100 + rng.below(4_000) as u64));
+            mission.tree.repeats.insert(node, Repeat { times: Some(2 + rng.below(2) as u32), every });
+        }
+    }
+}
+
+/// One node without end, which the plan of such a mission cancels.
+fn add_endless(rng: &mut Rng, mission: &mut MissionSpec) {
+    let can_repeat = |node: &NodeId| mission.tree.nodes[node.index()] != NodeKind::Cleanup;
+    let can: Vec<_> = (1..mission.tree.nodes.len()).map(NodeId::from).filter(can_repeat).collect();
+    let every = Some(Duration::from_millis(1000 + rng.below(8_000) as u64));
+    mission.tree.repeats.insert(rng.one(&can), Repeat { times: None, every });
+}
+
+/// Whether something is done without end.
+pub fn is_endless(mission: &MissionSpec) -> bool {
+    mission.tree.repeats.values().any(|repeat| repeat.times.is_none())
 }
 
 /// An object that something in a tree takes.

@@ -81,6 +81,8 @@ impl Case {
     pub fn undisturbed(&self) -> Self {
         let mut mission = MissionSpec::clone(&self.mission);
         mission.tree.limits.clear();
+        // What nobody cancels has an end.
+        mission.tree.repeats.values_mut().for_each(|repeat| repeat.times = repeat.times.or(Some(2)));
         let plan = Plan { seed: self.plan.seed, ..Plan::default() };
         Self { mission: Arc::new(mission), plan, ..self.clone() }
     }

@@ -3,10 +3,11 @@
 use std::time::Duration;
 
 use ambidex::model::{
-    Change, ControllerId, EffectTerm, End, FactId, Fault, Grant, Location, Loss, MissionSpec, ObjectId, Outcome,
-    PlaceId, Rejection, ResourceId, Selector, Time,
+    Change, ControllerId, EffectTerm, End, FactId, Fault, Grant, Location, Loss, MissionSpec, ObjectId, Origin,
+    Outcome, PlaceId, Rejection, ResourceId, Selector, Time,
 };
 
+use super::extras::is_endless;
 use crate::driver::Rng;
 
 /// What happens to whom, however the messages travel.
@@ -21,10 +22,10 @@ pub struct Plan {
     pub rejecting: usize,
     /// Whether failing behaviors drop what they hold.
     pub drops: bool,
-    pub changes: Vec<(Time, Change)>,
+    pub changes: Vec<(Time, Change, Origin)>,
     /// Controllers that go, and come back.
     pub services: Vec<(Time, ControllerId, Option<Loss>)>,
-    /// When the mission is canceled, of those that clean up.
+    /// When the mission is canceled, of those that clean up or have no end.
     pub cancel: Option<Time>,
 }
 
@@ -58,6 +59,7 @@ impl Plan {
             }
         }
         changes.extend(brought(&mut others, mission));
+        let changes = said(seed, mission, changes);
         let mut rng = Rng::of(&[seed, 5]);
         let controllers = mission.robot.controllers.len();
         let losses = if controllers > 0 && rng.is(25) { 1 + rng.below(2) } else { 0 };
@@ -70,8 +72,8 @@ impl Plan {
         });
         let services = services.collect();
         let mut cancels = Rng::of(&[seed, 18]);
-        let cancel = (!mission.tree.topology.cleanups().is_empty() && cancels.is(30))
-            .then(|| Time(cancels.below(25_000_000) as u64));
+        let is_canceled = !mission.tree.topology.cleanups().is_empty() && cancels.is(30);
+        let cancel = (is_canceled || is_endless(mission)).then(|| Time(cancels.below(25_000_000) as u64));
         Self {
             cancel,
             services,
@@ -170,4 +172,59 @@ fn brought(rng: &mut Rng, mission: &MissionSpec) -> Vec<(Time, Change)> {
     let moments = puts.map(|(object, place)| (Time(rng.below(25_000_000) as u64), object, place, rng.is(50)));
     let brought = moments.filter(|(.., is_it)| *is_it && is_brought);
     brought.map(|(at, object, place, _)| (at, Change::Object(object, Location::At(place)))).collect()
+}
+
+/// Who says all that: mostly a file of what goes wrong on purpose; operators and controllers also what they may not.
+fn said(seed: u64, mission: &MissionSpec, changes: Vec<(Time, Change)>) -> Vec<(Time, Change, Origin)> {
+    let mut rng = Rng::of(&[seed, 21]);
+    let controllers = mission.robot.controllers.len();
+    let mut who = |changes: Vec<(Time, Change)>, percent: usize| -> Vec<(Time, Change, Origin)> {
+        let mut all = Vec::new();
+        for (at, change) in changes {
+            let is_bound = rng.is(percent);
+            let origin = match rng.below(2) {
+                _ if !is_bound => Origin::Script,
+                0 if controllers > 0 => Origin::Controller(ControllerId::from(rng.below(controllers))),
+                _ => Origin::Operator,
+            };
+            all.push((at, change, origin));
+            // Some say everything twice.
+            if is_bound && rng.is(30) {
+                all.push((Time(at.0 + rng.below(3_000_000) as u64), change, origin));
+            }
+        }
+        all
+    };
+    let is_open = |change: &Change| match *change {
+        Change::Fact(fact, _) => mission.world.is_outside(fact),
+        Change::Object(..) => true,
+        Change::Base(_) | Change::Taken(..) | Change::Emptied(_) => false,
+    };
+    let (open, others) = changes.into_iter().partition(|(_, change)| is_open(change));
+    let mut all = who(others, 0);
+    all.extend(who(open, 40));
+    all.extend(who(unasked(seed, mission), 100));
+    all
+}
+
+/// What somebody says that the mission does not wait for.
+fn unasked(seed: u64, mission: &MissionSpec) -> Vec<(Time, Change)> {
+    let mut rng = Rng::of(&[seed, 22]);
+    let count = if rng.is(15) { 1 + rng.below(3) } else { 0 };
+    let (places, objects) = (mission.world.places.len(), mission.start.objects.len());
+    let (facts, resources) = (mission.start.facts.len(), mission.robot.resources.len());
+    let mut one = || {
+        let at = Time(rng.below(20_000_000) as u64);
+        let change = match rng.below(8) {
+            0 => Change::Base(mission.world.places[rng.below(places)].stand),
+            1 if resources > 0 => Change::Emptied(rng.below(resources).into()),
+            2..5 if objects > 0 => {
+                let place = Location::At(rng.below(places).into());
+                Change::Object(rng.below(objects).into(), if rng.is(80) { place } else { Location::Unknown })
+            }
+            _ => Change::Fact(rng.below(facts).into(), rng.is(60)),
+        };
+        (at, change)
+    };
+    (0..count).map(|_| one()).collect()
 }

@@ -10,6 +10,7 @@ mod holding;
 mod lapse;
 mod leases;
 mod others;
+mod outside;
 mod repeat;
 mod retry;
 mod round;
@@ -21,8 +22,8 @@ mod world;
 use std::collections::{BTreeMap, BTreeSet};
 
 use ambidex::model::{
-    Consequences, ControllerId, Deadline, End, Failing, Fault, Grant, Loss, MissionEnd, MissionSpec, NodeId, NodeKind,
-    NodeRange, Reason, Reopened, ResourceId, StopCause, Time, Urged, WorldState,
+    Change, Consequences, ControllerId, Deadline, End, Failing, Fault, Grant, Loss, MissionEnd, MissionSpec, NodeId,
+    NodeKind, NodeRange, Objection, Origin, Reason, Reopened, ResourceId, StopCause, Time, Uptake, Urged, WorldState,
 };
 
 pub use leases::{Held, Row};
@@ -100,6 +101,10 @@ pub struct Model<'a> {
     redone: BTreeMap<NodeId, (u64, Option<NodeId>)>,
     /// How often an OR was free to choose again.
     pub rechoices: u32,
+    /// What operators were told of what they asked for.
+    pub taken_up: Vec<(Change, Uptake)>,
+    /// What was denied since the world changed or a behavior ended.
+    denied: Vec<(Change, Origin, Objection)>,
 }
 
 /// A request with all that would serve it.
@@ -148,6 +153,7 @@ pub enum Step {
     Leaving { way: NodeId },
     Cleaning { node: NodeId },
     Cleaned { node: NodeId, is_done: bool, consequences: Consequences },
+    Denied { change: Change, origin: Origin, why: Objection },
     Overtaken { leaf: NodeId, skip: NodeRange, goal: NodeId, consequences: Consequences },
 }
 
@@ -202,6 +208,8 @@ impl<'a> Model<'a> {
             ever_completed: BTreeSet::new(),
             redone: BTreeMap::new(),
             rechoices: 0,
+            taken_up: Vec::new(),
+            denied: Vec::new(),
         }
     }
 

@@ -63,7 +63,7 @@ fn replay(case: &Case, records: &[Record]) {
 #[derive(Debug, Clone)]
 pub enum Event {
     Ended(NodeId, Outcome),
-    World(Change),
+    World(Change, Origin),
     /// A controller goes, or comes back.
     Service(ControllerId, Option<Loss>),
     /// The mission is to end.
@@ -87,7 +87,8 @@ struct Agenda {
 impl Agenda {
     fn new(case: &Case) -> Self {
         let changes = case.plan.changes.iter().enumerate();
-        let events = changes.map(|(index, &(at, change))| ((at, 10_000 + index as u32), Event::World(change)));
+        let events =
+            changes.map(|(index, &(at, change, origin))| ((at, 10_000 + index as u32), Event::World(change, origin)));
         let services = case.plan.services.iter().enumerate();
         let services = services.map(|(index, &(at, id, loss))| ((at, 20_000 + index as u32), Event::Service(id, loss)));
         let cancel = case.plan.cancel.map(|at| ((at, 30_000), Event::Cancel));
@@ -160,7 +161,9 @@ impl Agenda {
 fn give(driver: &mut Driver, event: &Event) {
     match event {
         Event::Ended(leaf, outcome) => driver.give(*leaf, Input::Ended(Box::new(outcome.clone()))),
-        Event::World(change) => driver.give(ROOT, Told::World { change: *change, origin: Origin::Script }.into()),
+        Event::World(change, origin) => {
+            driver.give(ROOT, Told::World { change: *change, origin: *origin }.into());
+        }
         Event::Service(controller, outage) => {
             let told = Told::Service { controller: *controller, outage: *outage, changes: Vec::new() };
             driver.give(ROOT, told.into());
@@ -180,8 +183,8 @@ fn rounds(driver: &Driver) -> usize {
     driver.records.iter().filter(decided).count()
 }
 
-pub fn counts(driver: &Driver) -> Counts {
-    Counts::of(&driver.records, driver.finished)
+pub fn counts(case: &Case, driver: &Driver) -> Counts {
+    Counts::of(&case.mission, &driver.records, driver.finished)
 }
 
 /// One event at a time, each after what came of the one before; `after` sees every event and what it recorded.
@@ -210,7 +213,7 @@ pub fn in_order(case: &Case, interleaving: u64, mut after: impl FnMut(&Driver, O
 /// The records of a run.
 pub fn records(case: &Case, interleaving: u64) -> (Vec<Record>, Counts) {
     let driver = in_order(case, interleaving, |_, _, _| ());
-    let counts = counts(&driver);
+    let counts = counts(case, &driver);
     (driver.records, counts)
 }
 
@@ -267,7 +270,7 @@ pub fn all_at_once(case: &Case, cancel_after: usize, mut watch: impl FnMut(&Driv
         let ends = matches!(end, Some(MissionEnd::Canceled | MissionEnd::Done | MissionEnd::Failed(_)));
         assert!(ends || agenda.is_over, "{end:?}");
     }
-    counts(&driver)
+    counts(case, &driver)
 }
 
 /// Every answer of every round against plain recursion; gives the first difference, with which the run ends. `unheard`
@@ -290,5 +293,5 @@ pub fn in_lockstep(case: &Case, unheard: fn(Topic) -> bool) -> (Option<String>, 
             agenda.lose(case, &driver, &event);
         }
     }
-    (driver.difference().map(str::to_owned), counts(&driver))
+    (driver.difference().map(str::to_owned), counts(case, &driver))
 }

@@ -7,6 +7,10 @@ use ambidex::model::{Consequences, MissionEnd, NodeId, NodeKind, Reason};
 use super::failing::Fall;
 use super::{Model, Refusal, Step, TOP};
 
+/// A cleanup that is over is as before it was begun; the core keeps the iterations of what repeats in it, ways that were
+/// left and what was rejected there.
+const BEGINS_ANEW: bool = false;
+
 impl Model<'_> {
     fn cleanup_nodes(&self) -> Vec<NodeId> {
         let nodes = (1..self.mission.tree.nodes.len()).map(NodeId::from);
@@ -99,7 +103,10 @@ impl Model<'_> {
         let below = self.below(self.cleanup(node));
         for node in (below.from.0..below.to.0).map(NodeId) {
             self.forget(node);
-            self.begin_anew(node);
+            self.resting.remove(&node);
+            if BEGINS_ANEW {
+                self.begin_anew(node);
+            }
         }
         fall.cleaned = Some(node);
         fall.failed = None;

@@ -155,7 +155,7 @@ impl Model<'_> {
         let below = self.below(node);
         self.move_all(|holder| below.contains(holder), heir, node);
         self.settle_done(below);
-        if self.mission.tree.topology.is_cleanup(node) {
+        if self.mission.tree.topology.is_cleanup(node) && self.done.contains(&node) {
             self.end_cleanup(self.parent(node), &mut fall);
         }
         self.end_failing_above(goal, &mut fall);

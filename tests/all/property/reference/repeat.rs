@@ -31,14 +31,14 @@ impl Model<'_> {
     /// The first grant below a node begins its first iteration.
     pub(super) fn begin_first_time(&mut self, leaf: NodeId) {
         for node in self.upward(leaf) {
-            if self.mission.tree.topology.is_cleanup(node) {
-                break;
-            }
             if self.kind(node) == &NodeKind::Cleanup {
                 self.begun.insert(node);
             }
             if self.mission.tree.repeats.contains_key(&node) {
                 self.began.entry(node).or_insert(self.now);
+            }
+            if self.mission.tree.topology.is_cleanup(node) {
+                break;
             }
         }
     }

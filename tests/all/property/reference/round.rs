@@ -278,6 +278,7 @@ impl Model<'_> {
                 let answer = self.ask(child, skips);
                 whole.asks.extend(answer.asks);
                 whole.wishes.extend(answer.wishes);
+                whole.over.extend(answer.over);
                 whole.clean.extend(answer.clean);
                 whole.refused.extend(answer.refused);
                 continue;

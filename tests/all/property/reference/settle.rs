@@ -58,6 +58,7 @@ impl Model<'_> {
     /// A behavior ended: what that completes and what fails with it.
     pub fn ended(&mut self, leaf: NodeId, outcome: &Outcome) {
         self.hidden.clear();
+        self.denied.clear();
         let grant = self.running.remove(&leaf).expect("only what runs ends");
         let told = self.stopping.remove(&leaf);
         let end = match self.believed(leaf, &grant, outcome) {
@@ -77,7 +78,7 @@ impl Model<'_> {
             self.hand_over(&grant, node, heir);
             self.settle_done(self.below(node));
             self.progress += u64::from(self.ever_completed.insert(leaf) && self.cleans(leaf).is_none());
-            if self.mission.tree.topology.is_cleanup(node) {
+            if self.mission.tree.topology.is_cleanup(node) && self.done.contains(&node) {
                 self.end_cleanup(self.parent(node), &mut fall);
             }
         }
