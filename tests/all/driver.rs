@@ -133,6 +133,11 @@ impl Driver {
 
     /// Delivers messages, and gives root its turns, until there is nothing left of either.
     pub fn rest(&mut self) {
+        self.rest_watched(|_| ());
+    }
+
+    /// The same; `watch` sees all records behind each turn.
+    pub fn rest_watched(&mut self, mut watch: impl FnMut(&[Record])) {
         loop {
             if self.step() {
                 continue;
@@ -141,6 +146,7 @@ impl Driver {
                 break;
             }
             self.turn();
+            watch(&self.records);
         }
         self.watch.rested();
     }

@@ -7,9 +7,11 @@ mod compare;
 mod counts;
 mod extras;
 mod generator;
+mod livelock;
 mod plan;
 mod reference;
 mod run;
+mod stalls;
 
 use std::cell::Cell;
 

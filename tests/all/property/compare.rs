@@ -7,16 +7,22 @@ use ambidex::model::{
 
 use super::counts::{Counts, variant};
 use super::generator::Case;
-use super::reference::{Held, Model, Step};
+use super::reference::{Certified, Held, Model, Step};
 use super::run::{Event, counts, in_order};
 use crate::driver::Driver;
 use crate::support::short;
 
 /// The core and the reference model on the same events.
 pub fn against_reference(case: &Case) -> Counts {
+    following(case, |_, _| ())
+}
+
+/// The same; `moment` sees the model before every event and every round.
+pub fn following<'a>(case: &'a Case, mut moment: impl FnMut(&Model<'a>, Option<&Event>)) -> Counts {
     let mut model = Model::new(&case.mission, case.is_serial, &case.clashing);
     let driver = in_order(case, 0, |driver, event, records| {
         model.now = driver.now;
+        moment(&model, event);
         let mut goes_on = match event {
             Some(Event::Woke) => model.woke(),
             Some(Event::Service(controller, outage)) => model.service(*controller, *outage),
@@ -32,7 +38,11 @@ pub fn against_reference(case: &Case) -> Counts {
                 true
             }
         };
+        if case.prevents_deadlock {
+            model.certified = Certified::of_rounds(records).collect();
+        }
         while model.goes_on_cleaning() && goes_on && model.end.is_none() {
+            moment(&model, None);
             goes_on = model.round();
         }
         compare(case, driver, event, records, &mut model);

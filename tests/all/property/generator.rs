@@ -23,6 +23,7 @@ pub const DEPTH: usize = 6;
 #[derive(Clone)]
 pub struct Case {
     pub seed: u64,
+    pub depth: usize,
     pub mission: Arc<MissionSpec>,
     pub clashing: Vec<(NodeId, NodeId)>,
     pub is_serial: bool,
@@ -64,6 +65,7 @@ impl Case {
         let clashing = (0..pairs).map(|_| (rng.one(&leaves), rng.one(&leaves))).filter(|(a, b)| a != b).collect();
         Self {
             seed,
+            depth,
             clashing,
             is_serial: rng.is(12),
             prevents_deadlock: false,

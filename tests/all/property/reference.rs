@@ -2,6 +2,8 @@
 //!
 //! It imports the vocabulary alone, so that an error in the core cannot be in here by inheritance.
 
+mod branch;
+mod certified;
 mod cleanup;
 mod failing;
 mod fairness;
@@ -19,18 +21,21 @@ mod stall;
 mod urgent;
 mod world;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use ambidex::model::{
     Change, Consequences, ControllerId, Deadline, End, Failing, Fault, Grant, Loss, MissionEnd, MissionSpec, NodeId,
     NodeKind, NodeRange, Objection, Origin, Reason, Reopened, ResourceId, StopCause, Time, Uptake, Urged, WorldState,
 };
 
+pub use branch::{Freedom, Next, Rule};
+pub use certified::Certified;
 pub use leases::{Held, Row};
 
 const TOP: NodeId = NodeId(1);
 
 /// The whole state of a mission.
+#[derive(Clone)]
 pub struct Model<'a> {
     pub mission: &'a MissionSpec,
     /// One behavior at a time.
@@ -101,6 +106,8 @@ pub struct Model<'a> {
     redone: BTreeMap<NodeId, (u64, Option<NodeId>)>,
     /// How often an OR was free to choose again.
     pub rechoices: u32,
+    /// What a certificate came to in each round to come, if there is one.
+    pub certified: VecDeque<Vec<Certified>>,
     /// What operators were told of what they asked for.
     pub taken_up: Vec<(Change, Uptake)>,
     /// What was denied since the world changed or a behavior ended.
@@ -208,6 +215,7 @@ impl<'a> Model<'a> {
             ever_completed: BTreeSet::new(),
             redone: BTreeMap::new(),
             rechoices: 0,
+            certified: VecDeque::new(),
             taken_up: Vec::new(),
             denied: Vec::new(),
         }

@@ -40,7 +40,10 @@ impl Model<'_> {
     }
 
     fn helps_waiting(&self, refusal: &Refusal) -> bool {
-        let waits_for_anybody = matches!(refusal.reason, Reason::Reserved { .. } | Reason::TooEarly { .. });
+        let waits_for_anybody = matches!(
+            refusal.reason,
+            Reason::Reserved { .. } | Reason::TooEarly { .. } | Reason::WouldDeadlock { .. }
+        );
         refusal.waits
             || (waits_for_anybody && !self.running.is_empty())
             || refusal.resources.iter().any(|&id| self.is_run(id))
@@ -71,7 +74,7 @@ impl Model<'_> {
     }
 
     /// The nearest earlier behavior that would make so what a leaf lacks.
-    fn send_back(&mut self, leaf: NodeId, condition: &Condition) -> Option<Reopened> {
+    pub(super) fn send_back(&mut self, leaf: NodeId, condition: &Condition) -> Option<Reopened> {
         let (maker, then) = self.maker(leaf, condition)?;
         let below = self.below(then);
         let was = self.redone.get(&maker).is_some_and(|(progress, _)| *progress == self.progress);
@@ -143,14 +146,14 @@ impl Model<'_> {
     }
 
     /// The behavior and all between it and the holder are not done.
-    fn undo(&mut self, holder: NodeId, leaf: NodeId) {
+    pub(super) fn undo(&mut self, holder: NodeId, leaf: NodeId) {
         for node in self.upward(leaf).into_iter().take_while(|&node| node != holder) {
             self.done.remove(&node);
         }
     }
 
     /// An OR with nothing done and nothing held below its child is free again.
-    fn let_choose_again(&mut self, leaf: NodeId) {
+    pub(super) fn let_choose_again(&mut self, leaf: NodeId) {
         for node in self.upward(leaf) {
             let Some(&child) = self.committed.get(&node) else {
                 continue;

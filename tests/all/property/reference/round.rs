@@ -38,7 +38,9 @@ impl Model<'_> {
         let answer = self.ask(NodeId(1), &[]);
         let mut decision = Decision { refused: answer.refused.into_iter().collect(), ..Decision::default() };
         let wishes = self.counting(answer.wishes, &answer.asks);
-        let (accepted, refused) = self.merge([answer.asks, wishes].concat());
+        let mut asks = [answer.asks, wishes].concat();
+        decision.refused.extend(self.drop_what_would_deadlock(&mut asks));
+        let (accepted, refused) = self.merge(asks);
         decision.refused.extend(refused);
         let (grants, taken) = self.bind(&accepted);
         for grant in grants {
@@ -387,7 +389,7 @@ impl Model<'_> {
     }
 
     /// Every way to give each claim a resource so that nothing serves two, except on one channel.
-    fn for_each_choice(&self, asks: &[Ask], found: &mut impl FnMut(&[(ResourceId, f64)])) {
+    pub(super) fn for_each_choice(&self, asks: &[Ask], found: &mut impl FnMut(&[(ResourceId, f64)])) {
         let claims: Vec<Claimed<'_>> = asks
             .iter()
             .flat_map(|ask| {
@@ -418,7 +420,7 @@ impl Model<'_> {
     }
 
     /// Grants, and what wishes take.
-    fn bind(&self, accepted: &[Ask]) -> (Vec<Grant>, Vec<Grant>) {
+    pub(super) fn bind(&self, accepted: &[Ask]) -> (Vec<Grant>, Vec<Grant>) {
         let mut chosen = self.cheapest(accepted).into_iter();
         let (mut grants, mut taken) = (Vec::new(), Vec::new());
         for ask in accepted {
