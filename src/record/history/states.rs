@@ -210,12 +210,15 @@ impl LeafStates {
     /// What begins anew is neither done nor has it failed.
     pub(super) fn begin_again(&mut self, nodes: &[NodeId], at: Time, phase: Phase) {
         let known = |node: &NodeId| node.index() < self.nodes.len();
+        let Some(top) = nodes.first().copied() else { return };
         for node in nodes.iter().copied().filter(known).collect::<Vec<_>>().into_iter().rev() {
             let was_done = self.is_done(node);
             let entry = &mut self.nodes[node.index()];
             (entry.is_complete, entry.is_failed) = (false, false);
             self.tell_parent(node, was_done);
-            let is_left = |leaf: &LeafHistory| leaf.phase != Phase::Waiting && !self.topology.is_in_cleanup(node);
+            // A cleanup below it is not asked for that.
+            let is_asked = !self.path(node).take_while(|above| *above != top).any(|at| self.topology.is_cleanup(at));
+            let is_left = |leaf: &LeafHistory| leaf.phase != Phase::Waiting && is_asked;
             if self.leaf(node).is_some_and(is_left) {
                 self.enter(node, at, phase);
             }

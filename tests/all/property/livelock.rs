@@ -179,7 +179,8 @@ impl Bounds {
         };
         let nodes = || (1..mission.tree.nodes.len()).map(NodeId::from);
         let count = leaves.len() as u64;
-        let ways = nodes().filter(|node| mission.tree.nodes[mission.tree.topology.parent(*node).index()] == NodeKind::Or);
+        let ways =
+            nodes().filter(|node| mission.tree.nodes[mission.tree.topology.parent(*node).index()] == NodeKind::Or);
         // Every time a node begins anew counts as progress for what is below it.
         let anew: u64 = nodes().map(times).sum();
         let outside = (case.plan.changes.len() + case.plan.services.len() + 1) as u64;
@@ -190,7 +191,8 @@ impl Bounds {
         let reopenings = progress * once * (1 + keepers) + anew;
         // A cleanup is done for every attempt and every way that is left.
         let cleanups = mission.tree.topology.cleanups().len() as u64;
-        let grants: u64 = leaves.iter().map(|leaf| times(*leaf) * retries(*leaf)).sum::<u64>() + cleanups * count * progress;
+        let grants: u64 =
+            leaves.iter().map(|leaf| times(*leaf) * retries(*leaf)).sum::<u64>() + cleanups * count * progress;
         // Each attempt may wait, take too long, and be awaited.
         let told = 2 * outside + 3 * (grants + anew);
         let mut levels: Vec<i32> = nodes().map(|node| mission.tree.priority(node)).collect();

@@ -152,7 +152,13 @@ impl<'a> Model<'a> {
         for (_, model) in &mut all {
             model.hidden.clear();
             model.forget_time(freedom);
+            // What can never run has failed; in another task it could be made so again.
+            if !freedom.lifts(Rule::OwnTaskOnly) && model.end.is_none() {
+                model.give_up();
+                model.forget_time(freedom);
+            }
         }
+        all.retain(|(_, model)| !model.failing.contains_key(&TOP));
         all
     }
 
@@ -190,8 +196,13 @@ impl<'a> Model<'a> {
             EffectTerm::Lies(..) | EffectTerm::Taken(..) | EffectTerm::LetGo(..) | EffectTerm::Stands(_) => true,
         };
         let is_open = |node: &NodeId| self.kind(*node) == &NodeKind::Or && !self.committed.contains_key(node);
-        let decides = self.upward(leaf).iter().any(|node| is_open(node) || self.mission.tree.repeats.contains_key(node));
-        gives_back && takes_nothing && ask.grant.request.skips.is_empty() && !decides && !spec.effects.iter().any(is_noticed)
+        let decides =
+            self.upward(leaf).iter().any(|node| is_open(node) || self.mission.tree.repeats.contains_key(node));
+        gives_back
+            && takes_nothing
+            && ask.grant.request.skips.is_empty()
+            && !decides
+            && !spec.effects.iter().any(is_noticed)
     }
 
     /// The facts that some other behavior asks for.
@@ -206,6 +217,34 @@ impl<'a> Model<'a> {
         let path = self.upward(leaf);
         let is_open = |or: NodeId| self.kind(or) == &NodeKind::Or && !self.committed.contains_key(&or);
         path.windows(2).filter(|pair| is_open(pair[1])).map(|pair| (pair[1], pair[0])).collect()
+    }
+
+    /// The same with a behavior granted, run and succeeded.
+    pub fn after_run(&self, grant: &Grant) -> Self {
+        let mut model = self.clone();
+        model.start(grant);
+        model.succeed(grant.leaf());
+        model
+    }
+
+    /// The same where the world is, and who holds what, as it was before.
+    pub fn restored(&self, before: &Self, world: bool, leases: bool) -> Self {
+        let mut model = self.clone();
+        if world {
+            model.world_state = before.world_state.clone();
+        }
+        if leases {
+            model.rows = before.rows.clone();
+        }
+        model
+    }
+
+    /// The same where what was skipped for a behavior is not done.
+    pub fn without_skips(&self, grant: &Grant) -> Self {
+        let mut model = self.clone();
+        let is_skipped = |node: &NodeId| grant.request.skips.iter().any(|skip| skip.contains(*node));
+        model.done.retain(|node| !is_skipped(node));
+        model
     }
 
     pub fn choose_way(&mut self, or: NodeId, way: NodeId) {
@@ -423,12 +462,14 @@ impl<'a> Model<'a> {
         let bits = [base.at.x, base.at.y, base.heading].map(f64::to_bits);
         list(&mut bits.iter().flat_map(|bits| [(bits >> 32) as u32, *bits as u32]));
         for at in &self.world_state.objects {
-            list(&mut std::iter::once(match at {
-                Location::At(place) => place.0,
-                Location::In(_) => 1000,
-                Location::Unknown => 1001,
-            })
-            .chain(at.holders().iter().map(|holder| holder.0)));
+            list(
+                &mut std::iter::once(match at {
+                    Location::At(place) => place.0,
+                    Location::In(_) => 1000,
+                    Location::Unknown => 1001,
+                })
+                .chain(at.holders().iter().map(|holder| holder.0)),
+            );
         }
         list(&mut self.world_state.facts.iter().map(|fact| u32::from(*fact)));
         if !freedom.is_timeless() {

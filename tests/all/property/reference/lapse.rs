@@ -40,10 +40,8 @@ impl Model<'_> {
     }
 
     fn helps_waiting(&self, refusal: &Refusal) -> bool {
-        let waits_for_anybody = matches!(
-            refusal.reason,
-            Reason::Reserved { .. } | Reason::TooEarly { .. } | Reason::WouldDeadlock { .. }
-        );
+        let waits_for_anybody =
+            matches!(refusal.reason, Reason::Reserved { .. } | Reason::TooEarly { .. } | Reason::WouldDeadlock { .. });
         refusal.waits
             || (waits_for_anybody && !self.running.is_empty())
             || refusal.resources.iter().any(|&id| self.is_run(id))

@@ -186,7 +186,8 @@ impl Model<'_> {
 
     /// Where nothing was granted since it is reserved, those do not ask in the next round; true if there are such.
     pub(super) fn hide(&mut self, decision: &Decision) -> bool {
-        let is_reserved = |refusal: &&Refusal| matches!(refusal.reason, Reason::Reserved { .. } | Reason::WouldDeadlock { .. });
+        let is_reserved =
+            |refusal: &&Refusal| matches!(refusal.reason, Reason::Reserved { .. } | Reason::WouldDeadlock { .. });
         let reserved =
             decision.refused.iter().filter(|(leaf, refusal)| is_reserved(refusal) && !self.hidden.contains_key(leaf));
         let more: Vec<_> = reserved.map(|(leaf, refusal)| (*leaf, refusal.clone())).collect();

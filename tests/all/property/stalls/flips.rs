@@ -1,32 +1,39 @@
 //! The moment from which on no schedule was left, and what happened then.
 
-use ambidex::model::{End, Grant, MissionSpec, NodeId};
+use ambidex::model::{End, Grant, MissionSpec};
 
 use super::search::{Found, Search};
-use super::{Moment, Verdict};
-use crate::property::reference::{Freedom, Model, Step};
+use super::{BEFORE, Moment, Verdict};
+use crate::property::reference::{Freedom, Model};
 use crate::property::run::Event;
 
 /// What happened in the moment from which on no schedule was left.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Cause {
-    /// Something failed, was lost, took too long, or was changed from outside.
-    Failure,
-    Outside,
-    Away,
-    TimeOver,
+    /// Something failed or was interrupted.
+    Failed,
     /// A behavior ended otherwise than its kind promises.
     Otherwise,
-    /// Of two that ran the wrong one ended first.
+    /// Others changed the world.
+    Outside,
+    /// A controller went.
+    Away,
+    /// A node took too long.
+    TimeOver,
+    /// Of those that ran the wrong one ended first.
     EndedFirst,
-    /// Granted with resources with which it leads nowhere; with others there was a schedule.
+    /// A behavior was granted resources with which it leads nowhere; with others there was a schedule.
     Resource,
-    /// Granted in a way of an OR that leads nowhere.
+    /// A behavior was granted in a way of an OR that leads nowhere.
     Way,
-    /// Granted too early.
-    Order(String),
-    /// A decision beside grants.
-    Beside(String),
+    /// What was passed over as satisfied would have had to run.
+    Skipped,
+    /// A behavior that came too early changed what others need.
+    World,
+    /// A behavior that came too early took, kept or gave back what others need.
+    Leases,
+    /// Both together.
+    WorldAndLeases,
 }
 
 /// The last of all moments after which no schedule was left.
@@ -35,7 +42,7 @@ pub fn last(mission: &MissionSpec, moments: &[Moment<'_>]) -> Verdict {
     for (index, moment) in moments.iter().enumerate().rev().skip(1) {
         match search.from(&moment.before) {
             Found::Nothing => {}
-            Found::CutOff => return Verdict::CutOff,
+            Found::CutOff => return Verdict::CutOff(BEFORE),
             Found::Schedule(_) => return cause(mission, &mut search, moment, &moments[index + 1].before),
         }
     }
@@ -47,8 +54,8 @@ fn cause<'m>(mission: &'m MissionSpec, search: &mut Search<'m>, moment: &Moment<
         Some(Event::World(..)) => Cause::Outside,
         Some(Event::Service(..)) => Cause::Away,
         Some(Event::Woke) => Cause::TimeOver,
-        Some(Event::Cancel | Event::Nothing) => Cause::Beside(format!("{:?}", moment.event)),
-        Some(Event::Ended(_, outcome)) if outcome.end != End::Succeeded => Cause::Failure,
+        Some(Event::Cancel | Event::Nothing) => return Verdict::Unexplained("told to end".into()),
+        Some(Event::Ended(_, outcome)) if outcome.end != End::Succeeded => Cause::Failed,
         Some(Event::Ended(_, outcome)) if !outcome.changes.is_empty() => Cause::Otherwise,
         Some(Event::Ended(..)) => Cause::EndedFirst,
         None => return of_round(mission, search, &moment.before, after),
@@ -56,12 +63,7 @@ fn cause<'m>(mission: &'m MissionSpec, search: &mut Search<'m>, moment: &Moment<
 }
 
 /// Which of the grants of a round it was, or what came of it beside.
-fn of_round<'m>(
-    mission: &'m MissionSpec,
-    search: &mut Search<'m>,
-    before: &Model<'m>,
-    after: &Model<'m>,
-) -> Verdict {
+fn of_round<'m>(mission: &'m MissionSpec, search: &mut Search<'m>, before: &Model<'m>, after: &Model<'m>) -> Verdict {
     let granted: Vec<&Grant> =
         after.running.iter().filter(|(leaf, _)| !before.running.contains_key(leaf)).map(|(_, grant)| grant).collect();
     let mut model = before.clone();
@@ -69,42 +71,41 @@ fn of_round<'m>(
         let mut with = model.clone();
         with.start(grant);
         match search.from(&with) {
-            Found::CutOff => return Verdict::CutOff,
+            Found::CutOff => return Verdict::CutOff(BEFORE),
             Found::Schedule(_) => model = with,
-            Found::Nothing => return Verdict::Lost(of_grant(mission, search, &model, grant)),
-        }
-    }
-    let steps = after.log.iter().map(|step| match step {
-        Step::Decided(decision) => format!("decided {:?}", decision.reopened.as_ref().map(|reopened| &reopened.cause)),
-        other => format!("{other:?}"),
-    });
-    Verdict::Lost(Cause::Beside(steps.collect::<Vec<_>>().join("; ")))
-}
-
-fn of_grant<'m>(mission: &'m MissionSpec, search: &mut Search<'m>, before: &Model<'m>, grant: &Grant) -> Cause {
-    let leaf = grant.leaf();
-    let asks = before.for_search(mission, Freedom::OWN).asking(Freedom::OWN);
-    for ask in asks.iter().filter(|ask| ask.grant.leaf() == leaf) {
-        for other in before.grants(ask) {
-            let mut with = before.clone();
-            with.start(&other);
-            if let Found::Schedule(_) = search.from(&with) {
-                return Cause::Resource;
+            Found::Nothing => {
+                let cause = of_grant(mission, search, &model, grant);
+                let unknown = || Verdict::Unexplained(format!("after the grant of {:?}", grant.leaf()));
+                return cause.map_or_else(unknown, Verdict::Lost);
             }
         }
     }
-    for (or, way) in before.would_choose(leaf) {
-        let mut with = before.clone();
-        with.choose_way(or, way);
-        if search.from(&with) == Found::Nothing {
-            return Cause::Way;
-        }
-    }
-    Cause::Order(kind(mission, leaf))
+    Verdict::Unexplained(format!("beside grants: {:?}", after.log))
 }
 
-fn kind(mission: &MissionSpec, leaf: NodeId) -> String {
-    let spec = mission.tree.behavior(leaf).expect("a leaf");
-    let keeps = spec.claims.iter().any(|claim| matches!(claim.keep, ambidex::model::Retention::Physical(_)));
-    format!("{} keeps {keeps} effects {:?}", spec.kind, spec.effects)
+fn of_grant<'m>(mission: &'m MissionSpec, search: &mut Search<'m>, before: &Model<'m>, grant: &Grant) -> Option<Cause> {
+    let leaf = grant.leaf();
+    let mut is_solvable = |model: &Model<'m>| matches!(search.from(model), Found::Schedule(_));
+    let asks = before.for_search(mission, Freedom::OWN).asking(Freedom::OWN);
+    let others = asks.iter().filter(|ask| ask.grant.leaf() == leaf).flat_map(|ask| before.grants(ask));
+    for other in others {
+        let mut with = before.clone();
+        with.start(&other);
+        if is_solvable(&with) {
+            return Some(Cause::Resource);
+        }
+    }
+    let mut chosen = before.clone();
+    before.would_choose(leaf).into_iter().for_each(|(or, way)| chosen.choose_way(or, way));
+    if !is_solvable(&chosen) {
+        return Some(Cause::Way);
+    }
+    let after = before.after_run(grant);
+    let otherwise = [
+        (Cause::Skipped, after.without_skips(grant)),
+        (Cause::World, after.restored(before, true, false)),
+        (Cause::Leases, after.restored(before, false, true)),
+        (Cause::WorldAndLeases, after.restored(before, true, true)),
+    ];
+    otherwise.into_iter().find(|(_, model)| is_solvable(model)).map(|(cause, _)| cause)
 }

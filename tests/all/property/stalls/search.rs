@@ -9,10 +9,11 @@ use std::collections::{BTreeMap, HashSet};
 
 use ambidex::model::MissionSpec;
 
+use crate::property::number;
 use crate::property::reference::{Freedom, Model, Next};
 
-/// Most states that one search looks at.
-pub const BUDGET: usize = 20_000;
+/// Most states that one search looks at, unless `AMBIDEX_BUDGET` says otherwise.
+const BUDGET: usize = 20_000;
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Found {
@@ -27,13 +28,13 @@ pub struct Search<'m> {
     mission: &'m MissionSpec,
     freedom: Freedom,
     dead: HashSet<Vec<u32>>,
-    /// States looked at by all searches.
-    pub states: usize,
+    budget: usize,
 }
 
 impl<'m> Search<'m> {
     pub fn new(mission: &'m MissionSpec, freedom: Freedom) -> Self {
-        Self { mission, freedom, dead: HashSet::new(), states: 0 }
+        let budget = number("AMBIDEX_BUDGET").unwrap_or(BUDGET);
+        Self { mission, freedom, dead: HashSet::new(), budget }
     }
 
     pub fn from(&mut self, model: &Model<'m>) -> Found {
@@ -47,12 +48,11 @@ impl<'m> Search<'m> {
                 continue;
             }
             seen.insert(key.clone(), from);
-            self.states += 1;
             if model.is_won() {
                 found = Some(key);
                 break;
             }
-            if seen.len() > BUDGET {
+            if seen.len() > self.budget {
                 return Found::CutOff;
             }
             // What was found first is looked at first.
