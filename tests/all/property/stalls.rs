@@ -93,7 +93,7 @@ fn judge(mission: &MissionSpec, moments: &[Moment<'_>]) -> Verdict {
         Found::Nothing => {}
     }
     match from_here(Freedom::of(&Rule::ALL)) {
-        Found::Schedule(_) => forbidding(|freedom| from_here(freedom)),
+        Found::Schedule(_) => forbidding(from_here),
         Found::Nothing => flips::last(mission, moments),
         Found::CutOff => Verdict::CutOff(HERE),
     }

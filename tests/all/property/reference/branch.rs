@@ -320,7 +320,10 @@ impl<'a> Model<'a> {
             NodeKind::Or => {
                 let before = walk.asks.len();
                 let ways = self.committed.get(&node).map_or_else(|| self.children(node), |way| vec![*way]);
-                let any = ways.into_iter().fold(false, |any, way| self.walk(way, skips, walk, freedom) || any);
+                let mut any = false;
+                for way in ways {
+                    any |= self.walk(way, skips, walk, freedom);
+                }
                 if any && !freedom.lifts(Rule::SatisfiedFirst) {
                     let passed_over = walk.asks.split_off(before).into_iter();
                     walk.blocked.extend(passed_over.map(|ask| ask.grant.leaf()));

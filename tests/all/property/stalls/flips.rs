@@ -4,7 +4,7 @@ use ambidex::model::{End, Grant, MissionSpec};
 
 use super::search::{Found, Search};
 use super::{BEFORE, Moment, Verdict};
-use crate::property::reference::{Freedom, Model};
+use crate::property::reference::{Freedom, Model, Next};
 use crate::property::run::Event;
 
 /// What happened in the moment from which on no schedule was left.
@@ -34,6 +34,12 @@ pub enum Cause {
     Leases,
     /// Both together.
     WorldAndLeases,
+    /// A behavior came too early otherwise: every schedule that was left runs it later.
+    Early,
+    /// A behavior ran that in the schedule which was left need not run.
+    Needless,
+    /// What a round did beside grants: what lapsed, was sent back, left, passed over, given up or begun anew.
+    Beside,
 }
 
 /// The last of all moments after which no schedule was left.
@@ -80,7 +86,7 @@ fn of_round<'m>(mission: &'m MissionSpec, search: &mut Search<'m>, before: &Mode
             }
         }
     }
-    Verdict::Unexplained(format!("beside grants: {:?}", after.log))
+    Verdict::Lost(Cause::Beside)
 }
 
 fn of_grant<'m>(mission: &'m MissionSpec, search: &mut Search<'m>, before: &Model<'m>, grant: &Grant) -> Option<Cause> {
@@ -107,5 +113,10 @@ fn of_grant<'m>(mission: &'m MissionSpec, search: &mut Search<'m>, before: &Mode
         (Cause::Leases, after.restored(before, false, true)),
         (Cause::WorldAndLeases, after.restored(before, true, true)),
     ];
-    otherwise.into_iter().find(|(_, model)| is_solvable(model)).map(|(cause, _)| cause)
+    if let Some((cause, _)) = otherwise.into_iter().find(|(_, model)| is_solvable(model)) {
+        return Some(cause);
+    }
+    let Found::Schedule(schedule) = search.from(before) else { return None };
+    let runs_it = schedule.iter().any(|next| matches!(next, Next::Run(other, _) if *other == leaf));
+    Some(if runs_it { Cause::Early } else { Cause::Needless })
 }

@@ -80,6 +80,9 @@ fn of_cause(cause: Cause) -> &'static str {
         Cause::Skipped => "what was satisfied was passed over",
         Cause::World => "what came first changed what others need",
         Cause::Leases => "what came first took or gave back what others need",
+        Cause::Early => "what came first would have had to come later",
+        Cause::Needless => "what was granted need not have run",
+        Cause::Beside => "what lapsed, was sent back, left, passed over or given up",
         Cause::WorldAndLeases => "what came first changed, and took or gave back, what others need",
     }
 }
