@@ -94,6 +94,11 @@ impl<'a> Model<'a> {
         let is_refused = |reason: &Reason| matches!(reason, Reason::WouldDeadlock { .. });
         model.hidden.retain(|_, refusal| !freedom.lifts(Rule::Certificate) && is_refused(&refusal.reason));
         model.forget_time(freedom);
+        // A round would begin with that.
+        if model.end.is_none() && !model.is_cleaning_up() {
+            model.give_up();
+            model.forget_time(freedom);
+        }
         model
     }
 

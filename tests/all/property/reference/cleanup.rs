@@ -104,6 +104,7 @@ impl Model<'_> {
         for node in (below.from.0..below.to.0).map(NodeId) {
             self.forget(node);
             self.resting.remove(&node);
+            self.bad.retain(|(leaf, _)| *leaf != node);
             if BEGINS_ANEW {
                 self.begin_anew(node);
             }

@@ -11,6 +11,8 @@ use crate::property::reference::Rule;
 /// Of a hundred stalls, how many searches may be cut off.
 const CUT_OFF_PERCENT: usize = 15;
 
+const UNEXPLAINED: &str = "unexplained";
+
 #[derive(Debug, Default)]
 pub struct Table {
     /// How many there are of each, with the first seed and its depth.
@@ -23,7 +25,12 @@ impl Table {
         line.0 += 1;
     }
 
+    /// Nothing is left unexplained, and few searches are cut off.
     pub fn check(&self) {
+        let unexplained = self.lines.iter().find(|(name, _)| name.starts_with(UNEXPLAINED));
+        if let Some((why, (_, seed, depth))) = unexplained {
+            panic!("AMBIDEX_SEED={seed} AMBIDEX_DEPTH={depth}: {why}");
+        }
         let all: usize = self.lines.values().map(|line| line.0).sum();
         let cut_off: usize =
             self.lines.iter().filter(|(name, _)| name.starts_with("cut off")).map(|(_, line)| line.0).sum();
@@ -51,7 +58,7 @@ fn line(verdict: &Verdict) -> String {
             format!("solvable but for: {}", rules.join("; "))
         }
         Verdict::Lost(cause) => format!("solvable until: {}", of_cause(*cause)),
-        Verdict::Unexplained(_) => unreachable!("it fails"),
+        Verdict::Unexplained(why) => format!("{UNEXPLAINED}: {why}"),
     }
 }
 
