@@ -42,7 +42,7 @@ const HERE: &str = "whether one is left";
 const BEFORE: &str = "since when none is left";
 
 /// One tree in so many is searched in the normal run.
-const SHARE: u32 = 10;
+const SHARE: u32 = 20;
 
 /// Whoever stalls could not have been finished, or is stopped by a rule that the page names.
 ///
