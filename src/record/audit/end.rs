@@ -28,12 +28,10 @@ impl Ending {
                 let what = if facts.is_empty() { "a controller".to_owned() } else { facts.join(" and ") };
                 self.awaited = Some(format!("it waits for {what}{until}"));
             }
-            Record::Decided { granted, .. } => {
-                if !granted.is_empty() {
-                    self.awaited = None;
-                    if self.has_ended {
-                        found.push(Rule::End, "something is granted after the end".to_owned());
-                    }
+            Record::Decided { granted, .. } if !granted.is_empty() => {
+                self.awaited = None;
+                if self.has_ended {
+                    found.push(Rule::End, "something is granted after the end".to_owned());
                 }
             }
             Record::Released { leaf, waits_until: Some(_), .. } => self.waits.push(*leaf),

@@ -21,7 +21,6 @@ use serde::Serialize;
 use commands::Commands;
 use end::Ending;
 use leases::Leases;
-use objects::Objects;
 pub use own::{OwnEvent, OwnLine, OwnRecords};
 use reasons::Reasons;
 use run::Run;
@@ -156,7 +155,6 @@ pub struct Audit {
     run: Run,
     leases: Leases,
     twice: Twice,
-    objects: Objects,
     reasons: Reasons,
     commands: Commands,
     ending: Ending,
@@ -174,7 +172,6 @@ impl Audit {
         Self {
             leases: Leases::default(),
             twice: Twice::default(),
-            objects: Objects::default(),
             reasons: Reasons::default(),
             commands: Commands::default(),
             ending: Ending::default(),
@@ -200,7 +197,7 @@ impl Audit {
         found.at = record.at();
         self.leases.take(run, record, found, looked_at);
         self.twice.take(run, record, found, looked_at);
-        self.objects.take(run, record, found, looked_at);
+        objects::take(run, record, found, looked_at);
         self.reasons.take(run, record, found, looked_at);
         self.commands.take(run, record, found, looked_at);
         self.ending.take(run, record, found);

@@ -6,37 +6,32 @@ use super::run::Run;
 use super::{Found, LookedAt, Rule};
 
 /// Looks at every change of where an object is.
-#[derive(Debug, Default)]
-pub(super) struct Objects;
-
-impl Objects {
-    pub(super) fn take(&mut self, run: &Run, record: &Record, found: &mut Found, looked_at: &mut LookedAt) {
-        if let Record::Began { world_state, .. } = record {
-            shared_hands(run, &world_state.objects, found);
-        }
-        if Run::changes(record).is_empty() && !matches!(record, Record::Released { .. }) {
-            return;
-        }
-        let mut world = run.world.clone();
-        for change in Run::changes(record) {
-            let object = match change {
-                Change::Object(object, _) | Change::Taken(object, _) => Some(*object),
-                Change::Emptied(_) | Change::Base(_) | Change::Fact(..) => None,
-            };
-            if object.is_some_and(|object| object.index() >= world.objects.len()) {
-                found.push(Rule::Objects, "it is about an object that the mission does not have".to_owned());
-                continue;
-            }
-            let before = world.objects.clone();
-            if !matches!(change, Change::Fact(fact, _) if fact.index() >= world.facts.len()) {
-                world.apply(*change);
-            }
-            looked_at.moves += before.iter().zip(&world.objects).filter(|(was, is)| was != is).count() as u64;
-            pushed_out(run, change, &before, &world.objects, found);
-            moved_by_others(run, record, change, &before, found);
-        }
-        succeeded(run, record, &world.objects, found);
+pub(super) fn take(run: &Run, record: &Record, found: &mut Found, looked_at: &mut LookedAt) {
+    if let Record::Began { world_state, .. } = record {
+        shared_hands(run, &world_state.objects, found);
     }
+    if Run::changes(record).is_empty() && !matches!(record, Record::Released { .. }) {
+        return;
+    }
+    let mut world = run.world.clone();
+    for change in Run::changes(record) {
+        let object = match change {
+            Change::Object(object, _) | Change::Taken(object, _) => Some(*object),
+            Change::Emptied(_) | Change::Base(_) | Change::Fact(..) => None,
+        };
+        if object.is_some_and(|object| object.index() >= world.objects.len()) {
+            found.push(Rule::Objects, "it is about an object that the mission does not have".to_owned());
+            continue;
+        }
+        let before = world.objects.clone();
+        if !matches!(change, Change::Fact(fact, _) if fact.index() >= world.facts.len()) {
+            world.apply(*change);
+        }
+        looked_at.moves += before.iter().zip(&world.objects).filter(|(was, is)| was != is).count() as u64;
+        pushed_out(run, change, &before, &world.objects, found);
+        moved_by_others(run, record, change, &before, found);
+    }
+    succeeded(run, record, &world.objects, found);
 }
 
 /// An object that a change is not about has lost its holder by it.
