@@ -20,9 +20,10 @@ use crate::page::Page;
 #[command(after_help = "\
 LOG is a file or the name of an instance. Left out, it is the newest log there.
 
-The auditor folds the records by itself: it shares neither the state nor the rules of what decided. With the records that
-controllers wrote themselves (`ambidex controller NAME --record FOLDER/NAME.jsonl`) it looks at these too. That every decision
-follows from what was told is another question, which `ambidex verify` answers.
+The auditor folds the records by itself: it shares neither the state nor the rules of what
+decided. With the records that controllers wrote themselves (`ambidex controller NAME --record
+FOLDER/NAME.jsonl`) it looks at these too. That every decision follows from what was told is
+another question, which `ambidex verify` answers.
 
 Exit codes: 0 all holds, 1 something does not, 2 the log or a record cannot be read.")]
 pub struct AuditArgs {

@@ -37,13 +37,16 @@ const ENDLESS: Duration = Duration::from_secs(120);
 /// `ambidex chaos`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Each run has a daemon and its controllers as processes of their own. Drawn from its seed, controllers are killed, stopped,
-hung up or their emergency stop is pressed; the daemon is killed and goes on in its log, is stopped or hung up; behaviors
-fail, hang, are late or drop what is held; an operator changes the world; the disk of the log is full or slow. What was
-killed or stopped mostly comes back. After each run `ambidex audit` and `ambidex verify` look at its log and at what the
-controllers wrote down themselves, and it is looked for what is left among processes and in shared memory.
+Each run has a daemon and its controllers as processes of their own. Drawn from its seed,
+controllers are killed, stopped, hung up or their emergency stop is pressed; the daemon is killed
+and goes on in its log, is stopped or hung up; behaviors fail, hang, are late or drop what is held;
+an operator changes the world; the disk of the log is full or slow. What was killed or stopped
+mostly comes back. After each run `ambidex audit` and `ambidex verify` look at its log and at what
+the controllers wrote down themselves, and it is looked for what is left among processes and in
+shared memory.
 
-Exit codes: 0 nothing was found, 1 something was, 2 a mission is faulty or processes cannot be started, 130 Ctrl-C.")]
+Exit codes: 0 nothing was found, 1 something was, 2 a mission is faulty or processes cannot be
+started, 130 Ctrl-C.")]
 pub struct ChaosArgs {
     /// The missions, one after the other.
     #[arg(required_unless_present = "rooms")]
