@@ -47,11 +47,13 @@ impl Model<'_> {
 
     /// The world is different from outside; true if a round follows.
     pub fn world(&mut self, change: Change) -> bool {
-        self.hidden.clear();
         let before = (self.world_state.clone(), self.rows.clone());
         self.change(&[change]);
         let is_different = (&self.world_state, &self.rows) != (&before.0, &before.1);
         self.progress += u64::from(is_different);
+        if is_different {
+            self.hidden.clear();
+        }
         is_different
     }
 
