@@ -21,6 +21,15 @@ impl Root {
         self.edit(Record::Reopened { at: now, reopened }, out);
     }
 
+    /// A cleanup that is over is as before it was begun, and so is what repeats in it.
+    pub(super) fn forget_cleaned(&mut self, record: &Record) {
+        let (Record::Released { consequences, .. } | Record::Cleaned { consequences, .. }) = record else { return };
+        let Some(node) = consequences.cleaned.filter(|_| !self.began.is_empty()) else { return };
+        let topology = self.state.topology();
+        let Some(cleanup) = topology.children(node).last() else { return };
+        self.began.retain(|begun, _| !topology.is_within(*begun, cleanup));
+    }
+
     /// The first time of a node begins with the first grant below it.
     pub(super) fn note_begun(&mut self, verdict: &Verdict) {
         let tree = &self.mission.tree;

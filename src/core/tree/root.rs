@@ -319,6 +319,7 @@ impl Root {
         if let (Some(touches), Some(before)) = (&mut self.touches, before) {
             touches.note(&before, &self.state, &record);
         }
+        self.forget_cleaned(&record);
         self.feasibility.note(&record);
         for leaf in self.certificate.note(&record) {
             self.touches.iter_mut().for_each(|touches| touches.note_bar(leaf));

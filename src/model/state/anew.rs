@@ -36,20 +36,22 @@ impl State {
         let below = top..self.topology.end(top);
         self.forget_moments(below.clone());
         self.forget_needs(below.clone());
-        for node in (below.start.0..below.end.0).map(NodeId) {
-            *self.status_mut(node) = Status::default();
-            if node != top {
-                Arc::make_mut(&mut self.iterations).remove(&node);
-            }
-            Arc::make_mut(&mut self.left).remove(&node);
-            Arc::make_mut(&mut self.infeasible).remove(&node);
-            Arc::make_mut(&mut self.unfit).remove(&node);
-        }
-        *Arc::make_mut(&mut self.iterations).entry(top).or_default() += 1;
+        let times = self.iterations.get(&top).copied().unwrap_or_default() + 1;
+        (below.start.0..below.end.0).map(NodeId).for_each(|node| self.forget_all(node));
+        Arc::make_mut(&mut self.iterations).insert(top, times);
         self.gather(top, |holder| below.contains(&holder));
         if let Some(until) = until {
             Arc::make_mut(&mut self.pauses).insert(top, Pause { since, until });
         }
+    }
+
+    /// A node is as before it was ever begun.
+    fn forget_all(&mut self, node: NodeId) {
+        *self.status_mut(node) = Status::default();
+        Arc::make_mut(&mut self.iterations).remove(&node);
+        Arc::make_mut(&mut self.left).remove(&node);
+        Arc::make_mut(&mut self.infeasible).remove(&node);
+        Arc::make_mut(&mut self.unfit).remove(&node);
     }
 
     pub(super) fn end_intentions(&mut self, ended: &[Kept]) {
@@ -102,9 +104,7 @@ impl State {
         let below = cleanup..self.topology.end(cleanup);
         self.forget_moments(below.clone());
         self.forget_needs(below.clone());
-        for index in below.start.0..below.end.0 {
-            *self.status_mut(NodeId(index)) = Status::default();
-        }
+        (below.start.0..below.end.0).map(NodeId).for_each(|node| self.forget_all(node));
         self.gather(node, |holder| below.contains(&holder));
         if let Phase::Cleaning(goes_on) = self.phase(node) {
             let is_ending = goes_on == GoesOn::Ending;

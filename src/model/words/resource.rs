@@ -218,9 +218,9 @@ impl ResourceTable {
         for (index, resource) in self.resources.iter_mut().enumerate() {
             let access = resource.access;
             for lease in resource.remove(|lease| is_from(lease.holder)) {
-                if is_full(ResourceId::from(index)) && lease.kind == LeaseKind::Physical {
+                if is_full(ResourceId::from(index)) {
                     let access = access.expect("a resource with a lease has an access");
-                    resource.add(Lease { holder: to, ..lease }, access);
+                    resource.add(Lease { holder: to, kind: LeaseKind::Physical, from: None, ..lease }, access);
                 }
             }
         }

@@ -7,10 +7,6 @@ use ambidex::model::{Consequences, MissionEnd, NodeId, NodeKind, Reason};
 use super::failing::Fall;
 use super::{Model, Refusal, Step, TOP};
 
-/// A cleanup that is over is as before it was begun; the core keeps the iterations of what repeats in it, ways that were
-/// left and what was rejected there.
-const BEGINS_ANEW: bool = false;
-
 impl Model<'_> {
     fn cleanup_nodes(&self) -> Vec<NodeId> {
         let nodes = (1..self.mission.tree.nodes.len()).map(NodeId::from);
@@ -105,9 +101,7 @@ impl Model<'_> {
             self.forget(node);
             self.resting.remove(&node);
             self.bad.retain(|(leaf, _)| *leaf != node);
-            if BEGINS_ANEW {
-                self.begin_anew(node);
-            }
+            self.begin_anew(node);
         }
         fall.cleaned = Some(node);
         fall.failed = None;

@@ -4,9 +4,6 @@ use ambidex::model::{Access, Grant, LeaseKind, NodeId, NodeRange, ResourceId, Re
 
 use super::Model;
 
-/// A gripper that holds an object goes to the node that begins anew; the core frees it where it is held for an intention.
-const KEEPS_WHAT_IS_FULL: bool = false;
-
 /// A lease.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Held {
@@ -137,8 +134,7 @@ impl Model<'_> {
             let row = &mut self.rows[index];
             let access = row.access;
             for held in row.take_out(|held| is_from(held.holder)) {
-                let is_kept = is_full && (KEEPS_WHAT_IS_FULL || held.kind != LeaseKind::Intention);
-                if let Some(access) = access.filter(|_| is_kept) {
+                if let Some(access) = access.filter(|_| is_full) {
                     row.put(Held { holder: to, kind: LeaseKind::Physical, from: None, ..held }, access);
                 }
             }
