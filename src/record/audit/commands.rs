@@ -22,16 +22,12 @@ pub(super) struct Commands {
 
 impl Commands {
     pub(super) fn take(&mut self, run: &Run, record: &Record, found: &mut Found, looked_at: &mut LookedAt) {
-        match record {
-            Record::Controller { controller, message, .. } => {
-                self.message(run, *controller, message, found, looked_at);
-            }
+        if let Record::Controller { controller, message, .. } = record {
+            self.message(run, *controller, message, found, looked_at);
+        } else if let Record::Told { input: Told::Resumed, .. } = record {
             // What was under way ended with the runtime.
-            Record::Told { input: Told::Resumed, .. } => {
-                self.open.clear();
-                self.was_resumed = true;
-            }
-            _ => {}
+            self.open.clear();
+            self.was_resumed = true;
         }
     }
 

@@ -12,7 +12,7 @@ pub(super) struct Ending {
     has_ended: bool,
     /// What was told to wait for, since the last decision that granted something.
     awaited: Option<String>,
-    /// Who waits out a back-off or for the next iteration.
+    /// Who waits out a back-off or for the next iteration, each once, the latest last.
     waits: Vec<NodeId>,
 }
 
@@ -34,11 +34,20 @@ impl Ending {
                     found.push(Rule::End, "something is granted after the end".to_owned());
                 }
             }
-            Record::Released { leaf, waits_until: Some(_), .. } => self.waits.push(*leaf),
+            Record::Released { leaf, waits_until: Some(_), .. } => self.wait(*leaf),
             Record::Woke { leaves, .. } => self.waits.retain(|leaf| !leaves.contains(leaf)),
-            Record::Reopened { reopened, .. } => self.waits.push(reopened.node),
-            _ => {}
+            Record::Reopened { reopened, .. } => self.wait(reopened.node),
+            Record::Decided { .. } | Record::Released { .. } | Record::Told { .. } | Record::Header(_) => {}
+            Record::Observed { .. } | Record::Turn { .. } | Record::Sent { .. } | Record::Infeasible { .. } => {}
+            Record::TimedOut { .. } | Record::Overtaken { .. } | Record::Stopped { .. } | Record::Ending { .. } => {}
+            Record::Leaving { .. } | Record::Cleaning { .. } | Record::Cleaned { .. } | Record::Served { .. } => {}
+            Record::World { .. } | Record::Denied { .. } | Record::Resource { .. } | Record::Controller { .. } => {}
         }
+    }
+
+    fn wait(&mut self, node: NodeId) {
+        self.waits.retain(|other| *other != node);
+        self.waits.push(node);
     }
 
     /// What a log without an end ends at; a finding where that is nothing.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ambidex_model::{Access, Binding, EntryKind, Grant, MissionEnd, NodeId, Record, ResourceId};
+use ambidex_model::{Access, Binding, EntryKind, Grant, MissionEnd, NodeId, Record, Resource, ResourceId};
 
 use super::run::Run;
 use super::{Found, LookedAt, Rule};
@@ -16,36 +16,36 @@ pub(super) struct Leases {
 
 impl Leases {
     pub(super) fn take(&mut self, run: &Run, record: &Record, found: &mut Found, looked_at: &mut LookedAt) {
-        match record {
-            Record::Decided { granted, .. } => {
-                looked_at.grants += granted.len() as u64;
-                for (index, grant) in granted.iter().enumerate() {
-                    let others = run.running.values().chain(&granted[..index]);
-                    others.for_each(|other| beside(run, grant, other, found));
-                    is_there(run, grant, found);
-                }
+        if let Record::Decided { granted, .. } = record {
+            looked_at.grants += granted.len() as u64;
+            for (index, grant) in granted.iter().enumerate() {
+                let others = run.running.values().chain(&granted[..index]);
+                others.for_each(|other| beside(run, grant, other, found));
+                is_there(run, grant, found);
             }
-            Record::Resource { resource, state, .. } => {
-                self.owners.insert(*resource, state.owners());
-                let is_sound = match state.access() {
-                    None => state.owners() == 0,
-                    Some(Access::Exclusive) => state.owners() == 1,
-                    Some(Access::Shared(_)) => state.owners() > 0,
-                };
-                if !is_sound {
-                    let holders: Vec<_> = state.leases().iter().map(|lease| run.name(lease.holder)).collect();
-                    let resource = run.names.resource(*resource);
-                    found.push(Rule::Owners, format!("{resource} has the owners {}", holders.join(" and ")));
-                }
+        } else if let Record::Resource { resource, state, .. } = record {
+            self.owners.insert(*resource, state.owners());
+            is_sound(run, *resource, state, found);
+        } else if let Record::Ended { end: MissionEnd::Done, .. } = record {
+            for resource in self.owners.iter().filter(|(_, owners)| **owners > 0).map(|(resource, _)| resource) {
+                let resource = run.names.resource(*resource);
+                found.push(Rule::End, format!("the mission is done, and {resource} is still held"));
             }
-            Record::Ended { end: MissionEnd::Done, .. } => {
-                for resource in self.owners.iter().filter(|(_, owners)| **owners > 0).map(|(resource, _)| resource) {
-                    let resource = run.names.resource(*resource);
-                    found.push(Rule::End, format!("the mission is done, and {resource} is still held"));
-                }
-            }
-            _ => {}
         }
+    }
+}
+
+/// An exclusive resource has one owner, a shared one has any.
+fn is_sound(run: &Run, resource: ResourceId, state: &Resource, found: &mut Found) {
+    let is_sound = match state.access() {
+        None => state.owners() == 0,
+        Some(Access::Exclusive) => state.owners() == 1,
+        Some(Access::Shared(_)) => state.owners() > 0,
+    };
+    if !is_sound {
+        let holders: Vec<_> = state.leases().iter().map(|lease| run.name(lease.holder)).collect();
+        let resource = run.names.resource(resource);
+        found.push(Rule::Owners, format!("{resource} has the owners {}", holders.join(" and ")));
     }
 }
 
@@ -57,8 +57,8 @@ fn beside(run: &Run, grant: &Grant, other: &Grant, found: &mut Found) {
         return;
     }
     for binding in &grant.bindings {
-        let clashes = |bound: &&Binding| bound.resource == binding.resource && !bound.access.joins(binding.access);
-        if other.bindings.iter().any(|bound| clashes(&bound)) {
+        let clashes = |bound: &Binding| bound.resource == binding.resource && !bound.access.joins(binding.access);
+        if other.bindings.iter().any(clashes) {
             let resource = run.names.resource(binding.resource);
             found.push(Rule::Owners, format!("{resource} is granted to {one} and serves {two}"));
         }

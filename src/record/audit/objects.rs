@@ -7,11 +7,11 @@ use super::{Found, LookedAt, Rule};
 
 /// Looks at every change of where an object is.
 pub(super) fn take(run: &Run, record: &Record, found: &mut Found, looked_at: &mut LookedAt) {
+    if !Run::is_about_world(record) {
+        return;
+    }
     if let Record::Began { world_state, .. } = record {
         shared_hands(run, &world_state.objects, found);
-    }
-    if Run::changes(record).is_empty() && !matches!(record, Record::Released { .. }) {
-        return;
     }
     let mut world = run.world.clone();
     for change in Run::changes(record) {

@@ -86,8 +86,7 @@ impl OwnRecords {
         let mut findings = Vec::new();
         let mut push = |said| findings.push(Finding { rule: Rule::Records, line: None, at: None, said });
         for (name, lines) in &self.controllers {
-            let id = run.names.controllers.iter().position(|other| other == name).map(ControllerId::from);
-            let Some(id) = id else {
+            let Some(id) = run.controller(name) else {
                 push(format!("{name} has a record, and the log has no such controller"));
                 continue;
             };
@@ -101,7 +100,7 @@ impl OwnRecords {
     /// No object is in the hands of two controllers at once unless it is taken so.
     fn apart(&self, run: &Run, commands: &Commands, push: &mut impl FnMut(String)) {
         let held = self.controllers.iter().flat_map(|(name, lines)| {
-            let id = run.names.controllers.iter().position(|other| other == name).map(ControllerId::from);
+            let id = run.controller(name);
             holdings(name, lines, move |message| match message {
                 FromController::Configured { .. } => true,
                 FromController::Result { id: command, .. } => {

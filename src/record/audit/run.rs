@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use ambidex_model::{
-    BehaviorSpec, Change, EffectTerm, EntryKind, Grant, Header, Location, MissionSpec, Names, NodeId, ObjectId, Pose,
-    Record, ResourceId, Service, Topology, WorldState,
+    BehaviorSpec, Change, ControllerId, EffectTerm, EntryKind, Grant, Header, Location, MissionSpec, Names, NodeId,
+    ObjectId, Pose, Record, ResourceId, Service, Topology, WorldState,
 };
 
 /// The auditor's own fold.
@@ -49,6 +49,11 @@ impl Run {
 
     pub(super) fn name(&self, node: NodeId) -> &str {
         self.names.node(node)
+    }
+
+    /// The controller of that name.
+    pub(super) fn controller(&self, name: &str) -> Option<ControllerId> {
+        self.names.controllers.iter().position(|other| other == name).map(ControllerId::from)
     }
 
     /// Whether the tree has this node.
@@ -109,19 +114,33 @@ impl Run {
             Change::Fact(fact, _) => fact.index() < facts,
             Change::Base(_) | Change::Emptied(_) => true,
         };
-        if is_known && self.world.apply(change) {
-            let objects = self.world.objects.iter().enumerate();
-            let shared = objects.filter(|(_, at)| at.holders().len() > 1).map(|(object, _)| ObjectId::from(object));
-            self.shared.extend(shared);
+        if !is_known {
+            return;
         }
+        self.world.apply(change);
+        if let Change::Object(object, _) | Change::Taken(object, _) = change
+            && self.world.objects[object.index()].holders().len() > 1
+        {
+            self.shared.insert(object);
+        }
+    }
+
+    /// Whether the world may be another one after a record.
+    pub(super) fn is_about_world(record: &Record) -> bool {
+        matches!(
+            record,
+            Record::Began { .. } | Record::Released { .. } | Record::World { .. } | Record::Observed { .. }
+        )
     }
 
     /// Who changes the world by a record, and how.
     pub(super) fn changes(record: &Record) -> &[Change] {
-        match record {
-            Record::Released { changes, .. } => changes,
-            Record::World { change, .. } | Record::Observed { change, .. } => std::slice::from_ref(change),
-            _ => &[],
+        if let Record::Released { changes, .. } = record {
+            changes
+        } else if let Record::World { change, .. } | Record::Observed { change, .. } = record {
+            std::slice::from_ref(change)
+        } else {
+            &[]
         }
     }
 }

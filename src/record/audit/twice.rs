@@ -19,30 +19,26 @@ pub(super) struct Twice {
 
 impl Twice {
     pub(super) fn take(&mut self, run: &Run, record: &Record, found: &mut Found, looked_at: &mut LookedAt) {
-        match record {
-            Record::Decided { granted, reopened, .. } => {
-                for leaf in granted.iter().map(|grant| grant.leaf()) {
-                    if self.held.remove(&leaf).is_some() {
-                        let name = run.name(leaf);
-                        found.push(
-                            Rule::Twice,
-                            format!("{name} is granted again, and its goal has held since it was done"),
-                        );
-                    }
+        if let Record::Decided { granted, reopened, .. } = record {
+            for leaf in granted.iter().map(|grant| grant.leaf()) {
+                if self.held.remove(&leaf).is_some() {
+                    let name = run.name(leaf);
+                    let said = format!("{name} is granted again, and its goal has held since it was done");
+                    found.push(Rule::Twice, said);
                 }
-                reopened.iter().for_each(|reopened| self.reopen(run, reopened));
             }
-            Record::Reopened { reopened, .. } => self.reopen(run, reopened),
+            reopened.iter().for_each(|reopened| self.reopen(run, reopened));
+        } else if let Record::Reopened { reopened, .. } = record {
+            self.reopen(run, reopened);
+        } else if let Record::Cleaning { node, .. } = record {
             // What is cleaned up is cleaned up once more when the node fails again.
-            Record::Cleaning { node, .. } => self.forget(run, *node),
-            Record::Released { leaf, end: End::Succeeded, .. } => {
-                let spec = run.running.get(leaf).and_then(|grant| run.behavior(grant));
-                if let Some(goal) = spec.map(|spec| &spec.satisfied).filter(|goal| can_be_looked_at(goal)) {
-                    looked_at.goals += 1;
-                    self.fresh.push((*leaf, goal.clone()));
-                }
+            self.forget(run, *node);
+        } else if let Record::Released { leaf, end: End::Succeeded, .. } = record {
+            let spec = run.running.get(leaf).and_then(|grant| run.behavior(grant));
+            if let Some(goal) = spec.map(|spec| &spec.satisfied).filter(|goal| can_be_looked_at(goal)) {
+                looked_at.goals += 1;
+                self.fresh.push((*leaf, goal.clone()));
             }
-            _ => {}
         }
     }
 
