@@ -20,6 +20,7 @@ mod observer;
 mod out;
 mod own_record;
 mod page;
+mod parallel;
 mod purpose;
 mod resume;
 mod robot;

@@ -1,6 +1,5 @@
 //! Follows a run: log file, tracing events, live display, and the report.
 
-use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::sync::mpsc;
@@ -32,8 +31,6 @@ pub struct Observer {
     terminal: Terminal,
     is_quiet: bool,
     is_json: bool,
-    /// Why what a controller said last of all that is not used was not.
-    refused: BTreeMap<ControllerId, Rejection>,
     drawn: Option<Instant>,
     is_stale: bool,
     /// Whether controllers are awaited; they are there from the beginning where they are only simulated.
@@ -78,7 +75,6 @@ impl Observer {
             terminal: terminal.clone(),
             is_quiet: args.quiet,
             is_json: args.json,
-            refused: BTreeMap::new(),
             drawn: None,
             is_stale: false,
             is_live: true,
@@ -97,9 +93,6 @@ impl Observer {
             self.fail(error);
         }
         log::emit(record, &self.names);
-        if let Record::Controller { controller, message: ControllerMessage::Refused { why, .. }, .. } = record {
-            self.refused.insert(*controller, *why);
-        }
         match (&mut self.history, record) {
             (Some(history), record) => history.apply(record),
             (history, Record::Header(header)) => *history = Some(History::with_past(header)),
@@ -182,7 +175,7 @@ impl Observer {
 
     /// Why something that a controller said was not used, the last time.
     pub fn refusal(&self, controller: ControllerId) -> Option<Rejection> {
-        self.refused.get(&controller).copied()
+        self.history.as_ref()?.controllers().refusal(controller)
     }
 
     /// Closes the log, clears the live display, and tells the end. False if the log is incomplete.

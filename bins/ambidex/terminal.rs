@@ -90,11 +90,6 @@ impl Progress {
         self.0.inc(1);
     }
 
-    /// So many parts are done.
-    pub fn at(&self, done: u64) {
-        self.0.set_position(done);
-    }
-
     /// Says something above it.
     pub fn say(&self, text: &str) {
         self.0.suspend(|| anstream::eprintln!("{text}"));

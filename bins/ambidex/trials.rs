@@ -1,10 +1,6 @@
 //! `ambidex simulate --runs`: many runs of one mission in which something goes wrong by chance.
 
-use std::num::NonZero;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::thread;
-use std::time::Duration;
 
 use ambidex::model::{Failures, MissionEnd, MissionSpec, Record};
 use ambidex::record::History;
@@ -16,10 +12,8 @@ use miette::Result;
 use crate::args::MissionArgs;
 use crate::exit::Exit;
 use crate::page::Page;
+use crate::parallel::parallel;
 use crate::terminal::Progress;
-
-/// How often it is looked how far it is.
-const POLL: Duration = Duration::from_millis(5);
 
 /// Runs with this seed and those after it, and prints what they came to.
 pub fn run(
@@ -55,7 +49,6 @@ fn trials(
     runs: u64,
     is_quiet: bool,
 ) -> Vec<Trial> {
-    let next = AtomicU64::new(0);
     let trial = |index: u64| {
         let chance = Chance { seed: chance.seed.wrapping_add(index), ..chance };
         let mut drawn = Failures::default();
@@ -64,28 +57,8 @@ fn trials(
         });
         Trial::of(chance.seed, &history?, &drawn)
     };
-    let work = || {
-        let mut own = Vec::new();
-        while let index = next.fetch_add(1, Ordering::Relaxed)
-            && index < runs
-        {
-            own.push((index, trial(index)));
-        }
-        own
-    };
     let progress = Progress::new(runs, "runs", is_quiet);
-    let cores = thread::available_parallelism().map_or(1, NonZero::get);
-    let mut done = thread::scope(|scope| {
-        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
-        while workers.iter().any(|worker| !worker.is_finished()) {
-            progress.at(next.load(Ordering::Relaxed).min(runs));
-            thread::sleep(POLL);
-        }
-        workers.into_iter().flat_map(|worker| worker.join().expect("a run does not panic")).collect::<Vec<_>>()
-    });
-    progress.clear();
-    done.sort_by_key(|(index, _)| *index);
-    done.into_iter().filter_map(|(_, trial)| trial).collect()
+    parallel(runs, None, &progress, || false, trial).into_iter().flatten().collect()
 }
 
 /// What the records come to that something writes.

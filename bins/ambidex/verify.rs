@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
 
 use ambidex::files;
 use ambidex::model::{Header, MissionSpec, Record};
@@ -108,14 +107,7 @@ pub fn rerun(header: &Header, path: &Path) -> Result<Rerun> {
     let loaded = files::load_source(source).map_err(|error| report_all(&error))?;
     let unknown = |_| miette!("the log {} was made with the allocator `{}`", shown(path), header.allocator);
     let allocator = AllocatorName::from_str(&header.allocator, false).map_err(unknown)?;
-    let settings = Settings {
-        allocator: allocator.allocator(),
-        waits_when_stalled: header.waits_when_stalled,
-        reattach: Duration::from_micros(header.reattach_us),
-        cleanup_grace: Duration::from_micros(header.cleanup_grace_us),
-        has_messages: header.has_messages,
-        ..Settings::default()
-    };
+    let settings = Settings::of(header, allocator.allocator());
     Ok(Rerun { mission: loaded.mission, robot_path: loaded.robot_path, settings })
 }
 

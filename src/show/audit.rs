@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use ambidex_record::LeafState;
-use ambidex_record::audit::{AuditReport, Rule};
+use ambidex_record::audit::{AuditReport, LookedAt, Rule};
 use strum::VariantArray;
 
 use crate::Palette;
@@ -33,20 +33,25 @@ pub fn text(report: &AuditReport, has_records: bool, width: usize, palette: &Pal
             let _ = writeln!(text, "    and {} more", found.len() - MOST_TOLD);
         }
     }
-    let looked_at = report.looked_at;
-    let parts = [
-        count(report.records, "record"),
-        count(looked_at.grants, "grant"),
-        count(looked_at.refusals, "refusal"),
-        count(looked_at.commands, "command"),
-        count(looked_at.goals, "goal"),
-        count(looked_at.moves, "move") + " of objects",
-    ];
-    let own = has_records.then(|| count(looked_at.own, "line") + " of controllers");
-    let all: Vec<String> = parts.into_iter().chain(own).collect();
-    let _ = write!(text, "\n{}", hang("looked at ", 10, &all.join(", "), width));
+    text.push('\n');
+    text += &looked_at(report.records, &report.looked_at, has_records, width);
     if let Some(open) = &report.open {
         text += &hang("not ended: ", 11, open, width);
     }
     text
+}
+
+/// How much there was to be looked at.
+pub(crate) fn looked_at(records: u64, all: &LookedAt, has_own: bool, width: usize) -> String {
+    let parts = [
+        count(records, "record"),
+        count(all.grants, "grant"),
+        count(all.refusals, "refusal"),
+        count(all.commands, "command"),
+        count(all.goals, "goal"),
+        count(all.moves, "move") + " of objects",
+    ];
+    let own = has_own.then(|| count(all.own, "line") + " of controllers");
+    let all: Vec<String> = parts.into_iter().chain(own).collect();
+    hang("looked at ", 10, &all.join(", "), width)
 }

@@ -10,8 +10,7 @@ use std::io;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::thread;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use ambidex::files::{self, Disk};
@@ -26,6 +25,7 @@ use miette::{IntoDiagnostic, Result, WrapErr};
 use crate::diagnostics::report_all;
 use crate::exit::Exit;
 use crate::page::Page;
+use crate::parallel::parallel;
 use crate::terminal::Progress;
 use crate::values;
 use plan::Plan;
@@ -100,8 +100,7 @@ pub fn chaos(args: &ChaosArgs) -> Result<Exit> {
     }
     let folder = Folder::new()?;
     let targets = targets(args, &folder.0)?;
-    let mut report = ChaosReport { seed: args.seed, runs: runs(args, &targets, &folder.0, &stop)? };
-    report.runs.sort_by_key(|run| run.seed);
+    let report = ChaosReport { seed: args.seed, runs: runs(args, &targets, &folder.0, &stop)? };
     Page::new().tell(args.json, &report, text)?;
     Ok(if stop.load(Ordering::Relaxed) {
         Exit::Canceled
@@ -156,34 +155,21 @@ fn target(path: PathBuf, speed: f64) -> Result<Target> {
 /// All runs, several at once.
 fn runs(args: &ChaosArgs, targets: &[Target], folder: &Path, stop: &AtomicBool) -> Result<Vec<ChaosRun>> {
     let program = std::env::current_exe().into_diagnostic()?;
-    let (next, count) = (AtomicU64::new(0), args.runs.get());
-    let progress = Progress::new(count, "runs", args.quiet);
-    let work = || -> io::Result<Vec<ChaosRun>> {
-        let mut own = Vec::new();
-        while let index = next.fetch_add(1, Ordering::Relaxed)
-            && index < count
-            && !stop.load(Ordering::Relaxed)
-        {
-            let target = &targets[(index % targets.len() as u64) as usize];
-            let run = one(args, target, args.seed.wrapping_add(index), &program, &folder.join(index.to_string()))?;
-            for finding in &run.findings {
-                progress.say(&format!("seed {}, {}: {finding}", run.seed, run.mission));
-            }
-            progress.one_more();
-            own.push(run);
+    let progress = Progress::new(args.runs.get(), "runs", args.quiet);
+    let has_failed = AtomicBool::new(false);
+    let run = |index: u64| {
+        let target = &targets[(index % targets.len() as u64) as usize];
+        let run = one(args, target, args.seed.wrapping_add(index), &program, &folder.join(index.to_string()));
+        has_failed.fetch_or(run.is_err(), Ordering::Relaxed);
+        let run = run?;
+        for finding in &run.findings {
+            progress.say(&format!("seed {}, {}: {finding}", run.seed, run.mission));
         }
-        Ok(own)
+        Ok(run)
     };
-    let cores = thread::available_parallelism().map_or(1, NonZero::get);
-    let jobs = args.jobs.map_or(cores, NonZero::get);
-    let done: Vec<io::Result<Vec<ChaosRun>>> = thread::scope(|scope| {
-        // A child ends with the thread that made it, so each worker waits for its own.
-        let workers: Vec<_> = (0..jobs).map(|_| scope.spawn(work)).collect();
-        workers.into_iter().map(|worker| worker.join().expect("a run does not panic")).collect()
-    });
-    progress.clear();
-    let done: io::Result<Vec<Vec<ChaosRun>>> = done.into_iter().collect();
-    Ok(done.into_diagnostic()?.into_iter().flatten().collect())
+    let is_stopped = || stop.load(Ordering::Relaxed) || has_failed.load(Ordering::Relaxed);
+    let runs: io::Result<_> = parallel(args.runs.get(), args.jobs, &progress, is_stopped, run).into_iter().collect();
+    runs.into_diagnostic()
 }
 
 fn one(args: &ChaosArgs, target: &Target, seed: u64, program: &Path, folder: &Path) -> io::Result<ChaosRun> {

@@ -53,6 +53,18 @@ impl Settings {
         self.allocator.is_local() && self.rules.is_unconstrained()
     }
 
+    /// How the run of a log was run, by its first record and the allocator that this one names.
+    pub fn of(header: &Header, allocator: Arc<dyn Allocator>) -> Self {
+        Self {
+            allocator,
+            waits_when_stalled: header.waits_when_stalled,
+            has_messages: header.has_messages,
+            reattach: Duration::from_micros(header.reattach_us),
+            cleanup_grace: Duration::from_micros(header.cleanup_grace_us),
+            ..Self::default()
+        }
+    }
+
     /// The first record of a run of a mission.
     pub fn header(&self, mission: &MissionSpec) -> Header {
         Header {

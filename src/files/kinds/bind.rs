@@ -274,8 +274,8 @@ impl Bound<'_, '_> {
         let found = types.id(&written.value);
         if found.is_none() {
             let message = format!("the robot has no resource of type `{}`, so nothing is scaled", written.value);
-            let help = || suggestion(&written.value, "type", types.names().iter().map(String::as_str));
-            self.faults.warn(written, message, Some(help()));
+            let help = suggestion(&written.value, "type", types.names().iter().map(String::as_str));
+            self.faults.warn(written, message, Some(help));
         }
         found.map(TypeId::from)
     }

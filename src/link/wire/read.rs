@@ -74,7 +74,8 @@ pub fn response(wire: &WireResponse, latest: Time) -> Result<FromController, Rej
     })
 }
 
-/// A controller's sign of life; `now_ns` is a moment after it was received: what is stamped later would count as a sign of life until then.
+/// A controller's sign of life; `now_ns` is a moment after it was received: what is stamped later would count as a sign of
+/// life until then.
 ///
 /// # Errors
 /// What is wrong with it.

@@ -13,6 +13,7 @@ mod run;
 mod twice;
 
 use std::fmt::{self, Display, Formatter};
+use std::iter::Sum;
 use std::sync::Arc;
 
 use ambidex_model::{Header, MissionSpec, Record, Time};
@@ -149,6 +150,19 @@ pub struct LookedAt {
     pub own: u64,
 }
 
+impl Sum for LookedAt {
+    fn sum<I: Iterator<Item = Self>>(all: I) -> Self {
+        all.fold(Self::default(), |one, other| Self {
+            grants: one.grants + other.grants,
+            refusals: one.refusals + other.refusals,
+            commands: one.commands + other.commands,
+            moves: one.moves + other.moves,
+            goals: one.goals + other.goals,
+            own: one.own + other.own,
+        })
+    }
+}
+
 /// An audit that goes on.
 #[derive(Debug)]
 pub struct Audit {
@@ -202,7 +216,9 @@ impl Audit {
         self.commands.take(run, record, found, looked_at);
         self.ending.take(run, record, found);
         run.apply(record);
-        self.twice.look(run);
+        if Run::is_about_world(record) {
+            self.twice.look(run);
+        }
     }
 
     /// What it came to. `own` are the controllers' own records, where there are any; `is_whole` says that nothing of the

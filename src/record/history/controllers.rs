@@ -17,6 +17,8 @@ pub struct Controllers {
     /// What the last record ended.
     ended: Option<(Key, ActiveCommand)>,
     speed: Option<f64>,
+    /// Why what each said last of all that is not used was not, whether it was ever there or not.
+    refused: BTreeMap<ControllerId, Rejection>,
 }
 
 /// How far a controller's attachment is.
@@ -97,6 +99,11 @@ impl Controllers {
         self.views.get(&controller)
     }
 
+    /// Why something that a controller said was not used, the last time.
+    pub fn refusal(&self, controller: ControllerId) -> Option<Rejection> {
+        self.refused.get(&controller).copied()
+    }
+
     /// Robot seconds per wall second, once a controller was told.
     pub fn speed(&self) -> Option<f64> {
         self.speed
@@ -145,7 +152,10 @@ impl Controllers {
                 }
             }
             ControllerMessage::Heard { message } => self.heard(at, controller, message),
-            ControllerMessage::Refused { why, .. } => self.fail(controller, Some(LastError::Refused(*why))),
+            ControllerMessage::Refused { why, .. } => {
+                self.refused.insert(controller, *why);
+                self.fail(controller, Some(LastError::Refused(*why)));
+            }
             ControllerMessage::Misreported { report, why } => {
                 self.fail(controller, Some(LastError::Misreported { report: *report, why: *why }));
             }

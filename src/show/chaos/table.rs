@@ -9,6 +9,7 @@ use strum::VariantArray;
 
 use super::{ChaosReport, ChaosRun, Outcome};
 use crate::Palette;
+use crate::audit;
 use crate::text::{MIN_WIDTH, columns, count, fit, hang, mark};
 
 /// Most findings that are told one by one.
@@ -79,18 +80,9 @@ fn deeds(report: &ChaosReport, palette: &Palette) -> String {
 }
 
 fn looked_at(report: &ChaosReport, width: usize) -> String {
-    let sum = |of: fn(&LookedAt) -> u64| report.runs.iter().map(|run| of(&run.looked_at)).sum::<u64>();
-    let records: u64 = report.runs.iter().map(|run| run.records).sum();
-    let parts = [
-        count(records, "record"),
-        count(sum(|all| all.grants), "grant"),
-        count(sum(|all| all.refusals), "refusal"),
-        count(sum(|all| all.commands), "command"),
-        count(sum(|all| all.goals), "goal"),
-        count(sum(|all| all.moves), "move") + " of objects",
-        count(sum(|all| all.own), "line") + " of controllers",
-    ];
-    format!("\n{}", hang("looked at ", 10, &parts.join(", "), width))
+    let records = report.runs.iter().map(|run| run.records).sum();
+    let all: LookedAt = report.runs.iter().map(|run| run.looked_at).sum();
+    format!("\n{}", audit::looked_at(records, &all, true, width))
 }
 
 fn findings(report: &ChaosReport, width: usize, palette: &Palette) -> String {

@@ -1,7 +1,5 @@
 //! Logs that others wrote: read, folded, computed again, and shown in every way there is.
 
-use std::time::Duration;
-
 use ambidex::files;
 use ambidex::model::{Header, Record};
 use ambidex::record::audit::{Audit, OwnRecords};
@@ -109,13 +107,7 @@ fn audited(header: &Header, records: &[Record], own: &[u8]) {
 /// Whether everything in it follows; none where that cannot be computed.
 fn verify(header: &Header, records: &[Record]) -> Option<bool> {
     let loaded = files::load_source(header.source.as_ref()?).ok()?;
-    let settings = Settings {
-        waits_when_stalled: header.waits_when_stalled,
-        reattach: Duration::from_micros(header.reattach_us),
-        cleanup_grace: Duration::from_micros(header.cleanup_grace_us),
-        has_messages: header.has_messages,
-        ..Settings::default()
-    };
+    let settings = Settings::of(header, Settings::default().allocator);
     let mut replay = Replay::new(&loaded.mission, &settings);
     let is_same = records.iter().all(|record| replay.take(record).is_ok());
     if is_same {
