@@ -18,7 +18,7 @@ use ambidex::model::{
     Selector, Time, Told, TypeId,
 };
 use ambidex::tree::{Allocator, Effect, Greedy, Input, Node, Outbox, Settings, build};
-use ambidex::world::{FreeSpace, Unconstrained, View};
+use ambidex::world::{FreeSpace, Unconstrained, View, Ways};
 
 const SIZES: [usize; 4] = [100, 1_000, 10_000, 100_000];
 const SAMPLES: usize = 10;
@@ -140,6 +140,9 @@ fn whole(mission: &Arc<MissionSpec>, settings: &Settings) -> usize {
                         return rounds;
                     }
                     Effect::Stop(_) | Effect::TakenUp(..) => {}
+                    Effect::Worked(..) | Effect::Mission(_) | Effect::Spawn { .. } | Effect::Retire { .. } => {
+                        unreachable!("a mission's tree stays as it is")
+                    }
                 }
             }
         }
@@ -168,7 +171,7 @@ fn requests(n: usize) -> Vec<Arc<Request>> {
         all.map(|index| Candidate { cost_m: f64::from(index) / 10.0, ..Candidate::at_hand(ResourceId(index)) })
             .collect()
     };
-    let claim = |access, candidates| ClaimOptions { access, keep: Retention::Release, candidates };
+    let claim = |access, candidates| ClaimOptions { access, keep: Retention::Release, candidates, beyond: Vec::new() };
     let one = |resource| vec![Candidate::at_hand(resource)];
     let request = |index: usize| {
         let first = index as u32 % GRIPPERS;
@@ -194,6 +197,9 @@ fn requests(n: usize) -> Vec<Arc<Request>> {
             changes: Vec::new(),
             skips: Vec::new(),
             place: None,
+            stand: None,
+            spots: Vec::new(),
+            distance: None,
         })
     };
     (0..n).map(request).collect()
@@ -216,7 +222,7 @@ fn view() -> View {
         touched: None,
         barred: Arc::default(),
         state: State::new(Arc::new(mission.tree.topology.clone()), GRIPPERS as usize + 2, mission.start.clone()),
-        free_space: Arc::new(FreeSpace::new(&mission.world.obstacles, mission.robot.radius_m)),
+        ways: Arc::new(Ways::new(&Arc::new(FreeSpace::of(&mission)), mission.start.base)),
         mission,
         rules: Arc::new(Unconstrained),
     }

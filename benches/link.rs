@@ -216,6 +216,7 @@ fn measure_runtime(histogram: &mut Histogram<u64>, has_journal: bool) {
             Box::new(Readable::new(port.expect("a port"))) as Box<dyn Port>
         });
         let options = Options {
+            reader: None,
             settings: Settings::default(),
             clock,
             attach_timeout: Some(Duration::from_secs(10)),
@@ -223,6 +224,7 @@ fn measure_runtime(histogram: &mut Histogram<u64>, has_journal: bool) {
             journal,
             resumed: None,
             script: Script::default(),
+            diagnostics: Default::default(),
         };
         let (_control, controlled) = tokio::sync::mpsc::unbounded_channel();
         runtime::run(mission, links.into(), options, controlled).await
@@ -244,6 +246,8 @@ fn goals_by_turns() -> MissionSpec {
         name: name.into(),
         kind,
         cancel_grace: Duration::from_secs(5),
+        radius_m: None,
+        hand_m: 0.0,
         reports: Default::default(),
     });
     let resource =

@@ -1,5 +1,7 @@
 //! Memory of a tree of actors per node, beside a bare tokio task with its channel.
 
+#[path = "support/counting.rs"]
+mod counting;
 #[path = "support/mission.rs"]
 mod mission;
 #[path = "support/rounds.rs"]
@@ -7,36 +9,13 @@ mod rounds;
 #[path = "support/table.rs"]
 mod table;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::Ordering;
 
+use counting::IN_USE;
 use rounds::{Actors, Load, current_thread, tree_of};
 use tokio::sync::mpsc;
 
 const SIZES: [usize; 2] = [125, 2500];
-
-/// The system's, with a count of the bytes in use.
-struct Counting;
-
-static IN_USE: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: everything is passed on to the system's allocator as it came.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        IN_USE.fetch_add(layout.size(), Ordering::Relaxed);
-        // SAFETY: the caller's promise is the same.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        IN_USE.fetch_sub(layout.size(), Ordering::Relaxed);
-        // SAFETY: the caller's promise is the same.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 fn main() {
     let mut rows =

@@ -129,10 +129,10 @@ fn scattered(n: usize, side_m: f64, ends: [f64; 2], seed: u64) -> Vec<Obstacle> 
         let (x, y) = (random.next() * side_m, random.next() * side_m);
         let (half_x, half_y) = (0.1 + 0.4 * random.next(), 0.1 + 0.4 * random.next());
         if ends.iter().all(|end| (x - end).abs() > CLEAR_M || (y - end).abs() > CLEAR_M) {
-            obstacles.push(Obstacle {
-                min: Point3::new(x - half_x, y - half_y, 0.0),
-                max: Point3::new(x + half_x, y + half_y, 1.0),
-            });
+            obstacles.push(Obstacle::between(
+                Point3::new(x - half_x, y - half_y, 0.0),
+                Point3::new(x + half_x, y + half_y, 1.0),
+            ));
         }
     }
     obstacles

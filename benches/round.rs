@@ -133,6 +133,9 @@ impl Machines {
                     Effect::Down(to, down) => (to, Input::Down(down)),
                     Effect::Up(up) => (self.topology.parent(node), Input::Up(up)),
                     Effect::Record(_) => continue,
+                    Effect::Worked(..) | Effect::Mission(_) | Effect::Spawn { .. } | Effect::Retire { .. } => {
+                        unreachable!("a mission's tree stays as it is")
+                    }
                     other @ (Effect::Start(_) | Effect::Stop(_) | Effect::TakenUp(..) | Effect::Finished(_)) => {
                         panic!("nothing starts and nothing ends: {other:?}")
                     }

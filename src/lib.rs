@@ -6,6 +6,7 @@
 pub use ambidex_core as core;
 pub use ambidex_core::{behavior, dispatch, replay, sim, tree, world};
 pub use ambidex_files as files;
+pub use ambidex_http as http;
 pub use ambidex_link as link;
 pub use ambidex_model as model;
 pub use ambidex_model::motion;

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use ambidex::model::state::State;
 use ambidex::model::{Change, FactId, MissionSpec, NodeId, NodeKind, NodeRange, Origin, Time, Told};
 use ambidex::tree::{Activation, Answer, Down, Input, Scope, Up};
-use ambidex::world::{FreeSpace, Unconstrained, View};
+use ambidex::world::{FreeSpace, Unconstrained, View, Ways};
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 
@@ -45,12 +45,17 @@ impl Floor {
         let (to_bench, ended) = mpsc::unbounded_channel();
         let delivered = Arc::new(AtomicU64::new(0));
         let ids = || (0..mission.tree.nodes.len()).map(NodeId::from);
-        let below = |id: NodeId| topology.end(id).index() - id.index() - 1;
+        let below = |id: NodeId| topology.nodes_below(id).count() - 1;
         let (ways, inboxes): (Vec<_>, Vec<_>) = ids().map(|id| mpsc::channel(72 + 3 * below(id))).unzip();
         let task = |(id, inbox)| {
             let asked = match mission.tree.nodes[NodeId::index(id)] {
                 NodeKind::Then => 1,
-                NodeKind::Root | NodeKind::And | NodeKind::Or | NodeKind::Cleanup | NodeKind::Behavior(_) => n,
+                NodeKind::Root
+                | NodeKind::And
+                | NodeKind::Tasks
+                | NodeKind::Or
+                | NodeKind::Cleanup
+                | NodeKind::Behavior(_) => n,
             };
             let children = topology.children(id).take(asked);
             FloorTask {
@@ -160,7 +165,7 @@ fn view_of(mission: &Arc<MissionSpec>) -> View {
             mission.start.clone(),
         ),
         mission: Arc::clone(mission),
-        free_space: Arc::new(FreeSpace::new(&mission.world.obstacles, mission.robot.radius_m)),
+        ways: Arc::new(Ways::new(&Arc::new(FreeSpace::of(mission)), mission.start.base)),
         rules: Arc::new(Unconstrained),
     }
 }

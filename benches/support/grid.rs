@@ -37,8 +37,8 @@ impl Room<'_> {
     fn is_free(&self, a: Point2<f64>, b: Point2<f64>) -> bool {
         let swept = Capsule::new(flat(a), flat(b), self.radius_m as f32);
         self.obstacles.iter().all(|obstacle| {
-            let half = (obstacle.max - obstacle.min) * 0.5;
-            let middle = obstacle.min + half;
+            let half = obstacle.size * 0.5;
+            let middle = obstacle.middle;
             let cuboid = Cuboid::new(ParryVector::new(half.x as f32, half.y as f32, 1.0));
             let at = ParryPose::from_translation(flat(middle.xy()));
             let test = intersection_test(&ParryPose::IDENTITY, &swept, &at, &cuboid);
@@ -67,7 +67,7 @@ impl Room<'_> {
     }
 
     fn bounds(&self, from: Point2<f64>, to: Point2<f64>) -> (Cell, Cell) {
-        let boxes = self.obstacles.iter().flat_map(|obstacle| [obstacle.min.xy(), obstacle.max.xy()]);
+        let boxes = self.obstacles.iter().flat_map(Obstacle::corners);
         let (mut low, mut high) = (from, from);
         for point in boxes.chain([to]) {
             low = low.inf(&point);

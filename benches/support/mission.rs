@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use ambidex::model::{
-    BehaviorSpec, Claim, CommandTerm, Condition, ControllerSpec, MissionSpec, Names, NodeId, NodeKind, ObjectId, Pose,
-    Potential, ResourceSpec, RobotSpec, Topology, TreeSpec, WorldSpec, WorldState,
+    BehaviorSpec, Claim, CommandTerm, Condition, ControllerSpec, Distance, MissionSpec, Names, NodeId, NodeKind,
+    ObjectId, Pose, Potential, ResourceSpec, RobotSpec, Topology, TreeSpec, WorldSpec, WorldState,
 };
 
 /// A robot and a tree in an empty world; `nodes` are in preorder, each with its parent.
@@ -25,11 +25,12 @@ pub fn build(
         robot: RobotSpec { name: "bench".into(), resources, controllers, radius_m: 0.4 },
         world: WorldSpec {
             places: Vec::new(),
-            object_offsets: Vec::new(),
+            objects: Vec::new(),
             obstacles: Vec::new(),
+            distance: Distance::Straight,
             outside: vec![true; facts],
         },
-        start: WorldState { base: Pose::new(0.0, 0.0, 0.0), objects: Vec::new(), facts: vec![false; facts] },
+        start: WorldState::new(Pose::new(0.0, 0.0, 0.0), Vec::new(), vec![false; facts]),
         tree: TreeSpec::new(nodes, Topology::new(parents)),
         names,
         source: None,
@@ -60,5 +61,6 @@ pub fn behavior(
         retries: 0,
         backoff: Duration::ZERO,
         elsewhere: None,
+        stands: None,
     }))
 }

@@ -178,6 +178,7 @@ impl Actors {
         let written = has_journal.then(|| Arc::new(AtomicU64::new(0)));
         let journal = written.as_ref().map(|written| sink(&mission, &folder.path().join("journal.jsonl"), written));
         let options = Options {
+            reader: None,
             settings,
             clock: Clock::start(1.0),
             attach_timeout: None,
@@ -185,6 +186,7 @@ impl Actors {
             journal,
             resumed: None,
             script: Script::default(),
+            diagnostics: Default::default(),
         };
         let (control, controlled) = mpsc::unbounded_channel();
         let run = tokio.spawn(runtime::run(mission, Vec::new(), options, controlled));

@@ -1,5 +1,6 @@
 //! What can be said on the command line.
 
+use std::net::SocketAddr;
 use std::num::NonZeroU64;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
@@ -15,27 +16,28 @@ use clap_complete::Shell;
 use crate::audit::AuditArgs;
 use crate::chaos::ChaosArgs;
 use crate::check::{CheckArgs, SchemaArgs};
+use crate::doctor::DoctorArgs;
+use crate::edit::EditArgs;
+use crate::exit::{self, Exit};
 use crate::explain::ExplainArgs;
+use crate::export::ExportArgs;
 use crate::import::ImportArgs;
+use crate::man::ManArgs;
+use crate::map::MapArgs;
+use crate::pacing::{StopArgs, TaskArgs, TasksArgs};
 use crate::status::StatusArgs;
+use crate::submit::SubmitArgs;
+use crate::tasks::{ListArgs, ShowArgs};
 use crate::timeline::TimelineArgs;
 use crate::trace::TraceArgs;
 use crate::tree::TreeArgs;
 use crate::values::{self, Fail, LogFormat};
 use crate::verify::VerifyArgs;
+use crate::watch::WatchArgs;
 use crate::world::WorldArgs;
 
-const EXIT_CODES: &str = "\
-Exit codes:
-    0  the mission is done
-    1  the mission failed; of world: the change was refused
-    2  wrong usage, a faulty file, a name that the mission does not have, or a place that is taken already
-    3  stalled: nothing runs and nothing can, with the reason of every leaf
-    4  a controller was lost, or did not attach in time; of status: the daemon is gone, its mission did not end;
-       of world: no daemon of that instance runs, or it ended before it answered
-    5  the mission is done, but its log is incomplete (a full disk)
-  130  canceled by Ctrl-C, SIGTERM or SIGHUP
-
+/// What `--help` says below everything, after the exit codes.
+const NOTES: &str = "\
 status ends with 0 whenever it could tell, however the mission ended.
 
 Ctrl-C once cancels the mission: what was begun is cleaned up (--cleanup-grace), controllers come to rest within 3 s,
@@ -46,7 +48,7 @@ stdout carries data (--json), stderr talks. NO_COLOR and RUST_LOG are respected.
 
 /// One robot, several tasks at once.
 #[derive(Debug, Parser)]
-#[command(name = "ambidex", version = version(), about, after_help = EXIT_CODES)]
+#[command(name = "ambidex", version = version(), about, after_help = notes())]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -76,10 +78,14 @@ pub enum Verb {
     Timeline(TimelineArgs),
     /// Draw the task tree of a mission, or of a run with the states of its behaviors.
     Tree(TreeArgs),
+    /// Draw the room of a mission from above: what stands and lies where, what the arms reach, and what a run drove.
+    Map(MapArgs),
     /// Print the log of a run as a conversation: who said what to whom, line by line.
     Trace(TraceArgs),
     /// Say in sentences what happened in a run and why, or why one behavior ran or did not.
     Explain(ExplainArgs),
+    /// Write a log for other programs: trace events for Perfetto, tables as CSV, an MCAP file for Foxglove.
+    Export(ExportArgs),
     /// Compute every decision of a log again, and say whether it is the same.
     Verify(VerifyArgs),
     /// Do all that can go wrong to missions with real processes, and look whether what must hold does.
@@ -88,8 +94,32 @@ pub enum Verb {
     Audit(AuditArgs),
     /// Tell a running mission that the world is different: a fact that others set, an object that somebody moved.
     World(WorldArgs),
+    /// Give a running robot one more task.
+    Submit(SubmitArgs),
+    /// List the tasks of a running robot.
+    List(ListArgs),
+    /// Show a task of a running robot with its tree.
+    Show(ShowArgs),
+    /// Tell what happens to the tasks of a running robot, a line each.
+    Watch(WatchArgs),
+    /// Tell a task to end: what was begun is cleaned up.
+    Cancel(TaskArgs),
+    /// Grant a task nothing more for now; what runs goes on to its end.
+    Pause(TasksArgs),
+    /// Let a paused task go on.
+    Resume(TasksArgs),
+    /// Grant a task one step, and pause it again.
+    Step(TasksArgs),
+    /// Change the tree of a task while it runs.
+    Edit(EditArgs),
+    /// Tell a running robot to end everything: what was begun is cleaned up, then its daemon ends.
+    Stop(StopArgs),
     /// Turn a task file or a robot file of the dHTT software into one of Ambidex.
     Import(ImportArgs),
+    /// Look whether this machine is fit for a robot, and say what to do where it is not.
+    Doctor(DoctorArgs),
+    /// Print the manual page of the program, or write those of all verbs.
+    Man(ManArgs),
     /// Print a completion script for a shell.
     Completions {
         /// Which shell.
@@ -118,11 +148,19 @@ pub struct MissionArgs {
     /// Where the log goes [default: $XDG_STATE_HOME/ambidex/INSTANCE/journal.jsonl].
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
+    /// Record the run as an MCAP file too, for Foxglove and other viewers: the tree and what its nodes are, resources,
+    /// messages, where things are, and what is said. Readable also when the process is killed, but for the last second.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
     /// How many logs of an instance are kept where logs lie by default; unnamed runs count as one instance.
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
     pub keep_logs: u32,
+    /// How long the log of a run that takes tasks may be before it begins anew with what the run is, MiB; the one so far
+    /// is put aside and counts as one of --keep-logs.
+    #[arg(long, value_name = "MIB", default_value = "64", value_parser = values::mebibytes)]
+    pub log_size: u64,
     /// Whether the log tells every message between nodes, and with every decision why all else does not run
-    /// [default: up to 200 nodes]. Both can be computed again, which `trace LOG` and `explain LOG NODE` do.
+    /// [default: up to 200 nodes, none with --world]. Both can be computed again, which `trace LOG` and `explain LOG NODE` do.
     #[arg(long, value_enum)]
     pub messages: Option<Messages>,
     /// How long a controller that is gone is awaited when nothing can go on without it, seconds.
@@ -137,17 +175,23 @@ pub struct MissionArgs {
 }
 
 /// The mission of a run with processes, and what it takes besides.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct LiveArgs {
     /// The mission file. With --resume it may be left out; if it is there, it must be that of the log.
-    #[arg(required_unless_present = "resume")]
+    #[arg(required_unless_present_any = ["resume", "world"])]
     pub mission: Option<PathBuf>,
+    /// Begin with nothing to do, in the world of this file, and take tasks: see `submit`.
+    #[arg(long, value_name = "FILE", requires = "robot", conflicts_with = "mission")]
+    pub world: Option<PathBuf>,
     /// Go on in this log, a file or an instance, as if its runtime had never been gone.
     #[arg(long, value_name = "LOG", conflicts_with_all = ["log", "allocator", "messages", "on_stall", "keep_logs", "reattach_timeout", "cleanup_grace"])]
     pub resume: Option<String>,
     /// Robot seconds per wall second, for simulated controllers.
     #[arg(long, default_value_t = 1.0, value_parser = values::speed)]
     pub speed: f64,
+    /// Also be asked over HTTP at this address of loopback, such as 127.0.0.1:8080; port 0 is any that is free.
+    #[arg(long, value_name = "ADDRESS", value_parser = values::loopback)]
+    pub http: Option<SocketAddr>,
     /// What to do in a stall.
     #[arg(long, hide = true, value_enum, default_value_t = OnStall::End)]
     pub on_stall: OnStall,
@@ -184,6 +228,11 @@ pub struct DaemonArgs {
     /// Let things go wrong on purpose, as this file says; what is to happen to a controller is for whoever started it.
     #[arg(long, value_name = "FILE", conflicts_with = "resume")]
     pub fail: Option<PathBuf>,
+    /// Go on in the log of this instance's last run, or that of --log, if its runtime was gone before the mission had
+    /// ended; else begin the mission. For a service that is started again after it was killed. What goes on keeps its
+    /// settings.
+    #[arg(long, conflicts_with_all = ["resume", "fail"])]
+    pub or_resume: bool,
     /// How long to wait for the controllers, seconds [default: for ever].
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_negative_numbers = true)]
     pub attach_timeout: Option<Duration>,
@@ -228,7 +277,7 @@ pub struct SimulateArgs {
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// Run so often, with this seed and those after it, and print how often it was done, how long it took, and why not.
-    #[arg(long, value_name = "N", conflicts_with_all = ["log", "save_failures"])]
+    #[arg(long, value_name = "N", conflicts_with_all = ["log", "record", "save_failures"])]
     pub runs: Option<NonZeroU64>,
     /// Write what went wrong by chance as a file for `--fail`, of `run` too.
     #[arg(long, value_name = "FILE")]
@@ -285,7 +334,8 @@ impl Messages {
         match told {
             Some(Self::All) => true,
             Some(Self::None) => false,
-            None => mission.tree.nodes.len() <= Self::SMALL,
+            // The log of tasks that come and go grows as long as they do.
+            None => !mission.tree.is_standing() && mission.tree.nodes.len() <= Self::SMALL,
         }
     }
 }
@@ -297,6 +347,12 @@ pub enum OnStall {
     End,
     /// Wait for the world to change.
     Wait,
+}
+
+fn notes() -> String {
+    let code = |(exit, meaning): &(Exit, &str)| format!("{:>5}  {}\n", *exit as u8, meaning.replace('\n', "\n       "));
+    let codes: String = exit::MEANINGS.iter().map(code).collect();
+    format!("Exit codes:\n{codes}\n{NOTES}")
 }
 
 fn version() -> &'static str {

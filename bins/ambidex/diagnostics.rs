@@ -2,14 +2,15 @@
 //! that speaks to the terminal.
 
 use std::error::Error;
-use std::fmt;
+use std::fmt::{self, Write as _};
 use std::io::Write;
 use std::iter;
 
 use ambidex::files::{Fault, FilesError, Severity};
 use ambidex::model::{is_obeyed, make_legible};
 use miette::{
-    Diagnostic, LabeledSpan, MietteError, MietteSpanContents, NamedSource, Report, SourceCode, SourceSpan, SpanContents,
+    Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError, MietteSpanContents, NamedSource,
+    Report, SourceCode, SourceSpan, SpanContents,
 };
 
 /// Longest lines that are shown whole, bytes.
@@ -29,6 +30,11 @@ pub fn say_all(warnings: &[Fault]) {
     warnings.iter().for_each(|warning| say(&report(warning)));
 }
 
+/// Says lines on stderr as they are, but for what a terminal obeys.
+pub fn say_lines<'a>(lines: impl Iterator<Item = &'a str>) {
+    lines.for_each(|line| drop(writeln!(std::io::stderr(), "{}", legible(line))));
+}
+
 /// Says on stderr what is wrong.
 pub fn say(report: &Report) {
     drop(writeln!(std::io::stderr(), "{}", printed(report)));
@@ -39,6 +45,20 @@ fn printed(report: &Report) -> String {
     let all = report.downcast_ref::<All>().map(|all| &all.error);
     let each = all.iter().flat_map(|error| error.faults()).map(|fault| format!("\n{:?}", self::report(fault)));
     iter::once(format!("{report:?}")).chain(each).collect()
+}
+
+/// All mistakes as text without colors, for whoever is not at this terminal.
+pub fn printed_plainly(error: &FilesError) -> String {
+    let handler = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor());
+    let mut text = String::new();
+    for fault in error.faults() {
+        // A text takes all that is written to it.
+        let _ = handler.render_report(&mut text, &Shown::new(fault));
+    }
+    if error.uncounted() > 0 {
+        let _ = writeln!(text, "{} more are not shown", error.uncounted());
+    }
+    text.trim_end().to_owned()
 }
 
 /// One mistake or warning as it is shown.

@@ -5,12 +5,30 @@ use std::process::ExitCode;
 use ambidex::model::MissionEnd;
 use ambidex::runtime::Ended;
 
-/// How the process ends; the same list stands in `--help`.
+/// What each code means, for `--help` and manual pages.
+pub const MEANINGS: [(Exit, &str); 7] = [
+    (Exit::Done, "the mission is done; of doctor: nothing is wrong"),
+    (Exit::Failed, "the mission failed; of world: the change was refused; of doctor: something is wrong"),
+    (
+        Exit::Usage,
+        "wrong usage, a faulty file, a name that the mission does not have, or a place that is taken already",
+    ),
+    (Exit::Stalled, "stalled: nothing runs and nothing can, with the reason of every leaf"),
+    (
+        Exit::Controller,
+        "a controller was lost, or did not attach in time; of status: the daemon is gone, its mission did not end;\n\
+         of world: no daemon of that instance runs, or it ended before it answered",
+    ),
+    (Exit::Log, "the mission is done, but its log or its recording is incomplete (a full disk)"),
+    (Exit::Canceled, "canceled by Ctrl-C, SIGTERM or SIGHUP"),
+];
+
+/// How the process ends; [`MEANINGS`] tells it to people.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Exit {
-    /// The mission is done.
+    /// The mission is done; of `doctor`: nothing is wrong.
     Done = 0,
-    /// It failed; of `world`: the change was refused.
+    /// It failed; of what asks a daemon: it was refused; of `doctor`: something is wrong.
     Failed = 1,
     /// Wrong usage, a faulty file, or a name that the mission does not have.
     Usage = 2,
@@ -19,7 +37,7 @@ pub enum Exit {
     /// A controller was lost or not attached in time; a daemon is gone whose mission did not end, or none is there to be
     /// asked.
     Controller = 4,
-    /// The mission is done, and its log is incomplete: the disk is full, or the file could not be written.
+    /// The mission is done, and its log or its recording is incomplete: the disk is full, or a file could not be written.
     Log = 5,
     /// Ctrl-C, SIGTERM or SIGHUP.
     Canceled = 130,

@@ -43,6 +43,11 @@ impl Source {
         }
     }
 
+    /// The instance whose daemon may write it.
+    pub fn instance(&self) -> Option<Instance> {
+        self.instance.clone()
+    }
+
     /// Opens the journal and reads what is there; a daemon that just begins is given time for its first line.
     ///
     /// # Errors

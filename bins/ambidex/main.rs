@@ -1,6 +1,7 @@
 //! The command line of Ambidex: one file per verb, no logic of its own.
 
 mod args;
+mod asking;
 mod audit;
 mod chaos;
 mod check;
@@ -8,25 +9,37 @@ mod children;
 mod controller;
 mod descriptors;
 mod diagnostics;
+mod doctor;
+mod edit;
 mod emergency_stop;
 mod exit;
 mod explain;
+mod export;
 mod following;
 mod import;
 mod keeping;
 mod log;
+mod man;
+mod map;
 mod mission;
 mod observer;
 mod out;
 mod own_record;
+mod pacing;
 mod page;
 mod parallel;
 mod purpose;
+mod reading;
+mod recording;
 mod resume;
 mod robot;
+mod service;
 mod signals;
 mod simulate;
 mod status;
+mod submit;
+mod task_events;
+mod tasks;
 mod telling;
 mod terminal;
 mod timeline;
@@ -36,10 +49,12 @@ mod trials;
 mod values;
 mod verify;
 mod waiting;
+mod watch;
 mod world;
 
 use std::process::ExitCode;
 
+use ambidex::runtime::control::Work;
 use clap::{CommandFactory, Parser};
 
 use args::{Cli, Verb};
@@ -58,13 +73,27 @@ fn main() -> ExitCode {
         Verb::Status(args) => status::status(&args),
         Verb::Timeline(args) => timeline::timeline(&args),
         Verb::Tree(args) => tree::tree(&args),
+        Verb::Map(args) => map::map(&args),
         Verb::Trace(args) => trace::trace(&args),
         Verb::Explain(args) => explain::explain(&args),
+        Verb::Export(args) => export::export(&args),
         Verb::Verify(args) => verify::verify(&args),
         Verb::Audit(args) => audit::audit(&args),
         Verb::Chaos(args) => chaos::chaos(&args),
         Verb::World(args) => world::world(&args),
+        Verb::Submit(args) => submit::submit(&args),
+        Verb::List(args) => tasks::list(&args),
+        Verb::Show(args) => tasks::show(&args),
+        Verb::Watch(args) => watch::watch(&args),
+        Verb::Cancel(args) => pacing::cancel(&args),
+        Verb::Pause(args) => pacing::pace(&args, Work::Pause),
+        Verb::Resume(args) => pacing::pace(&args, Work::Resume),
+        Verb::Step(args) => pacing::pace(&args, Work::Step),
+        Verb::Edit(args) => edit::edit(&args),
+        Verb::Stop(args) => pacing::stop(&args),
         Verb::Import(args) => import::import(&args),
+        Verb::Doctor(args) => doctor::doctor(&args),
+        Verb::Man(args) => man::man(&args),
         Verb::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "ambidex", &mut script);

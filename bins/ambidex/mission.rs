@@ -1,19 +1,23 @@
 //! `ambidex run` and `ambidex daemon`: a mission over controller processes.
 
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use ambidex::dispatch::Script;
-use ambidex::files::{self, Disk, Loaded};
+use ambidex::files::{self, Disk, FilesError, Loaded};
+use ambidex::http::{Endpoint, Feed, Hub, Server};
 use ambidex::link::{Instance, survive_truncation};
-use ambidex::model::{ControllerId, Loss, MissionEnd, MissionSpec, Record, Rejection, Time};
+use ambidex::model::state::Saved;
+use ambidex::model::{ControllerId, Failures, Loss, MissionEnd, MissionSpec, Record, Rejection, Time};
+use ambidex::record::History;
 use ambidex::replay::Resumed;
-use ambidex::runtime::control::ControlSocket;
-use ambidex::runtime::{self, Clock, Ended, Options, Sink};
+use ambidex::runtime::{self, Clock, Control, Ended, Options, Sink};
+use ambidex::show::recording::WallClock;
 use ambidex::tree::Settings;
 use miette::{IntoDiagnostic, Result};
-use tokio::sync::{mpsc, oneshot, watch};
+use tokio::sync::{mpsc, watch};
 
 use crate::args::{DaemonArgs, LiveArgs, Messages, MissionArgs, OnStall, RunArgs};
 use crate::children::Children;
@@ -22,9 +26,11 @@ use crate::exit::Exit;
 use crate::keeping::Keeper;
 use crate::observer::Observer;
 use crate::purpose::{self, Doing, Purpose};
-use crate::resume::{Resume, RobotFile, resume};
+use crate::reading::FileReader;
+use crate::resume::{Resume, RobotFile, resume, unfinished};
+use crate::service::Service;
 use crate::terminal::{Patience, QUIET, Terminal};
-use crate::{descriptors, robot, signals};
+use crate::{descriptors, recording, robot, signals};
 
 /// How long controllers may take to come to rest in the end.
 const GRACE: Duration = Duration::from_secs(3);
@@ -37,22 +43,41 @@ const TALK_GRACE: Duration = Duration::from_secs(1);
 /// Runs a mission with child processes.
 pub fn run(args: &RunArgs) -> Result<Exit> {
     let instance = args.instance.clone().unwrap_or_else(Instance::fresh);
-    go(&args.common, &args.live, &instance, Some(args.attach_timeout), &Processes::Own { fail: args.fail.as_deref() })
+    let processes = Processes::Own { fail: args.fail.as_deref() };
+    let (instance, attach_timeout) = (&instance, Some(args.attach_timeout));
+    go(&Setup { args: &args.common, live: &args.live, instance, attach_timeout, processes })
 }
 
 /// Runs a mission with controllers that others started.
 pub fn daemon(args: &DaemonArgs) -> Result<Exit> {
-    go(&args.common, &args.live, &args.instance, args.attach_timeout, &Processes::Others { fail: args.fail.as_deref() })
+    let processes = Processes::Others { fail: args.fail.as_deref() };
+    let (instance, attach_timeout) = (&args.instance, args.attach_timeout);
+    let unfinished = if args.or_resume { unfinished(instance, &args.common)? } else { None };
+    let live = LiveArgs { resume: unfinished.or(args.live.resume.clone()), ..args.live.clone() };
+    go(&Setup { args: &args.common, live: &live, instance, attach_timeout, processes })
 }
 
 /// Loads the files of a mission and says what is surely not meant in them.
 pub fn load(mission: &Path, args: &MissionArgs) -> Result<Loaded> {
-    let loaded =
-        files::load_mission(&Disk, mission, args.robot.as_deref(), &args.set).map_err(|error| report_all(&error))?;
+    told(files::load_mission(&Disk, mission, args.robot.as_deref(), &args.set), args)
+}
+
+/// What was loaded, once it is said what is surely not meant in it.
+fn told(loaded: Result<Loaded, FilesError>, args: &MissionArgs) -> Result<Loaded> {
+    let loaded = loaded.map_err(|error| report_all(&error))?;
     if !args.quiet {
         say_all(&loaded.warnings);
     }
     Ok(loaded)
+}
+
+/// What a run begins with, by its files.
+pub fn loaded(live: &LiveArgs, args: &MissionArgs) -> Result<Loaded> {
+    match (&live.mission, &live.world, &args.robot) {
+        (Some(mission), ..) => load(mission, args),
+        (None, Some(world), Some(robot)) => told(files::load_world(&Disk, robot, world, &args.set), args),
+        (None, ..) => unreachable!("a mission, a world with a robot, or a log is required"),
+    }
 }
 
 /// What is to be run, new or from where its log ends.
@@ -67,7 +92,7 @@ struct Job {
 
 fn job(args: &MissionArgs, live: &LiveArgs, has_children: bool) -> Result<Job> {
     if let Some(log) = &live.resume {
-        let resumed = resume(log, live.mission.as_deref(), args)?;
+        let resumed = resume(log, live, args)?;
         let robot_file = if has_children { Some(resumed.robot_file()?) } else { None };
         let robot_path = robot_file.as_ref().map(|file| file.path().to_owned()).unwrap_or_default();
         return Ok(Job {
@@ -78,8 +103,7 @@ fn job(args: &MissionArgs, live: &LiveArgs, has_children: bool) -> Result<Job> {
             _robot_file: robot_file,
         });
     }
-    let mission = live.mission.as_deref().expect("a mission or a log is required");
-    let Loaded { mission, robot_path, .. } = load(mission, args)?;
+    let Loaded { mission, robot_path, .. } = loaded(live, args)?;
     let settings = Settings {
         allocator: args.allocator.allocator(),
         waits_when_stalled: live.on_stall == OnStall::Wait,
@@ -99,15 +123,27 @@ enum Processes<'a> {
     Others { fail: Option<&'a Path> },
 }
 
-fn go(
-    args: &MissionArgs,
-    live: &LiveArgs,
-    instance: &Instance,
+impl Processes<'_> {
+    fn are_children(&self) -> bool {
+        match self {
+            Self::Own { .. } => true,
+            Self::Others { .. } => false,
+        }
+    }
+}
+
+/// How a mission is to be run.
+struct Setup<'a> {
+    args: &'a MissionArgs,
+    live: &'a LiveArgs,
+    instance: &'a Instance,
     attach_timeout: Option<Duration>,
-    processes: &Processes<'_>,
-) -> Result<Exit> {
-    let has_children = matches!(processes, Processes::Own { .. });
-    let mut job = job(args, live, has_children)?;
+    processes: Processes<'a>,
+}
+
+fn go(setup: &Setup<'_>) -> Result<Exit> {
+    let Setup { args, live, processes, .. } = setup;
+    let mut job = job(args, live, processes.are_children())?;
     let failures = match processes {
         Processes::Own { fail } => purpose::load(*fail, &job.mission)?,
         Processes::Others { fail } => purpose::load_for_daemon(*fail, &job.mission)?,
@@ -115,10 +151,21 @@ fn go(
     descriptors::ensure(job.mission.robot.controllers.len())?;
     survive_truncation().into_diagnostic()?;
     let terminal = Terminal::start(args.log_format, QUIET, Patience::Drops);
+    let service = Service::start();
     let ended = job.resumed.take_if(|resume| resume.resumed.end.is_some());
     if let Some((resume, end)) = ended.and_then(|resume| resume.resumed.end.map(|end| (resume, end))) {
+        service.ready();
+        service.finish();
         return Ok(ended_before(resume, end, args, &terminal));
     }
+    let exit = carry(setup, job, failures, &terminal, &service);
+    service.finish();
+    exit
+}
+
+/// Runs what is to be run, to its end.
+fn carry(setup: &Setup<'_>, mut job: Job, failures: Failures, terminal: &Terminal, service: &Service) -> Result<Exit> {
+    let Setup { args, live, instance, .. } = setup;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().into_diagnostic()?;
     let _entered = runtime.enter();
     // Before anything is begun that a signal would have to end.
@@ -127,14 +174,19 @@ fn go(
     let from = job.resumed.as_ref().map_or(Time::ZERO, |resumed| resumed.resumed.at);
     let clock = Clock::resume(from, live.speed);
     let (node, links) = robot::links(&job.mission, instance, &clock).into_diagnostic()?;
-    let socket = ControlSocket::open(&node).into_diagnostic()?;
+    let endpoint = Endpoint::open(&node, live.http).into_diagnostic()?;
     drop(node);
-    let (mut observer, resumed) = observer(&mut job, args, instance, &terminal)?;
+    let recorder = recording::start(args, &job.mission, wall_clock(&clock), Patience::Drops)?;
+    let (mut observer, resumed) = observer(&mut job, args, instance, terminal)?;
     observer.purpose = Purpose::of_run(&failures);
+    observer.recorder = recorder;
+    let (diagnostics, feed) = watch::channel(Arc::default());
+    let server = serve(endpoint, &job, &to_run, clock, &mut observer, feed).into_diagnostic()?;
     observer.say_what_it_waits_for();
     let observer = Arc::new(Mutex::new(observer));
-    let start = || Children::start(&job.mission.robot, &job.robot_path, instance, args.log_format, &terminal);
-    let children = has_children.then(start).transpose()?.map(|children| Arc::new(Mutex::new(children)));
+    let start = || Children::start(&job.mission.robot, &job.robot_path, instance, args.log_format, terminal);
+    let children =
+        setup.processes.are_children().then(start).transpose()?.map(|children| Arc::new(Mutex::new(children)));
     let (to_keeper, begun) = watch::channel(None);
     let script = Script::new(failures.flaws.clone());
     let keep = |children| Keeper { children, begun: begun.clone(), run: to_run.clone(), terminal: terminal.clone() };
@@ -143,29 +195,53 @@ fn go(
     let (run, terminal_of_deeds) = (to_run.clone(), terminal.clone());
     let (names, is_quiet) = (job.mission.names.clone(), args.quiet);
     runtime.spawn(Doing { failures, names, clock, begun, run, terminal: terminal_of_deeds, keeper, is_quiet }.done());
+    let reader = job.mission.tree.is_standing().then(|| FileReader::shared(&job.mission)).transpose()?;
     let options = Options {
+        reader,
         settings: job.settings.clone(),
         clock,
-        attach_timeout,
+        attach_timeout: setup.attach_timeout,
         grace: GRACE,
-        journal: Some(Box::new(Watcher { observer: Arc::clone(&observer), begun: to_keeper })),
+        journal: Some(Box::new(Watcher::new(&observer, to_keeper, service))),
         resumed,
         script,
+        diagnostics,
     };
     let ended = runtime.block_on(async {
         tokio::spawn(signals);
-        let (over, is_over) = oneshot::channel();
-        let serving = tokio::spawn(socket.serve(Arc::clone(&job.mission), to_run, is_over));
+        tokio::spawn(service.clone().pulse());
+        service.ready();
         let ended = runtime::run(Arc::clone(&job.mission), links, options, control).await;
-        drop(over);
-        drop(serving.await);
+        service.stopping();
         ended
     });
+    if let Ok(mut observer) = observer.try_lock() {
+        observer.tell_others();
+    }
+    drop(server);
     if let Some(children) = children {
         lock(&children).end(CHILD_GRACE);
-        sweep(&terminal);
+        sweep(terminal);
     }
-    Ok(tell_end(&ended, &observer, &job.mission, &terminal))
+    Ok(tell_end(&ended, &observer, &job.mission, terminal))
+}
+
+/// Begins to answer others who ask about the run.
+fn serve(
+    endpoint: Endpoint,
+    job: &Job,
+    run: &mpsc::UnboundedSender<Control>,
+    clock: Clock,
+    observer: &mut Observer,
+    diagnostics: runtime::Feed,
+) -> io::Result<Server> {
+    if let Some(address) = endpoint.address() {
+        observer.say(&format!("asked at http://{address}/v1/ too"));
+    }
+    let (feed, news) = Feed::new();
+    observer.feed = Some(feed);
+    let history = observer.present().unwrap_or_else(|| History::new(&job.settings.header(&job.mission)));
+    Server::start(endpoint, Arc::clone(&job.mission), run.clone(), Hub::new(history, clock), news, diagnostics)
 }
 
 /// Who follows the run, and where the log of an earlier one leaves it.
@@ -175,10 +251,16 @@ fn observer(
     instance: &Instance,
     terminal: &Terminal,
 ) -> Result<(Observer, Option<Resumed>)> {
-    if let Some(Resume { resumed, file, history, .. }) = job.resumed.take() {
-        return Ok((Observer::resume(file, history, args, terminal), Some(resumed)));
+    if let Some(Resume { resumed, file, history, beginning, .. }) = job.resumed.take() {
+        return Ok((Observer::resume(file, (history, beginning), args, terminal), Some(resumed)));
     }
     Ok((Observer::new(&job.mission, args, instance.name(), terminal, true).into_diagnostic()?, None))
+}
+
+/// What a recording goes by.
+fn wall_clock(clock: &Clock) -> WallClock {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    WallClock::set(u64::try_from(now.as_nanos()).unwrap_or_default(), clock.now(), clock.speed())
 }
 
 fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -187,7 +269,7 @@ fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// Nothing of the log goes on: it is completed where it lacks the last words, and told once more.
 fn ended_before(resume: Resume, end: MissionEnd, args: &MissionArgs, terminal: &Terminal) -> Exit {
-    let mut observer = Observer::resume(resume.file, resume.history, args, terminal);
+    let mut observer = Observer::resume(resume.file, (resume.history, resume.beginning), args, terminal);
     resume.resumed.missing.iter().for_each(|record| observer.take(record));
     // Its runtime may have been killed before it had tidied up.
     sweep(terminal);
@@ -235,6 +317,24 @@ struct Watcher {
     observer: Arc<Mutex<Observer>>,
     /// Who waits for the mission to begin.
     begun: watch::Sender<Option<Time>>,
+    service: Service,
+    /// What the service manager knows of the run.
+    stage: Option<String>,
+}
+
+impl Watcher {
+    fn new(observer: &Arc<Mutex<Observer>>, begun: watch::Sender<Option<Time>>, service: &Service) -> Self {
+        Self { observer: Arc::clone(observer), begun, service: service.clone(), stage: None }
+    }
+
+    /// Tells the service manager what the run is at, where that is different.
+    fn tell_stage(&mut self) {
+        let stage = lock(&self.observer).stage().filter(|stage| self.stage.as_ref() != Some(stage));
+        if let Some(stage) = stage {
+            self.service.status(&stage);
+            self.stage = Some(stage);
+        }
+    }
 }
 
 impl Sink for Watcher {
@@ -248,9 +348,28 @@ impl Sink for Watcher {
                 is_first
             });
         }
+        if let Record::Ending { .. } | Record::Ended { .. } = record {
+            self.service.stopping();
+            self.tell_stage();
+        }
+    }
+
+    fn settle(&mut self) -> bool {
+        lock(&self.observer).settle()
+    }
+
+    fn is_full(&self) -> bool {
+        lock(&self.observer).is_full()
+    }
+
+    fn save(&mut self, at: Time, saved: &Saved) {
+        lock(&self.observer).begin_anew(at, saved);
     }
 
     fn rest(&mut self) -> Option<Duration> {
+        if self.service.is_supervised() {
+            self.tell_stage();
+        }
         lock(&self.observer).rest()
     }
 }

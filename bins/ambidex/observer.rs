@@ -6,13 +6,18 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ambidex::model::{ControllerId, ControllerMessage, Loss, MissionEnd, MissionSpec, Names, Record, Rejection};
-use ambidex::record::{History, JournalError, Presence, shown};
+use ambidex::http::Feed;
+use ambidex::model::state::Saved;
+use ambidex::model::{
+    ControllerId, ControllerMessage, Header, Loss, MissionEnd, MissionSpec, Names, Record, Rejection, Time,
+};
+use ambidex::record::{Beginning, History, JournalError, shown};
 use ambidex::runtime::log::{self, JournalFile};
 use ambidex::show::{live, timeline};
 
 use crate::args::MissionArgs;
 use crate::purpose::Purpose;
+use crate::recording::Recorder;
 use crate::terminal::Terminal;
 
 /// How often the live display is drawn anew at most.
@@ -28,6 +33,12 @@ pub struct Observer {
     failure: Option<JournalError>,
     /// None before the first record.
     history: Option<History>,
+    /// What another log of this run would begin with.
+    beginning: Beginning,
+    /// How long the log may be before it begins anew with what the run is, bytes.
+    size: u64,
+    limit: u64,
+    keep_logs: usize,
     terminal: Terminal,
     is_quiet: bool,
     is_json: bool,
@@ -37,6 +48,12 @@ pub struct Observer {
     is_live: bool,
     /// What is told of what goes wrong on purpose.
     pub purpose: Purpose,
+    /// What viewers read of the run, if that is wanted.
+    pub recorder: Option<Recorder>,
+    /// Whether there is less in the recording than there should be.
+    is_recording_incomplete: bool,
+    /// Where others are told of what is written.
+    pub feed: Option<Feed>,
 }
 
 impl Observer {
@@ -61,9 +78,14 @@ impl Observer {
     }
 
     /// Goes on with a log, of which the history is known; controllers are awaited.
-    pub fn resume(file: JournalFile, history: History, args: &MissionArgs, terminal: &Terminal) -> Self {
+    pub fn resume(
+        file: JournalFile,
+        (history, beginning): (History, Beginning),
+        args: &MissionArgs,
+        terminal: &Terminal,
+    ) -> Self {
         let names = history.names().clone();
-        Self { history: Some(history), ..Self::on(file, names, args, terminal) }
+        Self { history: Some(history), beginning, ..Self::on(file, names, args, terminal) }
     }
 
     fn on(file: JournalFile, names: Names, args: &MissionArgs, terminal: &Terminal) -> Self {
@@ -72,6 +94,10 @@ impl Observer {
             file,
             failure: None,
             history: None,
+            beginning: Beginning::default(),
+            size: args.log_size,
+            limit: args.log_size,
+            keep_logs: args.keep_logs as usize,
             terminal: terminal.clone(),
             is_quiet: args.quiet,
             is_json: args.json,
@@ -79,6 +105,9 @@ impl Observer {
             is_stale: false,
             is_live: true,
             purpose: Purpose::default(),
+            recorder: None,
+            is_recording_incomplete: false,
+            feed: None,
         }
     }
 
@@ -92,11 +121,19 @@ impl Observer {
         {
             self.fail(error);
         }
-        log::emit(record, &self.names);
         match (&mut self.history, record) {
             (Some(history), record) => history.apply(record),
-            (history, Record::Header(header)) => *history = Some(History::with_past(header)),
+            (history, Record::Header(header)) => *history = Some(of_run(header)),
             (None, _) => {}
+        }
+        // No other log begins anew.
+        if let Some(history) = self.history.as_ref().filter(|history| history.is_standing()) {
+            self.beginning.take(record, history);
+        }
+        log::emit(record, self.history.as_ref().map_or(&self.names, History::names));
+        self.record(record);
+        if let (Some(feed), Some(history)) = (&mut self.feed, &self.history) {
+            feed.take(record, history);
         }
         if self.is_quiet {
             return;
@@ -108,7 +145,41 @@ impl Observer {
             self.terminal.say(&line);
             self.say_who_is_missing(record);
         }
-        self.purpose.after(record, &self.names).iter().for_each(|line| self.terminal.say(line));
+        let names = self.history.as_ref().map_or(&self.names, History::names);
+        self.purpose.after(record, names).iter().for_each(|line| self.terminal.say(line));
+    }
+
+    fn record(&mut self, record: &Record) {
+        let is_recorded = match (&mut self.recorder, &self.history) {
+            (Some(recorder), Some(history)) => recorder.take(history, record),
+            (Some(_), None) | (None, _) => true,
+        };
+        if !is_recorded {
+            self.finish_recording();
+        }
+    }
+
+    /// Ends the recording, and tells what is wrong with it.
+    fn finish_recording(&mut self) {
+        let Some(recorder) = self.recorder.take() else { return };
+        let path = recorder.path().to_owned();
+        match recorder.finish() {
+            Ok(missing) => {
+                let missing = match missing {
+                    0 => String::new(),
+                    1 => "; a message is missing: its disk was too slow".into(),
+                    many => format!("; {many} messages are missing: its disk was too slow"),
+                };
+                if !self.is_quiet || !missing.is_empty() {
+                    self.terminal.say(&format!("recording: {}{missing}", shown(&path)));
+                }
+            }
+            Err(error) => {
+                self.is_recording_incomplete = true;
+                let source = std::error::Error::source(&error).map(|source| format!(": {source}")).unwrap_or_default();
+                self.terminal.say(&format!("error: the recording is incomplete: {error}{source}"));
+            }
+        }
     }
 
     /// The plain line for a record; simulated controllers are there from the beginning, which is no news.
@@ -120,17 +191,58 @@ impl Observer {
         live::line(self.history.as_ref().filter(|_| is_news)?, record)
     }
 
-    /// Nothing waits: what was taken so far is safe from now on. When to draw what came since the last drawing.
-    pub fn rest(&mut self) -> Option<Duration> {
+    /// What was taken is with the operating system, so that it outlives this process; false where it is not.
+    pub fn settle(&mut self) -> bool {
+        self.flush();
+        self.tell_others();
+        self.failure.is_none()
+    }
+
+    fn flush(&mut self) {
         if self.failure.is_none()
             && let Err(error) = self.file.flush()
         {
             self.fail(error);
         }
+    }
+
+    /// Whether the log is so long that it is to begin anew.
+    pub fn is_full(&self) -> bool {
+        self.failure.is_none() && self.file.bytes() >= self.limit
+    }
+
+    /// The log begins anew with what the run is; the one so far is put aside.
+    pub fn begin_anew(&mut self, at: Time, saved: &Saved) {
+        let Some(history) = self.history.as_ref().filter(|_| self.failure.is_none()) else { return };
+        let records = self.beginning.records(history, at, saved);
+        if let Err(error) = self.file.begin_anew(&records, self.keep_logs) {
+            let source = std::error::Error::source(&error).map(|source| format!(": {source}")).unwrap_or_default();
+            self.terminal.say(&format!("warning: the log is not put aside and grows on: {error}{source}"));
+        }
+        // What cannot be short is not to be written over and over.
+        self.limit = self.size.max(self.file.bytes().saturating_mul(2));
+    }
+
+    /// Nothing waits: what was taken so far is safe from now on. When to tell what could not be drawn or told yet.
+    pub fn rest(&mut self) -> Option<Duration> {
+        self.flush();
         if self.is_stale && self.terminal.is_tty() && !self.is_quiet {
             self.draw();
         }
-        self.is_stale.then_some(REDRAW)
+        (!self.tell_others() || self.is_stale).then_some(REDRAW)
+    }
+
+    /// Tells others what they were not told yet; false while that is not possible.
+    pub fn tell_others(&mut self) -> bool {
+        match (&mut self.feed, &self.history) {
+            (Some(feed), Some(history)) => feed.flush(history),
+            (Some(_), None) | (None, _) => true,
+        }
+    }
+
+    /// What the run comes to so far, without its past; none before the first record.
+    pub fn present(&self) -> Option<History> {
+        self.history.as_ref().map(History::present)
     }
 
     fn fail(&mut self, error: JournalError) {
@@ -139,14 +251,17 @@ impl Observer {
         self.failure = Some(error);
     }
 
+    /// Says something that is no error.
+    pub fn say(&self, text: &str) {
+        if !self.is_quiet {
+            self.terminal.say(text);
+        }
+    }
+
     /// Names the controllers without which the mission does not begin.
     pub fn say_what_it_waits_for(&self) {
-        let is_missing = |controller: ControllerId| {
-            let view = self.history.as_ref().and_then(|history| history.controllers().view(controller));
-            view.is_none_or(|view| view.presence == Presence::Lost)
-        };
-        let controllers = (0..self.names.controllers.len()).map(ControllerId::from);
-        let missing: Vec<&str> = controllers.filter(|id| is_missing(*id)).map(|id| self.names.controller(id)).collect();
+        let all = || self.names.controllers.iter().map(String::as_str).collect();
+        let missing: Vec<&str> = self.history.as_ref().map_or_else(all, live::absent);
         if self.is_live && !self.is_quiet && !missing.is_empty() {
             self.terminal.say(&format!("waiting for {}", missing.join(", ")));
         }
@@ -164,8 +279,14 @@ impl Observer {
             | ControllerMessage::Joined { .. }
             | ControllerMessage::Heard { .. }
             | ControllerMessage::Refused { .. }
-            | ControllerMessage::Misreported { .. } => {}
+            | ControllerMessage::Misreported { .. }
+            | ControllerMessage::Diagnosed { .. } => {}
         }
+    }
+
+    /// How far the run is, in one line; none before the first record.
+    pub fn stage(&self) -> Option<String> {
+        self.history.as_ref().map(live::stage)
     }
 
     /// How a controller was lost, if it was.
@@ -178,18 +299,14 @@ impl Observer {
         self.history.as_ref()?.controllers().refusal(controller)
     }
 
-    /// Closes the log, clears the live display, and tells the end. False if the log is incomplete.
+    /// Closes log and recording, clears the live display, and tells the end. False if one of them is incomplete.
     pub fn finish(&mut self) -> bool {
-        if self.failure.is_none()
-            && let Err(error) = self.file.flush()
-        {
-            self.fail(error);
-        }
+        self.flush();
         self.terminal.clear();
         let (width, palette) = (self.terminal.width(), self.terminal.palette());
         let has_begun = |history: &&History| history.end() != Some(MissionEnd::NotAttached);
         if let Some(history) = self.history.as_ref().filter(has_begun) {
-            if !self.is_quiet && history.step_count() > 0 {
+            if !self.is_quiet && history.step_count() > 0 && !history.is_standing() {
                 self.terminal.say(&format!("\n{}", timeline::text(history, width, &palette)));
             }
             if !self.is_quiet || history.end() == Some(MissionEnd::Stalled) {
@@ -199,13 +316,14 @@ impl Observer {
         if !self.is_quiet {
             self.terminal.say(&format!("log: {}", shown(self.file.path())));
         }
+        self.finish_recording();
         if let Some(report) = self.history.as_ref().and_then(History::report).filter(|_| self.is_json) {
             let text = serde_json::to_string(&report).expect("a report is plain");
             if !print(text, PRINT_WITHIN) {
                 self.terminal.say("error: nobody reads stdout; the report is not written");
             }
         }
-        self.failure.is_none()
+        self.failure.is_none() && !self.is_recording_incomplete
     }
 
     fn draw(&mut self) {
@@ -218,6 +336,12 @@ impl Observer {
             self.terminal.show(live::rows(history, self.terminal.width(), &self.terminal.palette()));
         }
     }
+}
+
+/// What is kept of a run that may go on without end is bounded by what it is at.
+pub fn of_run(header: &Header) -> History {
+    let history = History::new(header);
+    if history.is_standing() { history } else { History::with_past(header) }
 }
 
 /// Prints a line on stdout from a thread of its own; false if nobody took it in time. A reader that has left is one.

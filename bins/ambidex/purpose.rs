@@ -245,7 +245,7 @@ fn changed(change: Change, names: &Names) -> String {
     match change {
         Change::Fact(fact, true) => format!("somebody sets {}", names.fact(fact)),
         Change::Fact(fact, false) => format!("somebody clears {}", names.fact(fact)),
-        Change::Object(object, Location::At(place)) => {
+        Change::Object(object, Location::At(place)) | Change::Laid(object, place, _) => {
             format!("somebody lays {} at {}", names.thing(object), names.place(place))
         }
         Change::Object(object, Location::In(_) | Location::Unknown) => {
@@ -254,6 +254,10 @@ fn changed(change: Change, names: &Names) -> String {
         Change::Taken(object, by) => {
             format!("somebody puts {} into {}", names.thing(object), names.resource(by))
         }
+        Change::Blocked(obstacle) => {
+            format!("something comes to stand at ({:.2}, {:.2})", obstacle.middle.x, obstacle.middle.y)
+        }
+        Change::Cleared(around) => format!("what stands at ({:.2}, {:.2}) is taken away", around.at.x, around.at.y),
         Change::Base(_) => "somebody moves the robot".to_owned(),
         Change::Emptied(resource) => format!("somebody empties {}", names.resource(resource)),
     }

@@ -1,18 +1,21 @@
 //! `--resume`: a run that goes on in its log.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use ambidex::files::{self, Disk};
-use ambidex::model::Source;
-use ambidex::record::{History, JournalError, Reader, shown};
+use ambidex::files;
+use ambidex::link::Instance;
+use ambidex::model::{Record, Source};
+use ambidex::record::{Beginning, History, JournalError, Reader, shown};
 use ambidex::replay::{Replay, Resumed};
-use ambidex::runtime::log::JournalFile;
+use ambidex::runtime::log::{JournalFile, default_path};
 use miette::{Context, IntoDiagnostic, Result, miette};
 
-use crate::args::MissionArgs;
-use crate::diagnostics::report_all;
+use crate::args::{LiveArgs, MissionArgs};
 use crate::log;
-use crate::verify::{Rerun, differs, rerun};
+use crate::mission::loaded;
+use crate::observer::of_run;
+use crate::verify::{Rerun, differs, follow, reading, rerun};
 
 /// A run as its log leaves it.
 pub struct Resume {
@@ -22,6 +25,8 @@ pub struct Resume {
     pub file: JournalFile,
     /// What the log comes to.
     pub history: History,
+    /// What another log of this run would begin with.
+    pub beginning: Beginning,
 }
 
 /// The robot file of a log, beside the log for controllers to read it; gone when this is dropped.
@@ -32,9 +37,10 @@ pub struct RobotFile(PathBuf);
 ///
 /// # Errors
 /// When the log cannot be read, does not carry its files, is being written, or is of another mission.
-pub fn resume(log: &str, mission: Option<&Path>, args: &MissionArgs) -> Result<Resume> {
+pub fn resume(log: &str, live: &LiveArgs, args: &MissionArgs) -> Result<Resume> {
     let path = log::find(Some(log))?;
-    if mission.is_none() && (args.robot.is_some() || !args.set.is_empty()) {
+    let given = live.mission.as_deref().or(live.world.as_deref());
+    if given.is_none() && (args.robot.is_some() || !args.set.is_empty()) {
         return Err(miette!(
             help = "name the mission too, and it is compared with that of the log with these",
             "--robot and --set say nothing of a run that goes on: it has the robot and the values of its log"
@@ -54,24 +60,52 @@ pub fn resume(log: &str, mission: Option<&Path>, args: &MissionArgs) -> Result<R
     let mut reader = opened.into_diagnostic()?;
     let header = reader.header().clone();
     let rerun = rerun(&header, &path)?;
-    if let Some(mission) = mission {
-        let given = files::load_mission(&Disk, mission, args.robot.as_deref(), &args.set);
-        let given = given.map_err(|error| report_all(&error))?.mission;
-        compare(rerun.mission.source.as_ref(), given.source.as_ref(), mission)?;
+    if let Some(path) = given {
+        let given = loaded(live, args)?.mission;
+        compare(rerun.mission.source.as_ref(), given.source.as_ref(), path)?;
     }
-    let mut replay = Replay::new(&rerun.mission, &rerun.settings);
-    let mut history = History::with_past(&header);
+    let mut replay = reading(Replay::new(&rerun.mission, &rerun.settings), &rerun.mission)?;
+    let (mut history, mut beginning) = (of_run(&header), Beginning::default());
     for (line, record) in (1..).zip(reader.by_ref()) {
         let record = record.into_diagnostic()?;
-        replay.take(&record).map_err(|difference| differs(&difference, line))?;
+        follow(&mut replay, &record).map_err(|difference| differs(&difference, line))?;
         history.apply(&record);
+        beginning.take(&record, &history);
     }
     let removed = file.cut(reader.whole_bytes()).into_diagnostic()?;
     if removed > 0 {
         log::say(&format!("the log was cut off in its last line; {removed} bytes of it are removed"));
     }
     let resumed = replay.finish();
-    Ok(Resume { rerun, resumed, file, history })
+    Ok(Resume { rerun, resumed, file, history, beginning })
+}
+
+/// The log of an instance's last run, or that of `--log`, if its runtime was gone before the mission had ended.
+///
+/// # Errors
+/// When there is one, and it cannot be read.
+pub fn unfinished(instance: &Instance, args: &MissionArgs) -> Result<Option<String>> {
+    let path = args.log.clone().unwrap_or_else(|| default_path(instance.name()));
+    let mut reader = match Reader::open(&path) {
+        Ok(reader) => reader,
+        Err(JournalError::Open { source, .. }) if source.kind() == ErrorKind::NotFound => return Ok(None),
+        // Nothing had happened yet, or another version of the program wrote it, which says nothing of how it ended.
+        Err(error @ (JournalError::NoHeader { .. } | JournalError::Version { .. })) => {
+            log::say(&format!("the log of the last run is left alone: {error}"));
+            return Ok(None);
+        }
+        Err(error) => return Err(error).into_diagnostic(),
+    };
+    let mut has_ended = false;
+    for record in reader.by_ref() {
+        has_ended |= matches!(record.into_diagnostic()?, Record::Ended { .. });
+    }
+    if has_ended {
+        return Ok(None);
+    }
+    log::say(&format!("the last run did not end; it goes on in {}", shown(&path)));
+    let path = path.into_os_string().into_string();
+    path.map(Some).map_err(|path| miette!("{} is no path that can be told", shown(Path::new(&path))))
 }
 
 impl Resume {

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use ambidex::files::failures_text;
 use ambidex::model::{Failures, Mishap, MissionSpec, Time};
+use ambidex::show::recording::WallClock;
 use ambidex::sim::{self, Chance};
 use ambidex::tree::Settings;
 use miette::{IntoDiagnostic, Result, Severity, miette};
@@ -16,7 +17,7 @@ use crate::observer::Observer;
 use crate::purpose::{self, Purpose};
 use crate::terminal::{Patience, QUIET, Terminal};
 use crate::values::Fail;
-use crate::{diagnostics, out, trials};
+use crate::{diagnostics, out, recording, trials};
 
 /// Runs a mission under a virtual clock, once or many times.
 pub fn simulate(args: &SimulateArgs) -> Result<Exit> {
@@ -53,7 +54,9 @@ pub fn simulate(args: &SimulateArgs) -> Result<Exit> {
 fn run(args: &SimulateArgs, mission: &Arc<MissionSpec>, settings: &Settings, failures: &Failures) -> Result<Exit> {
     let common = &args.common;
     let terminal = Terminal::start(common.log_format, QUIET, Patience::Waits);
+    let recorder = recording::start(common, mission, WallClock::NONE, Patience::Waits)?;
     let mut observer = Observer::new(mission, common, "simulate", &terminal, false).into_diagnostic()?;
+    observer.recorder = recorder;
     observer.purpose = Purpose::of_simulation(failures, &mission.names);
     let end = sim::simulate_failures(mission, settings, failures, &mut |record| observer.take(record));
     let (end, is_whole) = (Exit::from(end), observer.finish());

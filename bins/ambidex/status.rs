@@ -1,6 +1,7 @@
 //! `ambidex status`: what a mission is at, from its journal alone, once or until it ends.
 
 mod screen;
+mod vitals;
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -15,13 +16,14 @@ use clap::Args;
 use miette::{IntoDiagnostic, Result};
 
 use crate::exit::Exit;
-use crate::following::{Following, Source};
+use crate::following::Source;
 use crate::log::say;
 use crate::page::is_read;
 use crate::terminal::{self, WIDTH};
 use crate::values;
 use crate::waiting::is_stopped;
 use screen::{Screen, Wish};
+use vitals::Vitals;
 
 /// How often news are looked for and drawn at most.
 const TICK: Duration = Duration::from_millis(100);
@@ -57,7 +59,7 @@ pub struct StatusArgs {
 /// Tells what a mission is at.
 pub fn status(args: &StatusArgs) -> Result<Exit> {
     let source = Source::new(args.instance.clone(), args.log.clone());
-    match if args.watch { watch(&source, args.json)? } else { once(&source.follow()?, args.json)? } {
+    match if args.watch { watch(&source, args.json)? } else { once(&source, args.json)? } {
         Told::Ended(outcome) => {
             if args.watch && !args.json {
                 say(&format!("the mission ended: {}", outcome.word()));
@@ -81,10 +83,12 @@ enum Told {
     Interrupted,
 }
 
-fn once(following: &Following, is_json: bool) -> Result<Told> {
-    let Some(snapshot) = following.snapshot() else {
+fn once(source: &Source, is_json: bool) -> Result<Told> {
+    let Some(snapshot) = source.follow()?.snapshot() else {
         return Ok(Told::SoFar);
     };
+    let mut vitals = Vitals::of(source.instance());
+    let snapshot = with_vitals(snapshot, &mut vitals);
     print(&if is_json { json(&snapshot)? } else { text(&snapshot) })?;
     Ok(told(&snapshot))
 }
@@ -92,7 +96,7 @@ fn once(following: &Following, is_json: bool) -> Result<Told> {
 /// Tells every change until the mission ended, its daemon is gone, or nobody wants to see more.
 fn watch(source: &Source, is_json: bool) -> Result<Told> {
     let stop = Stop::on_signals().into_diagnostic()?;
-    let mut view = View::new(is_json)?;
+    let mut view = View::new(is_json, Vitals::of(source.instance()))?;
     let mut following = loop {
         if let Some(following) = source.look()? {
             break following;
@@ -133,12 +137,13 @@ struct View {
     is_json: bool,
     last: Option<Snapshot>,
     is_waiting: bool,
+    vitals: Vitals,
 }
 
 impl View {
-    fn new(is_json: bool) -> Result<Self> {
+    fn new(is_json: bool, vitals: Vitals) -> Result<Self> {
         let screen = if is_json { None } else { Screen::take().into_diagnostic()? };
-        Ok(Self { screen, is_json, last: None, is_waiting: false })
+        Ok(Self { screen, is_json, last: None, is_waiting: false, vitals })
     }
 
     fn wait_for(&mut self, what: &str) -> Result<()> {
@@ -152,13 +157,15 @@ impl View {
         Ok(())
     }
 
-    /// Tells what is different; false if nobody listens any more.
+    /// Tells what is different; false if nobody listens any more. Other numbers alone are no change but on a screen.
     fn show(&mut self, snapshot: &Snapshot) -> Result<bool> {
+        let vitals = &mut self.vitals;
+        let mut told = || with_vitals(snapshot.clone(), vitals);
         let goes_on = match &mut self.screen {
-            Some(screen) => is_read(screen.show(lines(snapshot)))?,
+            Some(screen) => is_read(screen.show(lines(&told())))?,
             None if self.last.as_ref() == Some(snapshot) => true,
-            None if self.is_json => print(&json(snapshot)?)?,
-            None => print(&(text(snapshot) + "\n"))?,
+            None if self.is_json => print(&json(&told())?)?,
+            None => print(&(text(&told()) + "\n"))?,
         };
         self.last = Some(snapshot.clone());
         Ok(goes_on)
@@ -186,6 +193,12 @@ impl View {
         }
         Ok(())
     }
+}
+
+/// With what the daemon says of the last second.
+fn with_vitals(snapshot: Snapshot, vitals: &mut Vitals) -> Snapshot {
+    let told = vitals.told(snapshot.daemon);
+    snapshot.with_diagnostics(told)
 }
 
 /// Whether nothing more is to come of a mission that ended.

@@ -7,7 +7,7 @@ use ambidex::model::{Header, NodeId, Record};
 use ambidex::replay::Replay;
 use miette::Result;
 
-use crate::verify::{Rerun, differs, rerun};
+use crate::verify::{Rerun, differs, follow, reading, rerun};
 
 /// Makes of each record of a log those that are to be told.
 pub struct Telling {
@@ -26,7 +26,8 @@ impl Telling {
         }
         let Rerun { mission, settings, .. } = rerun(header, path)?;
         let wanted = (0..mission.tree.nodes.len()).map(|node| wanted(NodeId::from(node))).collect();
-        Ok(Self { replay: Some(Replay::with_messages(&mission, &settings, wanted)), line: 0 })
+        let replay = reading(Replay::with_messages(&mission, &settings, wanted), &mission)?;
+        Ok(Self { replay: Some(replay), line: 0 })
     }
 
     /// Hands on what the next record of the log comes to.
@@ -36,7 +37,7 @@ impl Telling {
     pub fn tell(&mut self, record: &Record, mut take: impl FnMut(&Record) -> Result<bool>) -> Result<bool> {
         self.line += 1;
         let Some(replay) = &mut self.replay else { return take(record) };
-        replay.take(record).map_err(|difference| differs(&difference, self.line))?;
+        follow(replay, record).map_err(|difference| differs(&difference, self.line))?;
         // The end may be that of a defect, which no turn makes: it is told where the log has it.
         let is_end = |record: &Record| matches!(record, Record::Ended { .. });
         if (!record.follows() || is_end(record)) && !take(record)? {

@@ -40,8 +40,8 @@ pub struct TraceArgs {
     /// Only these rounds: N, A..B with both, A.. or ..B. What has none belongs to the one decided last.
     #[arg(long, value_name = "ROUNDS", value_parser = rounds)]
     pub round: Option<RangeInclusive<u32>>,
-    /// Only this kind of record; may be given several times. Without it all kinds but feedback, told, observed, turn and
-    /// began.
+    /// Only this kind of record; may be given several times. Without it all kinds but feedback, diagnosed, told, observed,
+    /// turn and began.
     #[arg(long, value_name = "KIND", value_parser = kinds())]
     pub kind: Vec<Kind>,
     /// Besides, how far controllers say that they are, ten times in a second, and what root takes up in its turns.

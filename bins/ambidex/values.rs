@@ -1,5 +1,6 @@
 //! Values of options, as they are written.
 
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -12,11 +13,28 @@ pub fn instance(name: &str) -> Result<Instance, String> {
     Instance::new(name).map_err(|error| error.to_string())
 }
 
+/// An address of this machine that no other one reaches.
+pub fn loopback(text: &str) -> Result<SocketAddr, String> {
+    match text.parse::<SocketAddr>() {
+        Ok(address) if address.ip().is_loopback() => Ok(address),
+        Ok(address) => Err(format!("{} is no address of loopback; write 127.0.0.1:PORT or [::1]:PORT", address.ip())),
+        Err(_) => Err("an address of loopback with its port, such as 127.0.0.1:8080".into()),
+    }
+}
+
 /// Robot seconds per wall second.
 pub fn speed(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(speed) if (0.01..=1000.0).contains(&speed) => Ok(speed),
         Ok(_) | Err(_) => Err("a number from 0.01 to 1000".into()),
+    }
+}
+
+/// MiB, as bytes.
+pub fn mebibytes(text: &str) -> Result<u64, String> {
+    match text.parse::<f64>() {
+        Ok(mebibytes) if (0.01..=1_048_576.0).contains(&mebibytes) => Ok((mebibytes * f64::from(1 << 20)) as u64),
+        Ok(_) | Err(_) => Err("MiB, a number from 0.01 to 1048576".into()),
     }
 }
 

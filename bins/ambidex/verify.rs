@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use ambidex::files;
+use ambidex::model::state::Saved;
 use ambidex::model::{Header, MissionSpec, Record};
 use ambidex::record::{Reader, shown};
 use ambidex::replay::{Difference, Replay};
@@ -17,6 +18,7 @@ use crate::diagnostics::report_all;
 use crate::exit::Exit;
 use crate::log;
 use crate::page::Page;
+use crate::reading::FileReader;
 
 /// `ambidex verify`.
 #[derive(Debug, Args)]
@@ -74,12 +76,12 @@ pub enum Again {
 pub fn again(path: &Path) -> Result<Again> {
     let mut reader = Reader::open(path).into_diagnostic()?;
     let Rerun { mission, settings, .. } = rerun(reader.header(), path)?;
-    let mut replay = Replay::new(&mission, &settings);
+    let mut replay = reading(Replay::new(&mission, &settings), &mission)?;
     let mut records = 0_u64;
     for record in reader.by_ref() {
         let record = record.into_diagnostic()?;
         records += 1;
-        if let Err(difference) = replay.take(&record) {
+        if let Err(difference) = follow(&mut replay, &record) {
             let header = Box::new(reader.header().clone());
             return Ok(Again::Different { difference, line: records, header });
         }
@@ -109,6 +111,31 @@ pub fn rerun(header: &Header, path: &Path) -> Result<Rerun> {
     let allocator = AllocatorName::from_str(&header.allocator, false).map_err(unknown)?;
     let settings = Settings::of(header, allocator.allocator());
     Ok(Rerun { mission: loaded.mission, robot_path: loaded.robot_path, settings })
+}
+
+/// A replay that reads what was submitted.
+///
+/// # Errors
+/// When the files of its world cannot be read any more.
+pub fn reading(replay: Replay, mission: &MissionSpec) -> Result<Replay> {
+    Ok(match FileReader::again(mission)? {
+        Some(reader) => replay.reading(reader),
+        None => replay,
+    })
+}
+
+/// Takes the next record, with which the log may go on where another was put aside.
+///
+/// # Errors
+/// When it does not follow from those before it.
+pub fn follow(replay: &mut Replay, record: &Record) -> Result<(), Difference> {
+    if let Record::Checkpoint { saved, .. } = record {
+        let saved = serde_json::from_str::<Saved>(saved).ok();
+        if saved.is_none_or(|saved| replay.restore(&saved).is_err()) {
+            return Err(Difference { found: Some(Box::new(record.clone())), expected: None });
+        }
+    }
+    replay.take(record)
 }
 
 /// A difference as an error, for verbs that need a log without one.

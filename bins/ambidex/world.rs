@@ -1,14 +1,12 @@
 //! `ambidex world`: what somebody outside says of the world.
 
-use ambidex::link::Instance;
-use ambidex::runtime::control::{self, Answer, AskError, Request, Why, WorldChange};
+use ambidex::http::Request;
+use ambidex::runtime::control::{Work, WorldChange};
 use clap::{Args, Subcommand};
-use miette::{IntoDiagnostic, Result, miette};
+use miette::Result;
 
-use crate::diagnostics;
+use crate::asking::{self, AskArgs};
 use crate::exit::Exit;
-use crate::page::Page;
-use crate::values;
 
 /// `ambidex world`.
 #[derive(Debug, Args)]
@@ -16,12 +14,8 @@ pub struct WorldArgs {
     /// What is different.
     #[command(subcommand)]
     change: ChangeArgs,
-    /// Name of the robot's runtime.
-    #[arg(long, global = true, default_value = "default", value_parser = values::instance)]
-    instance: Instance,
-    /// Print the answer as one object on stdout, and nothing else.
-    #[arg(long, global = true)]
-    json: bool,
+    #[command(flatten)]
+    ask: AskArgs,
 }
 
 #[derive(Debug, Subcommand)]
@@ -43,61 +37,60 @@ enum ChangeArgs {
         /// The place.
         place: String,
     },
+    /// Something stands in the room that was not there before: the base does not drive into it.
+    Block {
+        /// Its middle on the map, meters.
+        #[arg(value_name = "X,Y", allow_hyphen_values = true, value_parser = pair)]
+        at: [f64; 2],
+        /// Along its own x and y, meters.
+        #[arg(value_name = "X,Y", value_parser = pair)]
+        size: [f64; 2],
+        /// Where its x points, degrees, counterclockwise from x of the map.
+        #[arg(long, value_name = "DEG", allow_hyphen_values = true, default_value_t = 0.0)]
+        heading: f64,
+    },
+    /// What came to stand around a point of the map is gone.
+    Unblock {
+        /// The point, meters.
+        #[arg(value_name = "X,Y", allow_hyphen_values = true, value_parser = pair)]
+        at: [f64; 2],
+    },
+    /// There is an object that was not there before, at a place.
+    Add {
+        /// What it is called; no other object is.
+        object: String,
+        /// The place.
+        place: String,
+    },
+    /// An object is not there any more.
+    Remove {
+        /// The object.
+        object: String,
+    },
 }
 
 /// Tells it to the daemon of the instance, and what came of it.
 pub fn world(args: &WorldArgs) -> Result<Exit> {
-    let change = match &args.change {
-        ChangeArgs::Set { fact } => WorldChange::Set(fact.clone()),
-        ChangeArgs::Clear { fact } => WorldChange::Clear(fact.clone()),
-        ChangeArgs::Move { object, place } => WorldChange::Move { object: object.clone(), to: place.clone() },
+    let request = match &args.change {
+        ChangeArgs::Set { fact } => Request::World(WorldChange::Fact { fact: fact.clone(), holds: true }),
+        ChangeArgs::Clear { fact } => Request::World(WorldChange::Fact { fact: fact.clone(), holds: false }),
+        ChangeArgs::Move { object, place } => {
+            Request::World(WorldChange::Place { object: object.clone(), place: place.clone() })
+        }
+        ChangeArgs::Block { at, size, heading } => {
+            Request::World(WorldChange::Block { at: *at, size: *size, heading: heading.to_radians() })
+        }
+        ChangeArgs::Unblock { at } => Request::World(WorldChange::Unblock { at: *at }),
+        ChangeArgs::Add { object, place } => {
+            Request::Work(Work::AddObject { object: object.clone(), place: place.clone() })
+        }
+        ChangeArgs::Remove { object } => Request::Work(Work::RemoveObject { object: object.clone() }),
     };
-    let answer = match control::ask(&args.instance, &Request::World(change)) {
-        Ok(answer) => answer,
-        Err(error @ (AskError::NoDaemon(_) | AskError::Ended(_) | AskError::Late { .. })) => {
-            diagnostics::say(&miette!("{error}"));
-            return Ok(Exit::Controller);
-        }
-        Err(error @ (AskError::Socket { .. } | AskError::Answer { .. })) => return Err(error).into_diagnostic(),
-    };
-    if args.json {
-        print(&serde_json::to_string(&answer).into_diagnostic()?)?;
-    }
-    match answer {
-        Answer::Changed { said } | Answer::Same { said } => {
-            if !args.json {
-                print(&legible(said))?;
-            }
-            Ok(Exit::Done)
-        }
-        Answer::Refused { why, said, help } => {
-            if !args.json {
-                let said = legible(said);
-                diagnostics::say(&match help.map(legible) {
-                    Some(help) => miette!(help = help, "{said}"),
-                    None => miette!("{said}"),
-                });
-            }
-            Ok(of_refusal(why))
-        }
-    }
+    asking::tell(&args.ask, &request)
 }
 
-fn print(line: &str) -> Result<()> {
-    let mut page = Page::new();
-    page.line(line)?;
-    page.flush().map(drop)
-}
-
-fn of_refusal(why: Why) -> Exit {
-    match why {
-        Why::Malformed | Why::Version | Why::NoSuchName => Exit::Usage,
-        Why::Busy | Why::NotOutside | Why::Held | Why::NotTheirs | Why::NotBegun | Why::Over => Exit::Failed,
-    }
-}
-
-/// Names are whatever a file says, and a terminal obeys some letters.
-fn legible(mut said: String) -> String {
-    ambidex::model::make_legible(&mut said);
-    said
+/// Two numbers.
+fn pair(written: &str) -> std::result::Result<[f64; 2], String> {
+    let found = written.split_once(',').and_then(|(x, y)| Some([x.trim().parse().ok()?, y.trim().parse().ok()?]));
+    found.ok_or_else(|| "two numbers such as 1.5,-2".to_owned())
 }

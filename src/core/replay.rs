@@ -5,20 +5,21 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use crate::dispatch::{LastKnown, at_start};
-use crate::tree::{Effect, Input, Node, Outbox, Root, Settings, build};
-use ambidex_model::state::Stage;
+use crate::tree::{BranchReader, Effect, Input, Machines, Outbox, Root, Settings};
+use ambidex_model::state::{Saved, Stage};
 use ambidex_model::{
     Change, ControllerId, ControllerMessage, Header, Location, MissionEnd, MissionSpec, NodeId, Record, Time,
-    ToController, Told, Topology,
+    ToController, Told,
 };
 
 /// A log that is taken record by record, the header first.
-#[derive(Debug)]
 pub struct Replay {
     header: Header,
-    nodes: Vec<Node>,
-    topology: Topology,
+    nodes: Machines,
+    mission: Arc<MissionSpec>,
+    settings: Settings,
     places: usize,
+    reader: Option<BranchReader>,
     /// What root made and the log has not told yet.
     made: VecDeque<Record>,
     /// What the last turn came to, with messages; none where that is not asked for.
@@ -39,7 +40,7 @@ pub struct Replay {
 #[derive(Debug)]
 pub struct Resumed {
     /// The machines; what runs in their eyes ends when the mission goes on.
-    pub nodes: Vec<Node>,
+    pub nodes: Machines,
     /// What controllers said of themselves last and how often they had attached, by controller.
     pub controllers: Vec<LastKnown>,
     /// The last moment of the log.
@@ -49,6 +50,10 @@ pub struct Resumed {
     /// How it ended, if it has: then nothing goes on.
     pub end: Option<MissionEnd>,
 }
+
+/// What was saved of a run is not of its mission, or cannot be read any more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Unrestored;
 
 /// A record of the log that does not follow from those before it.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,7 +68,7 @@ impl Resumed {
     /// A run that begins with nothing behind it.
     pub fn fresh(mission: &Arc<MissionSpec>, settings: &Settings) -> Self {
         Self {
-            nodes: build(mission, settings),
+            nodes: Machines::new(mission, settings),
             controllers: at_start(mission),
             at: Time::ZERO,
             missing: Vec::new(),
@@ -77,9 +82,11 @@ impl Replay {
     pub fn new(mission: &Arc<MissionSpec>, settings: &Settings) -> Self {
         Self {
             header: settings.header(mission),
-            nodes: build(mission, settings),
-            topology: mission.tree.topology.clone(),
+            nodes: Machines::new(mission, settings),
+            mission: Arc::clone(mission),
+            settings: settings.clone(),
             places: mission.world.places.len(),
+            reader: None,
             made: VecDeque::new(),
             turn: None,
             wanted: Vec::new(),
@@ -92,6 +99,12 @@ impl Replay {
         }
     }
 
+    /// The same, which reads with this what was submitted.
+    #[must_use]
+    pub fn reading(self, reader: BranchReader) -> Self {
+        Self { reader: Some(reader), ..self }
+    }
+
     /// The same, which gives with every turn why all else does not run, and what the `wanted` nodes say.
     pub fn with_messages(mission: &Arc<MissionSpec>, settings: &Settings, wanted: Vec<bool>) -> Self {
         let telling = Settings { has_messages: true, ..settings.clone() };
@@ -99,12 +112,19 @@ impl Replay {
         Self { header, turn: Some(Vec::new()), wanted, ..Self::new(mission, &telling) }
     }
 
+    /// Goes on from where a run was saved, before anything else than its header and what controllers said last.
+    ///
+    /// # Errors
+    /// When what was saved is not of this mission, or cannot be read any more.
+    pub fn restore(&mut self, saved: &Saved) -> Result<(), Unrestored> {
+        let restored = Machines::restored(&self.mission, &self.settings, saved, self.reader.as_ref());
+        self.nodes = restored.ok_or(Unrestored)?;
+        Ok(())
+    }
+
     /// Root as it is after what was taken.
     pub fn root(&self) -> &Root {
-        match &self.nodes[0] {
-            Node::Root(root) => root,
-            Node::Composite(_) | Node::Leaf(_) => unreachable!("node 0 is root"),
-        }
+        self.nodes.root()
     }
 
     /// How many decisions were compared.
@@ -124,26 +144,13 @@ impl Replay {
                 Err(Difference { found: Some(Box::new(record.clone())), expected: Some(Box::new(expected)) })
             }
             Record::Header(_) | Record::Sent { .. } => Ok(()),
+            // Whoever reads text as records reads this one too, and says what it holds.
+            Record::Checkpoint { .. } => Ok(()),
             Record::Controller { controller, message, .. } => {
                 self.hear(*controller, message);
                 Ok(())
             }
-            Record::Told { at, input } => {
-                if !self.root().state().knows_of(input) || !self.has_places_of(input) {
-                    return Err(Difference { found: Some(Box::new(record.clone())), expected: None });
-                }
-                if let Told::End { end } = input {
-                    self.told_to_end.push(*end);
-                }
-                // With its message from the behavior up to root, where messages are wanted.
-                match input {
-                    Told::Ended { leaf, outcome } if self.turn.is_some() => {
-                        self.give(*at, *leaf, Input::Ended(Box::new(outcome.clone())));
-                    }
-                    other => self.give(*at, NodeId(0), other.clone().into()),
-                }
-                Ok(())
-            }
+            Record::Told { at, input } => self.told(*at, input, record),
             Record::Turn { at } => match self.made.pop_front() {
                 Some(expected) => Err(Difference { found: None, expected: Some(Box::new(expected)) }),
                 None => {
@@ -156,7 +163,8 @@ impl Replay {
                 if !matches!(change, Change::Base(_)) {
                     return Err(Difference { found: Some(Box::new(record.clone())), expected: None });
                 }
-                self.nodes[0].handle(record.at(), Input::Observed(*change), &mut Outbox::default());
+                let observed = Input::Observed(*change);
+                self.nodes.handle(record.at(), NodeId(0), observed, &mut Outbox::default());
                 Ok(())
             }
             // Not all ends are root's word: a defect ends a mission without it, and so does a grace that is over.
@@ -173,8 +181,30 @@ impl Replay {
             }
             Record::Reopened { .. } | Record::Overtaken { .. } => self.compare(record),
             Record::Decided { .. } | Record::Released { .. } | Record::Resource { .. } => self.compare(record),
+            Record::Added { .. } | Record::Removed { .. } | Record::Granting { .. } => self.compare(record),
+            Record::Canceled { .. } | Record::TaskEnded { .. } | Record::Stalled { .. } => self.compare(record),
+            Record::ObjectAdded { .. } | Record::ObjectRemoved { .. } | Record::Declined { .. } => self.compare(record),
             Record::Ended { .. } => self.compare(record),
         }
+    }
+
+    fn told(&mut self, at: Time, input: &Told, record: &Record) -> Result<(), Difference> {
+        let is_known = self.root().state().knows_of(input) && self.has_places_of(input);
+        let Some(input) = is_known.then(|| self.read(input)).flatten() else {
+            return Err(Difference { found: Some(Box::new(record.clone())), expected: None });
+        };
+        let input = &input;
+        if let Told::End { end } = input {
+            self.told_to_end.push(*end);
+        }
+        // With its message from the behavior up to root, where messages are wanted.
+        match input {
+            Told::Ended { leaf, outcome } if self.turn.is_some() => {
+                self.give(at, *leaf, Input::Ended(Box::new(outcome.clone())));
+            }
+            other => self.give(at, NodeId(0), other.clone().into()),
+        }
+        Ok(())
     }
 
     /// What the last turn came to, with its messages; nothing where there was none since this was asked last.
@@ -200,16 +230,31 @@ impl Replay {
         Resumed { nodes: self.nodes, controllers: self.controllers, at: self.at, missing, end }
     }
 
+    /// What root was told, with the parts of trees that come with it read once more; none where they cannot be.
+    fn read(&self, told: &Told) -> Option<Told> {
+        let mut told = told.clone();
+        if let Told::Work { work } = &mut told
+            && let Some(branch) = work.branch_mut()
+            && branch.fragment.is_none()
+        {
+            let (reader, root) = (self.reader.as_ref()?, self.nodes.root());
+            branch.fragment = Some(Arc::new(reader(&branch.source, root.mission(), root.state().world())?));
+        }
+        Some(told)
+    }
+
     fn has_places_of(&self, told: &Told) -> bool {
         let changes = match told {
             Told::Begin { changes } => changes.as_slice(),
             Told::World { change, .. } => std::slice::from_ref(change),
             Told::Ended { outcome, .. } => &outcome.changes,
             Told::Service { changes, .. } => changes,
-            Told::Resumed | Told::Woke | Told::End { .. } => &[],
+            Told::Resumed | Told::Woke | Told::Work { .. } | Told::End { .. } => &[],
         };
-        let is_nowhere =
-            |change: &Change| matches!(change, Change::Object(_, Location::At(at)) if at.index() >= self.places);
+        let is_nowhere = |change: &Change| match change.moved() {
+            Some((_, Some(Location::At(at)))) => at.index() >= self.places,
+            Some(_) | None => false,
+        };
         !changes.iter().any(is_nowhere)
     }
 
@@ -229,7 +274,7 @@ impl Replay {
             }
             ControllerMessage::Attached | ControllerMessage::Told { .. } | ControllerMessage::Joined { .. } => {}
             ControllerMessage::Refused { .. } | ControllerMessage::Misreported { .. } => {}
-            ControllerMessage::Lost { .. } => {}
+            ControllerMessage::Lost { .. } | ControllerMessage::Diagnosed { .. } => {}
         }
     }
 
@@ -253,19 +298,22 @@ impl Replay {
         let mut out = Outbox::default();
         self.inbox.push_back((to, input));
         while let Some((node, input)) = self.inbox.pop_front() {
-            self.nodes[node.index()].handle(at, input, &mut out);
-            for effect in out.drain() {
+            self.nodes.handle(at, node, input, &mut out);
+            let parent = self.nodes.parent(node);
+            for effect in out.drain().filter_map(|effect| self.nodes.change(effect)).collect::<Vec<_>>() {
                 if let Some(turn) = &mut self.turn
-                    && self.wanted[node.index()]
-                    && let Some(message) = effect.message(at, node, &self.topology)
+                    && self.wanted.get(node.index()).copied().unwrap_or(true)
+                    && let Some(message) = effect.message(at, node, parent)
                 {
                     turn.push(message);
                 }
                 match effect {
                     Effect::Down(to, down) => self.inbox.push_back((to, Input::Down(down))),
-                    Effect::Up(up) => self.inbox.push_back((self.topology.parent(node), Input::Up(up))),
+                    Effect::Up(up) => self.inbox.push_back((parent, Input::Up(up))),
                     Effect::Record(record) => self.make(*record),
                     Effect::Start(_) | Effect::Stop(_) | Effect::TakenUp(..) | Effect::Finished(_) => {}
+                    Effect::Worked(..) | Effect::Mission(_) => {}
+                    Effect::Spawn { .. } | Effect::Retire { .. } => unreachable!("nodes came and went"),
                 }
             }
         }

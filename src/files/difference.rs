@@ -44,6 +44,7 @@ fn between(first: &SourceFile, second: &SourceFile) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ambidex_model::SourceKind;
 
     fn source(texts: &[&str], settings: &[(&str, &str)]) -> Source {
         let file = |(index, text): (usize, &&str)| SourceFile {
@@ -52,6 +53,7 @@ mod tests {
             text: (*text).to_owned(),
         };
         Source {
+            kind: SourceKind::Mission,
             mission: "0.yaml".into(),
             robot: None,
             settings: settings.iter().map(|(name, value)| ((*name).into(), (*value).into())).collect(),

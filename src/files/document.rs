@@ -47,6 +47,9 @@ pub(crate) struct Located<T> {
 /// A value of YAML text with its place.
 pub(crate) type Node = Located<Value>;
 
+/// A key and its value.
+pub(crate) type Entry = (Located<String>, Node);
+
 /// What a YAML value is.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Value {
@@ -62,7 +65,31 @@ pub(crate) enum Value {
     /// A list in the order of the file.
     List(Vec<Node>),
     /// A map in the order of the file.
-    Map(Vec<(Located<String>, Node)>),
+    Map(Vec<Entry>),
+}
+
+impl Value {
+    /// Whether the same is written, wherever it stands.
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Null, Self::Null) => true,
+            (Self::Scalar { text, number }, Self::Scalar { text: other_text, number: other }) => {
+                text == other_text && number.map(f64::to_bits) == other.map(f64::to_bits)
+            }
+            (Self::List(list), Self::List(other)) => {
+                list.len() == other.len()
+                    && std::iter::zip(list, other).all(|(one, other)| one.value.is_like(&other.value))
+            }
+            (Self::Map(map), Self::Map(other)) => {
+                let mut pairs = std::iter::zip(map, other);
+                let is_like = |(one, other): (&Entry, &Entry)| {
+                    one.0.value == other.0.value && one.1.value.is_like(&other.1.value)
+                };
+                map.len() == other.len() && pairs.all(is_like)
+            }
+            (Self::Null | Self::Scalar { .. } | Self::List(_) | Self::Map(_), _) => false,
+        }
+    }
 }
 
 /// What is wrong with the YAML itself.

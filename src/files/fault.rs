@@ -45,9 +45,9 @@ pub enum Severity {
 
 /// A file that was opened.
 #[derive(Debug)]
-struct Source {
+pub(crate) struct Source {
     name: String,
-    text: String,
+    pub(crate) text: String,
 }
 
 impl FilesError {
@@ -190,6 +190,16 @@ pub(crate) struct Faults {
 }
 
 impl Faults {
+    /// None yet in files some of which were opened before, so that places in them mean the same.
+    pub(crate) fn after(opened: &[Arc<Source>]) -> Self {
+        Self { sources: opened.to_vec(), ..Self::default() }
+    }
+
+    /// The files that were opened so far, by number.
+    pub(crate) fn opened(&self) -> &[Arc<Source>] {
+        &self.sources
+    }
+
     /// A further file with this text; its number is for the places in it.
     pub(crate) fn open(&mut self, name: &str, text: String) -> usize {
         let mut name = name.to_owned();

@@ -4,18 +4,12 @@ use std::collections::BTreeMap;
 
 use crate::fault::Faults;
 use crate::reader::Name;
-use crate::template::{Piece, pieces};
-use ambidex_model::{nearest, suggestion};
+use ambidex_model::{Misnamed, nearest, suggestion};
 
 /// What nothing can be called: `$` and a name stand for an argument wherever the thing is named.
 pub(crate) fn refuse_argument(name: &Name, faults: &mut Faults) {
-    let found = pieces(&name.value).into_iter().find_map(|piece| match piece {
-        Piece::Parameter(name) => Some(name),
-        Piece::Plain(_) => None,
-    });
-    if let Some(argument) = found {
-        let help = "a name of yours has no `$` before a letter, a digit or `_`";
-        faults.push_with(name, format!("`${argument}` stands for an argument, and there is none here"), help);
+    if let Some(misnamed) = Misnamed::by_arguments(&name.value) {
+        faults.push_with(name, misnamed.to_string(), "a name of yours has no `$` before a letter, a digit or `_`");
     }
 }
 
@@ -29,8 +23,8 @@ pub(crate) struct Register {
 
 impl Register {
     /// None yet; `what` is the thing's noun.
-    pub(crate) fn new(what: &'static str) -> Self {
-        Self { what, ..Self::default() }
+    pub(crate) const fn new(what: &'static str) -> Self {
+        Self { what, names: Vec::new(), ids: BTreeMap::new() }
     }
 
     /// Those names, in this order.
@@ -40,6 +34,21 @@ impl Register {
             register.intern(name);
         }
         register
+    }
+
+    /// Names by id, empty where what was called so is gone.
+    pub(crate) fn by_id(what: &'static str, names: &[String]) -> Self {
+        let mut register = Self::new(what);
+        names.iter().for_each(|name| register.add(name));
+        register
+    }
+
+    /// A further name with the next id; empty where what was called so is gone.
+    pub(crate) fn add(&mut self, name: &str) {
+        if !name.is_empty() {
+            self.ids.insert(name.to_owned(), self.names.len());
+        }
+        self.names.push(name.to_owned());
     }
 
     /// The names of a map's entries, whatever they name.
@@ -52,10 +61,8 @@ impl Register {
         if let Some(&id) = self.ids.get(name) {
             return id;
         }
-        let id = self.names.len();
-        self.names.push(name.to_owned());
-        self.ids.insert(name.to_owned(), id);
-        id
+        self.add(name);
+        self.names.len() - 1
     }
 
     /// The id of a name, if there is such a thing.
@@ -65,7 +72,7 @@ impl Register {
 
     /// What could be meant by a name that nothing has; none where nothing is near.
     pub(crate) fn meant(&self, name: &str) -> Option<String> {
-        nearest(name, self.names.iter().map(String::as_str)).map(|near| format!("did you mean `{near}`?"))
+        nearest(name, self.used()).map(|near| format!("did you mean `{near}`?"))
     }
 
     /// The id of a name as written in a file; a fault if nothing has it.
@@ -84,7 +91,12 @@ impl Register {
 
     /// What was probably meant by a name that nothing has, and what is allowed.
     pub(crate) fn suggestion(&self, name: &str) -> String {
-        suggestion(name, self.what, self.names.iter().map(String::as_str))
+        suggestion(name, self.what, self.used())
+    }
+
+    /// Names of what is there.
+    fn used(&self) -> impl Iterator<Item = &str> {
+        self.names.iter().map(String::as_str).filter(|name| !name.is_empty())
     }
 
     /// The name behind an id; `?` for an id that is not of this register.

@@ -145,6 +145,17 @@ impl Known<'_> {
         Some(Argument { text: item.text().unwrap_or_default().to_owned(), value })
     }
 
+    /// Warns of a default that names nothing here.
+    pub(crate) fn warn_of_default(&self, parameter: &Parameter, faults: &mut Faults) {
+        let Some((name, names)) = parameter.plain_default().zip(self.names(parameter.ty)) else { return };
+        // An object stands for the place where it lies.
+        let is_object = || self.names(Type::Object).is_some_and(|objects| objects.id(name).is_some());
+        if names.id(name).is_none() && !(parameter.ty == Type::Place && is_object()) {
+            let span = parameter.defaults.iter().flatten().next().map_or(parameter.name.span, |default| default.span);
+            faults.warn((span, DEFAULT), names.lacks(name), Some(names.suggestion(name)));
+        }
+    }
+
     /// What a name of a type stands for; a fault if nothing has it.
     pub(crate) fn named(&self, name: &Name, ty: Type, faults: &mut Faults) -> Option<Meaning> {
         if matches!(ty, Type::Text | Type::Number | Type::Offset) {

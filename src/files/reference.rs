@@ -14,7 +14,9 @@ pub fn reference() -> String {
                     read by; `AMBIDEX_BLESS=1 cargo test -p ambidex-files reference` writes it anew.*\n"
             .to_owned();
     let mut shapes: Vec<&'static Shape> =
-        [Format::Mission, Format::Behaviors, Format::Robot, Format::Failures].map(Format::shape).to_vec();
+        [Format::Mission, Format::World, Format::Task, Format::Behaviors, Format::Robot, Format::Failures]
+            .map(Format::shape)
+            .to_vec();
     let mut next = 0;
     while let Some(shape) = shapes.get(next).copied() {
         section(shape, &mut text);

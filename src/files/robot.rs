@@ -140,8 +140,11 @@ impl ReportsTerm {
     }
 }
 
-/// An arm, its grace, its calls, and what it may report.
-type ReachingArm = (ArmSpec, Option<f64>, Offers, Option<ReportsTerm>);
+/// How long a hand is of which nothing is told, meters.
+const HAND_M: f64 = 0.15;
+
+/// An arm, the radius of its links and the length of its hand, its grace, its calls, and what it may report.
+type ReachingArm = (ArmSpec, (Option<f64>, f64), Option<f64>, Offers, Option<ReportsTerm>);
 
 /// A call that a controller offers.
 #[derive(Debug, Clone, PartialEq)]
@@ -175,6 +178,18 @@ described! {
         acceleration: f64 = required("acceleration", "Top acceleration of the gripper.", &ACCELERATION),
         grip_s: f64 = required("grip", "How long the gripper takes to close or open.", &GRIP),
         lift_m: f64 = required("lift", "How far it lifts after closing or opening.", &LIFT),
+        radius_m: Option<f64> = optional(
+            "radius",
+            "Of its links: arms whose radius is told are not let cross each other.",
+            &EXTENT
+        ),
+        hand_m: f64 = or(
+            "hand",
+            "From its wrist to what it takes, a part of `reach`: what may be grasped from some sides only needs the wrist \
+             there; 0.15 m.",
+            &EXTENT,
+            HAND_M
+        ),
         cancel_grace_s: Option<f64> = optional(CANCEL_GRACE, CANCEL_GRACE_DOC, &GRACE),
         reports: Option<ReportsTerm> = optional(REPORTS, REPORTS_DOC, Map::<ReportsTerm>::new()),
         calls: Offers = maybe_all(CALLS, CALLS_DOC, OFFERS),
@@ -210,13 +225,14 @@ described! {
 const REACHING_ARM: Custom<ReachingArm> = Custom(
     || Form::Map(Arm::shape),
     |item, reading| {
-        let Arm { shoulder, tuck, reach_m, speed, acceleration, grip_s, lift_m, cancel_grace_s, reports, calls } =
-            Arm::read(item, reading)?;
+        let written = Arm::read(item, reading)?;
+        let Arm { shoulder, tuck, reach_m, speed, acceleration, grip_s, lift_m, .. } = written;
         if (tuck.value - shoulder).norm() > reach_m {
             reading.faults.push(&tuck, "farther from the shoulder than the arm reaches");
         }
         let arm = ArmSpec { shoulder, tuck: tuck.value, reach_m, speed, acceleration, grip_s, lift_m };
-        Some((arm, cancel_grace_s, calls, reports))
+        let body = (written.radius_m, written.hand_m);
+        Some((arm, body, written.cancel_grace_s, written.calls, written.reports))
     },
 );
 
@@ -238,12 +254,20 @@ impl Controller {
 impl Controller {
     fn cancel_grace(&self) -> Duration {
         let grace_s = match self {
-            Self::Arm((_, grace_s, ..)) => *grace_s,
+            Self::Arm((_, _, grace_s, ..)) => *grace_s,
             Self::Base(base) => base.cancel_grace_s,
             Self::Head(head) => head.cancel_grace_s,
             Self::Device(device) => device.cancel_grace_s,
         };
         Duration::from_secs_f64(grace_s.unwrap_or(CANCEL_GRACE_S))
+    }
+
+    /// Of an arm, the radius of its links.
+    fn body(&self) -> (Option<f64>, f64) {
+        match self {
+            Self::Arm((_, body, ..)) => *body,
+            Self::Base(_) | Self::Head(_) | Self::Device(_) => (None, 0.0),
+        }
     }
 
     /// What it may report, as it is written.
@@ -333,6 +357,8 @@ fn build(raw: Robot, faults: &mut Faults) -> Option<RobotFile> {
             name: name.value.clone(),
             kind: kind.kind(),
             cancel_grace: kind.cancel_grace(),
+            radius_m: kind.body().0,
+            hand_m: kind.body().1,
             reports: kind.reportable(),
         }));
     }

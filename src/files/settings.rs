@@ -7,7 +7,7 @@ use crate::fault::Faults;
 use crate::parameter::{Known, Parameter, example_value};
 use crate::reader::Item;
 use crate::types::Type;
-use ambidex_model::suggestion;
+use ambidex_model::{Source, suggestion};
 
 /// The value of one parameter, as the command line tells it: `object=mug`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -40,20 +40,67 @@ impl FromStr for Setting {
     }
 }
 
+impl Setting {
+    /// Those with which something was made.
+    pub(crate) fn all_of(source: &Source) -> Vec<Self> {
+        let setting = |(name, value): &(String, String)| Self { name: name.clone(), value: value.clone() };
+        source.settings.iter().map(setting).collect()
+    }
+
+    /// Names and values, to be kept.
+    pub(crate) fn pairs(settings: &[Self]) -> Vec<(String, String)> {
+        settings.iter().map(|setting| (setting.name.clone(), setting.value.clone())).collect()
+    }
+
+    /// How it was told, as the place of what is wrong with it.
+    fn open(&self, faults: &mut Faults) -> (String, SourceSpan) {
+        let written = format!("--set {}={}", self.name, self.value);
+        let file = faults.open(&written, String::new());
+        (written, SourceSpan { file, ..SourceSpan::default() })
+    }
+
+    /// Which of some parameters it is for; a fault if there is none.
+    fn index(
+        &self,
+        what: &str,
+        parameters: &[Parameter],
+        (span, written): (SourceSpan, &String),
+        faults: &mut Faults,
+    ) -> Option<usize> {
+        let names = || parameters.iter().map(|parameter| parameter.name.value.as_str());
+        let found = names().position(|name| name == self.name);
+        if found.is_none() {
+            let help = || suggestion(&self.name, "parameter", names());
+            faults.push_with((span, written), format!("{what} has no parameter `{}`", self.name), help);
+        }
+        found
+    }
+}
+
+/// Says of settings for the task of a world that nobody does it.
+pub(crate) fn warn_of_settings(parameters: &[Parameter], settings: &[Setting], faults: &mut Faults) {
+    for setting in settings {
+        let (written, span) = setting.open(faults);
+        if setting.index("the world", parameters, (span, &written), faults).is_some() {
+            let help = "tell it to the tasks that are submitted";
+            faults.warn((span, &written), "the task of a world is not done".to_owned(), Some(help.to_owned()));
+        }
+    }
+}
+
 impl Given {
     /// What is set, else the default; every value means something.
-    pub(crate) fn of(parameters: Vec<Parameter>, settings: &[Setting], known: &Known<'_>, faults: &mut Faults) -> Self {
+    pub(crate) fn of(
+        what: &str,
+        parameters: Vec<Parameter>,
+        settings: &[Setting],
+        known: &Known<'_>,
+        faults: &mut Faults,
+    ) -> Self {
         let mut values: Vec<Option<Node>> = vec![None; parameters.len()];
         for setting in settings {
-            let written = format!("--set {}={}", setting.name, setting.value);
-            let file = faults.open(&written, String::new());
-            let span = SourceSpan { file, ..SourceSpan::default() };
-            let names = || parameters.iter().map(|parameter| parameter.name.value.as_str());
-            let Some(index) = names().position(|name| name == setting.name) else {
-                let help = || suggestion(&setting.name, "parameter", names());
-                faults.push_with((span, &written), format!("the mission has no parameter `{}`", setting.name), help);
-                continue;
-            };
+            let (written, span) = setting.open(faults);
+            let Some(index) = setting.index(what, &parameters, (span, &written), faults) else { continue };
             let value = value(parameters[index].ty, &setting.value, span);
             known.argument(Item::of(&written, &value), parameters[index].ty, faults);
             if values[index].replace(value).is_some() {

@@ -7,7 +7,8 @@ use std::io::{self, ErrorKind, Read};
 use std::path::{Component, Path, PathBuf};
 
 use crate::document::MAX_BYTES;
-use ambidex_model::{Source, SourceFile};
+use crate::settings::Setting;
+use ambidex_model::{Source, SourceFile, SourceKind};
 
 /// Paths to bytes. Text is made of them by the reader, which says where they are none.
 pub trait Sources {
@@ -45,8 +46,20 @@ impl<'s> Recorder<'s> {
         Self { sources, read: RefCell::default(), named: RefCell::default() }
     }
 
+    /// What was read to make something of a file.
+    pub(crate) fn source(&self, kind: SourceKind, path: &Path, robot: Option<&Path>, settings: &[Setting]) -> Source {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Source {
+            kind,
+            mission: below(folder, path),
+            robot: robot.map(|robot| below(folder, robot)),
+            settings: Setting::pairs(settings),
+            files: self.files(folder),
+        }
+    }
+
     /// All that was read, then all that it was called beside that, with paths as seen from a folder.
-    pub(crate) fn files(&self, folder: &Path) -> Vec<SourceFile> {
+    fn files(&self, folder: &Path) -> Vec<SourceFile> {
         let read = self.read.borrow();
         let mut first: BTreeMap<PathBuf, String> = BTreeMap::new();
         let mut file = |path: &Path, content: Option<&[u8]>| {
@@ -69,7 +82,7 @@ impl<'s> Recorder<'s> {
 }
 
 /// A path as seen from a folder where it lies below it, else as it is.
-pub(crate) fn below(folder: &Path, path: &Path) -> String {
+fn below(folder: &Path, path: &Path) -> String {
     path.strip_prefix(folder).unwrap_or(path).to_string_lossy().into_owned()
 }
 
@@ -91,9 +104,13 @@ impl Sources for Recorder<'_> {
 
 impl Kept {
     pub(crate) fn new(source: &Source) -> Self {
+        let mut originals: BTreeMap<&str, &SourceFile> = BTreeMap::new();
+        for file in &source.files {
+            originals.entry(&file.path).or_insert(file);
+        }
         let file = |file: &SourceFile| {
             let identity = file.same_as.as_ref().unwrap_or(&file.path);
-            let original = source.files.iter().find(|original| original.path == *identity).unwrap_or(file);
+            let original = originals.get(identity.as_str()).copied().unwrap_or(file);
             (without_dots(file.path.as_ref()), (without_dots(identity.as_ref()), original.text.clone().into_bytes()))
         };
         Self(source.files.iter().map(file).collect())

@@ -1,5 +1,7 @@
 //! Text in which `$name` or `${name}` stands for an argument.
 
+use ambidex_model::split_argument;
+
 /// A piece of such a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Piece<'a> {
@@ -12,17 +14,11 @@ pub(crate) enum Piece<'a> {
 /// The pieces of a text in order.
 pub(crate) fn pieces(mut text: &str) -> Vec<Piece<'_>> {
     let mut pieces = Vec::new();
-    while let Some(at) = text.find('$') {
-        let (plain, rest) = (&text[..at], &text[at + 1..]);
-        let (name, behind) = match rest.strip_prefix('{').and_then(|rest| rest.split_once('}')) {
-            Some((name, behind)) => (name, behind),
-            None => rest.split_at(rest.find(|letter| !is_of_a_name(letter)).unwrap_or(rest.len())),
-        };
+    while let Some((plain, name, behind)) = split_argument(text) {
         if !plain.is_empty() {
             pieces.push(Piece::Plain(plain));
         }
-        // A dollar alone is only a dollar.
-        pieces.push(if name.is_empty() { Piece::Plain("$") } else { Piece::Parameter(name) });
+        pieces.push(Piece::Parameter(name));
         text = behind;
     }
     if !text.is_empty() {
@@ -39,10 +35,6 @@ pub(crate) fn parameter(text: &str) -> Option<&str> {
     }
 }
 
-fn is_of_a_name(letter: char) -> bool {
-    letter.is_alphanumeric() || letter == '_'
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -56,7 +48,7 @@ mod tests {
             ("$to", &[Parameter("to")]),
             ("at $to now", &[Plain("at "), Parameter("to"), Plain(" now")]),
             ("${a}b$c", &[Parameter("a"), Plain("b"), Parameter("c")]),
-            ("5 $", &[Plain("5 "), Plain("$")]),
+            ("5 $", &[Plain("5 $")]),
         ];
         for (text, expected) in table {
             assert_eq!(pieces(text), expected, "{text}");

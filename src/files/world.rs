@@ -2,42 +2,19 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 
-use crate::describe::{Custom, Described, Each, Flag, List, Map, Point, Reads, TwoOrThree, Vector, Word, described};
+use crate::describe::{At, Custom, Described, Each, Flag, List, Map, Reads, TwoOrThree, Vector, Word, described};
 use crate::fault::Faults;
 use crate::names::{Register, refuse_argument};
-use crate::quantity::{COORDINATE, EXTENT, HEADING, NEAR, TOLERANCE};
-use crate::reader::Name;
+use crate::quantity::{EXTENT, HEADING, NEAR, TOLERANCE};
+use crate::reader::{Name, Written};
+use crate::room::{self, OBSTACLE, ON_THE_MAP, Place, Spans, WALL, spread};
 use crate::shape::Form;
 use ambidex_model::{
-    HOLDERS_MAX, Holders, Location, Names, Obstacle, PlaceId, PlaceSpec, Pose, ResourceId, RobotSpec, WorldSpec,
-    WorldState,
+    Distance, HOLDERS_MAX, Holders, Location, Names, ObjectSpec, Obstacle, PlaceId, Pose, ResourceId, RobotSpec, Shape,
+    Side, WorldSpec, WorldState,
 };
-
-/// A height that nothing of a robot reaches over: that of obstacles given as areas, meters.
-const TALL_M: f64 = 2.0;
-/// Middle of a surface when none is given, in the frame of the stand, meters.
-const SURFACE: Point3<f64> = Point3::new(0.5, 0.0, 0.75);
-
-/// How far apart the first and the last of the objects without an offset lie on a surface, meters.
-const SPREAD_M: f64 = 0.4;
-
-/// A position no farther from the origin than a coordinate may be.
-const ON_THE_MAP: Custom<[f64; 2]> = Custom(
-    || Vector::<2>(&COORDINATE).form(),
-    |item, reading| {
-        let [x, y] = Vector::<2>(&COORDINATE).read(item, reading)?;
-        let (distance_m, most_m) = (x.hypot(y), *COORDINATE.range.end());
-        if distance_m > most_m {
-            let message = format!("{:.1} km from the origin of the map", distance_m / 1000.0);
-            reading.faults.push_with(&item, message, format!("at most {} km", most_m / 1000.0));
-            return None;
-        }
-        Some([x, y])
-    },
-);
-const CORNER: TwoOrThree = TwoOrThree(&COORDINATE);
 
 described! {
     /// `world`.
@@ -45,6 +22,12 @@ described! {
     "Where everything is at the start. The map frame: x and y in the plane, z up." {
         tolerance_m: Option<f64> =
             maybe_or("tolerance", "How near to a stand counts as being there; 0.25 m.", &TOLERANCE, 0.25),
+        distance: Option<Distance> = maybe_or(
+            "distance",
+            "What potentials measure the way along: `straight`, by itself, or the `path` that the base would drive.",
+            DISTANCE,
+            Distance::Straight
+        ),
         robot: Option<Start> = wanted("robot", "Where the robot starts.", Map::<Start>::new()),
         places: Vec<(Name, Option<Place>)> = wanted_all(
             "places",
@@ -53,8 +36,9 @@ described! {
         ),
         objects: Vec<(Name, Option<Object>)> =
             maybe_all("objects", "What can be taken.", Each("a map of objects", Map::<Object>::new())),
+        walls: Vec<Obstacle> = maybe_all("walls", "Straight walls.", List("a list of walls", WALL)),
         obstacles: Vec<Obstacle> =
-            maybe_all("obstacles", "What the base must not drive into.", List("a list of boxes", UPRIGHT_BOX)),
+            maybe_all("obstacles", "What else the base must not drive into.", List("a list of boxes", OBSTACLE)),
         facts: Vec<(Name, Option<Fact>)> = maybe_all(
             "facts",
             "What behaviors set and clear, and whether it holds at the start.",
@@ -66,22 +50,8 @@ described! {
 described! {
     /// Where the robot starts.
     pub(crate) struct Start: "the robot's start", "Where the robot starts." {
-        at: [f64; 2] = required("at", "Its position on the map.", ON_THE_MAP),
+        at: Written<[f64; 2]> = required("at", "Its position on the map.", At(ON_THE_MAP)),
         heading: f64 = or("heading", "Its direction, counterclockwise from x; 0.", &HEADING, 0.0),
-    }
-}
-
-described! {
-    /// An entry of `places`.
-    pub(crate) struct Place: "a place", "A place: where the robot stands, and where things lie." {
-        stand: [f64; 2] = required("stand", "Where the base stands, on the map.", ON_THE_MAP),
-        heading: f64 = or("heading", "Where it faces, counterclockwise from x; 0.", &HEADING, 0.0),
-        surface: Point3<f64> = or(
-            "surface",
-            "The middle of the surface in the frame of the stand; 0.5 m ahead, 0.75 m high.",
-            Point(&NEAR),
-            SURFACE
-        ),
     }
 }
 
@@ -91,11 +61,70 @@ described! {
         start: StartOf = one(StartOf),
         offset: Option<([f64; 2], Option<f64>)> = optional(
             "offset",
-            "Where it lies on any surface, from its middle, in the frame of the stand; without one the objects lie side by side.",
+            "Where it lies, from the middle of the surface, in the frame of the stand; without one the objects lie side by \
+             side. Put down on a table it comes to a free spot.",
             TwoOrThree(&NEAR)
+        ),
+        heading: f64 = or(
+            "heading",
+            "Where its front is turned, counterclockwise from that of the stand: at 0 it faces who stands there.",
+            &HEADING,
+            0.0
+        ),
+        shape: Option<Shape> = optional("shape", "Its body; without one it is a point.", BODY),
+        grasps: Vec<Side> = maybe_all(
+            "grasps",
+            "From where a hand may come to it, if not from anywhere: `above`, `front`, `back`, `left`, `right` of it, as who \
+             faces its front sees it.",
+            List("a list of sides", SIDE)
         ),
     }
 }
+
+described! {
+    /// `shape` of an object.
+    pub(crate) enum Body: "a shape", "The body of an object, which stands upright." {
+        Box([f64; 3]) = ("box", "Along its x, along its y, and how high.", Vector::<3>(&EXTENT)),
+        Cylinder(Cylinder) = ("cylinder", "An upright cylinder.", Map::<Cylinder>::new()),
+    }
+}
+
+described! {
+    /// `cylinder` of a shape.
+    pub(crate) struct Cylinder: "a cylinder", "An upright cylinder." {
+        radius_m: f64 = required("radius", "Of its circle.", &EXTENT),
+        height_m: f64 = required("height", "From bottom to top.", &EXTENT),
+    }
+}
+
+/// `shape` of an object.
+const BODY: Custom<Shape> = Custom(
+    || Form::Map(OneShape::shape),
+    |item, reading| {
+        Some(match OneShape::read(item, reading)?.body {
+            Body::Box(size) => Shape::Box(size.into()),
+            Body::Cylinder(Cylinder { radius_m, height_m }) => Shape::Cylinder { radius_m, height_m },
+        })
+    },
+);
+
+described! {
+    /// A map with one shape in it.
+    struct OneShape: "a shape", "The body of an object." {
+        body: Body = one(Body),
+    }
+}
+
+/// An entry of `grasps`.
+const SIDE: Custom<Side> = Custom(
+    || Form::Words(&SIDES),
+    |item, reading| {
+        let written = Word("a side").read(item, reading)?;
+        let found = Register::of("side", SIDES).find(&written, reading.faults)?;
+        Some([Side::Above, Side::Front, Side::Back, Side::Left, Side::Right][found])
+    },
+);
+const SIDES: [&str; 5] = ["above", "front", "back", "left", "right"];
 
 described! {
     /// Where an object is at the start.
@@ -142,35 +171,12 @@ const FACT: Custom<Fact> = Custom(
     },
 );
 
-described! {
-    /// An entry of `obstacles`.
-    struct Corners: "an obstacle", "An upright box on the map." {
-        min: ([f64; 2], Option<f64>) = required("min", "Its lower corner.", CORNER),
-        max: ([f64; 2], Option<f64>) =
-            required("max", "Its upper corner; without a height as tall as a robot.", CORNER),
-    }
-}
-
-/// An entry of `obstacles` as a box that has an inside.
-const UPRIGHT_BOX: Custom<Obstacle> = Custom(
-    || Form::Map(Corners::shape),
-    |item, reading| {
-        let fields = item.fields(Corners::shape(), reading.faults)?;
-        let corners = Corners::from_map(&fields, reading)?;
-        let corner = |([x, y], z): ([f64; 2], Option<f64>), tall_m| Point3::new(x, y, z.unwrap_or(tall_m));
-        let (min, max) = (corner(corners.min, 0.0), corner(corners.max, TALL_M));
-        if (max - min).min() < *EXTENT.range.start() {
-            reading.faults.push((fields.span(), item.key), "`max` is not beyond `min` by 1 cm in every direction");
-            return None;
-        }
-        Some(Obstacle { min, max })
-    },
-);
-
 /// The names of the world; known even where what they name is wrong.
 #[derive(Debug, Clone)]
 pub(crate) struct WorldNames {
     pub(crate) places: Register,
+    /// What the stands of each place are called; none where no place has several.
+    pub(crate) stands: Vec<Vec<String>>,
     pub(crate) objects: Register,
     pub(crate) facts: Register,
 }
@@ -185,11 +191,20 @@ pub(crate) struct Built {
     pub(crate) tolerance_m: f64,
 }
 
+impl Built {
+    /// A world as it is at the start.
+    pub(crate) fn of(spec: WorldSpec, start: WorldState, tolerance_m: f64) -> Self {
+        Self { starts: start.objects.iter().map(place_of).collect(), spec, start, tolerance_m }
+    }
+}
+
 impl WorldNames {
     /// The names in the order of the file.
     pub(crate) fn of(raw: &World) -> Self {
+        let stands: Vec<_> = raw.places.iter().map(|(_, place)| room::stand_names(place.as_ref())).collect();
         Self {
             places: Register::of_entries("place", &raw.places),
+            stands: if stands.iter().all(Vec::is_empty) { Vec::new() } else { stands },
             objects: Register::of_entries("object", &raw.objects),
             facts: Register::of_entries("fact", &raw.facts),
         }
@@ -207,32 +222,52 @@ pub(crate) fn build(
     own.chain(raw.facts.iter().map(|(name, _)| name)).for_each(|name| refuse_argument(name, faults));
     let count = raw.objects.len();
     let mut starts = Starts { names, robot, held: BTreeMap::new(), found: Vec::new() };
-    let mut object_offsets = Vec::new();
+    let mut objects = Vec::new();
+    let object_names: Vec<Name> = raw.objects.iter().map(|(name, _)| name.clone()).collect();
     for (index, (name, object)) in raw.objects.into_iter().enumerate() {
         let Some(object) = object else { continue };
         starts.add(&name, &object.start, faults);
         let offset = object.offset.map(|([x, y], z)| Vector3::new(x, y, z.unwrap_or(0.0)));
-        object_offsets.push(offset.unwrap_or_else(|| spread(index, count)));
+        objects.push(ObjectSpec {
+            is_offset_told: offset.is_some(),
+            offset: offset.unwrap_or_else(|| spread(index, count)),
+            heading: object.heading,
+            shape: object.shape,
+            grasps: object.grasps,
+        });
     }
-    let place = |place: Place| {
-        let [x, y] = place.stand;
-        PlaceSpec { stand: Pose::new(x, y, place.heading), surface: place.surface }
-    };
-    let places: Option<Vec<_>> = raw.places.into_iter().map(|(_, found)| found.map(place)).collect();
+    let place_names: Vec<Name> = raw.places.iter().map(|(name, _)| name.clone()).collect();
+    // Of a robot with faults nobody knows how wide it is.
+    let radius_m = robot.map_or(0.0, |(robot, _)| robot.radius_m);
+    let places: Vec<_> = raw.places.into_iter().map(|(_, found)| found?.spec(radius_m, faults)).collect();
+    let places: Option<Vec<_>> = places.into_iter().collect();
     let facts: Option<Vec<Fact>> = raw.facts.into_iter().map(|(_, fact)| fact).collect();
     let facts = facts?;
     let outside = facts.iter().map(|fact| fact.is_outside).collect();
     let facts = facts.iter().map(|fact| fact.holds).collect();
-    let Start { at: [x, y], heading } = raw.robot?;
-    let base = Pose::new(x, y, heading);
-    let built = Built {
-        starts: starts.found.iter().map(place_of).collect(),
-        start: WorldState { base, objects: starts.found, facts },
-        spec: WorldSpec { places: places?, object_offsets, obstacles: raw.obstacles, outside },
-        tolerance_m: raw.tolerance_m?,
-    };
+    let Start { at, heading } = raw.robot?;
+    let base = Pose::new(at.value[0], at.value[1], heading);
+    let start = WorldState::new(base, starts.found, facts);
+    let obstacles = [raw.walls, raw.obstacles].concat();
+    let spec = WorldSpec { places: places?, objects, obstacles, distance: raw.distance?, outside };
+    if let Some((robot, _)) = robot.filter(|_| start.objects.len() == count && spec.objects.len() == count) {
+        let spans = Spans { start: &at, places: &place_names, objects: &object_names };
+        room::check(&spec, &start, &spans, robot, faults);
+    }
+    let built = Built::of(spec, start, raw.tolerance_m?);
     (built.starts.len() == count).then_some(built)
 }
+
+/// What distances are measured along.
+const DISTANCE: Custom<Distance> = Custom(
+    || Form::Words(&DISTANCES),
+    |item, reading| {
+        let written = Word("`straight` or `path`").read(item, reading)?;
+        let found = Register::of("distance", DISTANCES).find(&written, reading.faults)?;
+        Some([Distance::Straight, Distance::Path][found])
+    },
+);
+const DISTANCES: [&str; 2] = ["straight", "path"];
 
 /// Where objects are at the start.
 struct Starts<'a> {
@@ -280,13 +315,4 @@ fn place_of(at: &Location) -> Option<PlaceId> {
         Location::At(place) => Some(*place),
         Location::In(_) | Location::Unknown => None,
     }
-}
-
-/// Side by side from right to left, so that two arms can take two objects from one surface.
-fn spread(index: usize, count: usize) -> Vector3<f64> {
-    let share = match count {
-        0 | 1 => 0.5,
-        several => index as f64 / (several - 1) as f64,
-    };
-    Vector3::new(0.0, (share - 0.5) * SPREAD_M, 0.0)
 }

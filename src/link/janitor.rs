@@ -1,5 +1,7 @@
 //! Removing what the dead left in shared memory: whole instances, and dead nodes within a living one.
 
+mod survey;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
@@ -8,9 +10,8 @@ use iceoryx2::node::{DeadNodeView, NodeView};
 use iceoryx2::prelude::{CallbackProgression, Config, Node, NodeState};
 
 use crate::error::IpcError;
-use crate::instances::{
-    GlobalLock, Instance, PREFIX, Transport, base, is_abandoned, name_in, prefix_of, remove_instance, segments,
-};
+use crate::instances::{GlobalLock, Instance, Transport, remove_instance, segments};
+pub use survey::{Resident, Survey, Surveyed, survey};
 
 /// How old something unfinished must be before its maker counts as dead.
 const UNFINISHED_FOR: Duration = Duration::from_millis(500);
@@ -30,6 +31,8 @@ pub enum Swept {
         /// As the transport numbers it.
         id: u128,
     },
+    /// A file in the folder of a living instance, of one of its processes that is gone.
+    File(PathBuf),
     /// A segment of shared memory that belonged to nothing, or that its maker did not finish.
     Segment(PathBuf),
 }
@@ -44,20 +47,34 @@ pub fn sweep() -> Result<Vec<Swept>, IpcError> {
 
 /// The same while the lock over all instances is held: nobody else sweeps, comes or goes meanwhile.
 fn sweep_under(_global: &GlobalLock) -> Vec<Swept> {
-    let mut swept = Vec::new();
-    let mut living = Vec::new();
-    for dir in instance_dirs() {
-        let prefix = prefix_of(&tag_of(&dir));
-        if is_abandoned(&dir) {
-            let name = name_in(&dir);
-            let segments = remove_instance(&dir, &prefix);
-            swept.push(Swept::Instance { name, segments });
-        } else {
-            living.push(prefix);
-        }
-    }
-    swept.extend(remove_orphans(&living).into_iter().map(Swept::Segment));
+    let survey = survey::look();
+    let abandoned = survey.instances.into_iter().filter(Surveyed::is_abandoned);
+    let swept = abandoned.map(|Surveyed { name, folder, .. }| {
+        let segments = remove_instance(&folder, &survey::prefix(&folder));
+        Swept::Instance { name, segments }
+    });
+    let mut swept: Vec<_> = swept.collect();
+    swept.extend(survey.orphans.into_iter().filter(|path| fs::remove_file(path).is_ok()).map(Swept::Segment));
     swept
+}
+
+/// Removes all that the dead have left: what [`sweep`] does, then what belongs to dead processes of living instances.
+///
+/// # Errors
+/// [`IpcError`] when the lock over all instances cannot be had.
+pub fn sweep_all() -> Result<Vec<Swept>, IpcError> {
+    let (mut swept, living) = {
+        let global = GlobalLock::enter()?;
+        let mut swept = sweep_under(&global);
+        let living = survey::look().instances;
+        // Nobody takes a place meanwhile, so that what nobody holds now is nobody's.
+        let stale = living.iter().flat_map(|instance| &instance.stale);
+        swept.extend(stale.filter(|path| fs::remove_file(path).is_ok()).cloned().map(Swept::File));
+        (swept, living)
+    };
+    let instances = living.iter().filter_map(|instance| Instance::new(&instance.name).ok());
+    swept.extend(instances.flat_map(|instance| tidy(&instance)));
+    Ok(swept)
 }
 
 /// Removes what dead processes left in an instance that may live. It takes up to 30 ms per dead node: not for an actor.
@@ -66,8 +83,24 @@ pub fn tidy(instance: &Instance) -> Vec<Swept> {
     let Ok(config) = instance.config() else {
         return swept;
     };
+    for node in dead_nodes(&config) {
+        let id = node.id().value();
+        match remove_node(node, &config) {
+            Ok(()) => swept.push(Swept::Node { id }),
+            Err(error) => tracing::debug!(%error, id, "a dead node stays for now"),
+        }
+    }
+    swept
+}
+
+/// How many nodes in shared memory belong to processes of the instance that are gone.
+pub fn count_dead_nodes(instance: &Instance) -> usize {
+    instance.config().map_or(0, |config| dead_nodes(&config).len())
+}
+
+fn dead_nodes(config: &Config) -> Vec<DeadNodeView<Transport>> {
     let mut dead = Vec::new();
-    let listed = Node::<Transport>::list(&config, |state| {
+    let listed = Node::<Transport>::list(config, |state| {
         match state {
             NodeState::Dead(node) => dead.push(node),
             NodeState::Alive(_) | NodeState::Inaccessible(_) | NodeState::Undefined(_) => {}
@@ -77,14 +110,7 @@ pub fn tidy(instance: &Instance) -> Vec<Swept> {
     if let Err(error) = listed {
         tracing::warn!(%error, "cannot list the nodes in shared memory");
     }
-    for node in dead {
-        let id = node.id().value();
-        match remove_node(node, &config) {
-            Ok(()) => swept.push(Swept::Node { id }),
-            Err(error) => tracing::debug!(%error, id, "a dead node stays for now"),
-        }
-    }
-    swept
+    dead
 }
 
 fn remove_node(node: DeadNodeView<Transport>, config: &Config) -> Result<(), Box<dyn std::error::Error>> {
@@ -122,28 +148,6 @@ fn remove_unfinished(prefix: &str) -> Vec<PathBuf> {
     found
 }
 
-fn remove_orphans(living: &[String]) -> Vec<PathBuf> {
-    let mut found = segments(PREFIX);
-    found.retain(|path| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let lives = living.iter().any(|prefix| name.starts_with(prefix));
-        !lives && fs::remove_file(path).is_ok()
-    });
-    found
-}
-
-fn instance_dirs() -> Vec<PathBuf> {
-    let Ok(entries) = fs::read_dir(base()) else {
-        return Vec::new();
-    };
-    entries.flatten().map(|entry| entry.path()).filter(|path| path.is_dir()).collect()
-}
-
-fn tag_of(dir: &Path) -> String {
-    let name = dir.file_name().unwrap_or_default();
-    name.to_string_lossy().into_owned()
-}
-
 fn is_old(path: &Path) -> bool {
     let changed = fs::symlink_metadata(path).and_then(|about| about.modified());
     changed.is_ok_and(|at| SystemTime::now().duration_since(at).is_ok_and(|age| age > UNFINISHED_FOR))
@@ -172,6 +176,41 @@ mod tests {
         assert!(!dead.dir().exists() && !segment.exists());
         assert!(living.dir().exists());
         drop(lock);
+    }
+
+    #[test]
+    fn what_dead_processes_left_in_a_living_instance_is_seen_and_removed() {
+        let instance = Instance::fresh();
+        let head = instance.lock_controller("head").unwrap();
+        // As killed processes leave it: a lock that nobody holds, and a socket that nobody serves.
+        let left =
+            ["control.sock", "controller-base.lock", "daemon.lock", "token"].map(|name| instance.dir().join(name));
+        left.iter().for_each(|path| fs::write(path, "1\n").unwrap());
+        let other = instance.dir().join("control.txt");
+        fs::write(&other, "x").unwrap();
+
+        let surveyed = || survey().unwrap().instances.into_iter().find(|found| found.name == instance.name()).unwrap();
+        let found = surveyed();
+        let resident = Resident { lock: "controller-head.lock".to_owned(), pid: std::process::id() };
+        assert_eq!((found.residents.as_slice(), found.daemon(), found.is_abandoned()), (&[resident][..], None, false));
+        let mut stale = found.stale.clone();
+        stale.sort();
+        assert_eq!(stale, left);
+        assert!(left.iter().all(|path| path.exists()), "looking removes nothing");
+
+        let swept = sweep_all().unwrap();
+        assert!(left.iter().all(|path| swept.contains(&Swept::File(path.clone())) && !path.exists()), "{swept:?}");
+        assert!(other.exists() && surveyed().stale.is_empty());
+
+        // What a living daemon has is no leftover.
+        let daemon = instance.lock_daemon().unwrap();
+        fs::write(&left[0], "").unwrap();
+        let found = surveyed();
+        assert_eq!((found.daemon(), found.stale.as_slice()), (Some(std::process::id()), &[][..]));
+        sweep_all().unwrap();
+        assert!(left[0].exists());
+        drop((daemon, head));
+        assert!(!instance.has_left_anything());
     }
 
     #[test]

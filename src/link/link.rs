@@ -1,7 +1,9 @@
 //! The link between runtime and one controller, whatever carries it.
 
+use std::sync::Arc;
+
 use ambidex_model::session::StampedPulse;
-use ambidex_model::{CommandId, FromController, Refusal, Report, ToController};
+use ambidex_model::{CommandId, FromController, Labels, Refusal, Report, ToController};
 
 /// One controller as the runtime sees it, by ids: what a link carries names for, it turns into ids and back by
 /// [`Labels`](ambidex_model::Labels). No call blocks.
@@ -23,6 +25,9 @@ pub trait Link {
 
     /// Gives the controller up: nothing of the present attachment will be heard any more.
     fn forget(&mut self);
+
+    /// Things are called so from now on: objects came into the room. Nothing to a link that carries no names.
+    fn know(&mut self, _labels: &Arc<Labels>) {}
 }
 
 /// What came from a controller.
@@ -36,6 +41,8 @@ pub enum Heard {
     Report(Report),
     /// Something that was not taken: by us, or by the controller when it is not about a command.
     Refused(Refusal),
+    /// So much more was not taken, and is not told of one by one.
+    PassedOver(u64),
     /// The controller closed a command without a result.
     Closed(CommandId),
     /// What carries the link is damaged: nothing comes any more, and nothing can be sent.

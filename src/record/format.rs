@@ -108,9 +108,17 @@ pub fn changes(changes: &[Change], names: &Names) -> impl Display {
                     Location::Unknown => write!(f, "{object} nobody knows where"),
                 }
             }
+            Change::Laid(object, place, spot) => {
+                let (object, place) = (names.thing(*object), names.place(*place));
+                write!(f, "{object} at {place}, spot {}", spot.0)
+            }
             Change::Taken(object, resource) => {
                 write!(f, "{} in {}", names.thing(*object), names.resource(*resource))
             }
+            Change::Blocked(obstacle) => {
+                write!(f, "something at ({:.2}, {:.2})", obstacle.middle.x, obstacle.middle.y)
+            }
+            Change::Cleared(around) => write!(f, "nothing at ({:.2}, {:.2})", around.at.x, around.at.y),
             Change::Emptied(resource) => write!(f, "{} is empty", names.resource(*resource)),
             Change::Fact(fact, true) => write!(f, "\"{}\" holds", names.fact(*fact)),
             Change::Fact(fact, false) => write!(f, "\"{}\" does not hold", names.fact(*fact)),
@@ -167,6 +175,7 @@ pub fn end(end: End) -> &'static str {
         End::Failed(Fault::NotMaintained(_)) => "failed: not maintained",
         End::Failed(Fault::Contradicted(_)) => "failed: contradicted",
         End::Failed(Fault::TimedOut) => "failed: timed out",
+        End::Failed(Fault::Blocked) => "failed: blocked",
         End::Failed(Fault::Lost(_)) => "failed: lost",
     }
 }

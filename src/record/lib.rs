@@ -4,6 +4,7 @@ pub mod audit;
 mod error;
 pub mod format;
 mod history;
+mod known;
 mod reader;
 #[cfg(any(test, feature = "samples"))]
 pub mod samples;
@@ -11,8 +12,9 @@ mod writer;
 
 pub use error::{JournalError, MAX_LINE_BYTES, shown};
 pub use history::{
-    ActiveCommand, ControllerView, Controllers, Counts, Failures, Held, History, Interruption, Lane, LastError,
-    LeafHistory, LeafState, MissionOutcome, MissionReport, OutsideChange, Phase, Presence, Step,
+    ActiveCommand, ControllerView, Controllers, Counts, EndedTask, Failures, Held, History, Interruption, Lane,
+    LastError, LeafHistory, LeafState, MissionOutcome, MissionReport, OutsideChange, Phase, Presence, Step,
 };
+pub use known::Beginning;
 pub use reader::{Reader, parse, parse_header, read_line};
 pub use writer::Journal;

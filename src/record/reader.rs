@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde::de::Error;
 
-use ambidex_model::{Header, JOURNAL_VERSION, NodeEntry, NodeId, Record, Time, make_legible};
+use ambidex_model::{Header, JOURNAL_VERSION, NodeEntry, NodeId, Record, Runs, Time, make_legible};
 
 use super::error::{JournalError, MAX_LINE_BYTES};
 
@@ -184,7 +184,7 @@ pub fn parse_header(line: &[u8], path: &Path) -> Result<Box<Header>, JournalErro
 }
 
 /// Whether the nodes are those of a tree in preorder under one root, which is its own parent.
-fn is_tree(nodes: &[NodeEntry]) -> bool {
+fn is_tree(nodes: &Runs<NodeEntry>) -> bool {
     let mut line: Vec<NodeId> = Vec::new();
     for (node, entry) in nodes.iter().enumerate() {
         while line.last().is_some_and(|last| *last != entry.parent) {

@@ -1,9 +1,8 @@
 //! One record of every kind and every variant inside it, for the tests of this room.
 
-use std::sync::Arc;
-use std::time::Duration;
+mod controllers;
 
-use nalgebra::{Point3, Vector3};
+use std::sync::Arc;
 
 use ambidex_model::*;
 
@@ -14,14 +13,15 @@ pub fn activation() -> Record {
 
 /// A name behind every id that the samples use.
 pub fn names() -> Names {
-    let list = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
+    let list = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
     Names {
-        nodes: list(&["root", "both", "pick 1", "pick 2"]),
+        nodes: list(&["root", "both", "pick 1", "pick 2"]).into(),
         resources: list(&["base", "left_gripper", "right_gripper"]),
         types: list(&["base", "gripper"]),
         channels: list(&["at shelf"]),
         objects: list(&["cup"]),
         places: list(&["shelf"]),
+        stands: vec![list(&["front", "back"])],
         facts: list(&["lit"]),
         controllers: list(&["base", "left_arm"]),
     }
@@ -37,7 +37,10 @@ pub fn records() -> Vec<Record> {
     let changes = [
         Change::Base(Pose::new(0.5, -1.25, 0.0)),
         Change::Object(ObjectId(0), Location::At(PlaceId(0))),
+        Change::Laid(ObjectId(0), PlaceId(0), SpotId(3)),
         Change::Taken(ObjectId(0), ResourceId(1)),
+        Change::Blocked(Obstacle::between([0.0, 1.0, 0.0].into(), [0.5, 2.0, 1.5].into())),
+        Change::Cleared(Pose::new(0.25, 1.5, 0.0)),
         Change::Object(ObjectId(0), Location::Unknown),
         Change::Object(ObjectId(0), Location::held(ResourceId(2))),
         Change::Emptied(ResourceId(1)),
@@ -59,7 +62,8 @@ pub fn records() -> Vec<Record> {
     records.extend(objections.map(|why| denied(change, why)));
     records.push(denied(Change::Fact(FactId(0), true), Objection::NotOutside));
     records.extend(resources());
-    records.extend(controller_messages().into_iter().map(told));
+    records.extend(tasks());
+    records.extend(controllers::messages().into_iter().map(told));
     let ends = [
         MissionEnd::Done,
         MissionEnd::Failed(NodeId(2)),
@@ -91,14 +95,10 @@ fn header() -> Record {
         mission: "tidy up".into(),
         robot: "pr2".into(),
         allocator: "greedy".into(),
-        nodes: vec![entry(0, "root"), entry(0, "and"), entry(1, "pick"), entry(1, "pick")],
+        nodes: vec![entry(0, "root"), entry(0, "and"), entry(1, "pick"), entry(1, "pick")].into(),
         resource_types: vec![TypeId(0), TypeId(1), TypeId(1)],
         movers: vec![Some(ControllerId(0)), Some(ControllerId(1)), None],
-        start: Some(WorldState {
-            base: Pose::new(0.0, 0.0, 0.0),
-            objects: vec![Location::At(PlaceId(0))],
-            facts: vec![false],
-        }),
+        start: Some(WorldState::new(Pose::new(0.0, 0.0, 0.0), vec![Location::At(PlaceId(0))], vec![false])),
         names: names(),
         waits_when_stalled: false,
         reattach_us: 10_000_000,
@@ -117,6 +117,10 @@ pub fn request() -> Request {
             .iter()
             .map(|&resource| Candidate { cost_m: 0.25, ..Candidate::at_hand(ResourceId(resource)) })
             .collect(),
+        beyond: vec![
+            Beyond { resource: ResourceId(2), by: None },
+            Beyond { resource: ResourceId(1), by: Some(NodeId(3)) },
+        ],
     };
     Request {
         leaf: NodeId(2),
@@ -128,6 +132,9 @@ pub fn request() -> Request {
         changes: vec![ObjectId(0)],
         skips: vec![NodeRange { from: NodeId(2), to: NodeId(3) }],
         place: None,
+        stand: Some(StandId(1)),
+        spots: vec![(ObjectId(0), SpotId(3))],
+        distance: None,
     }
 }
 
@@ -183,6 +190,7 @@ pub fn grant() -> Grant {
             binding(1, Access::Exclusive, Retention::Physical(Access::Exclusive)),
         ],
         met: vec![NodeId(2)],
+        way: vec![Pose::new(1.0, 2.0, 0.0)],
     }
 }
 
@@ -211,11 +219,8 @@ fn reopened(cause: Cause) -> Reopened {
 fn turns() -> Vec<Record> {
     let at = Time(1_400_000);
     let world_state = || {
-        Box::new(WorldState {
-            base: Pose::new(1.0, 0.0, 0.0),
-            objects: vec![Location::At(PlaceId(0))],
-            facts: vec![true],
-        })
+        let state = WorldState::new(Pose::new(1.0, 0.0, 0.0), vec![Location::At(PlaceId(0))], vec![true]);
+        Box::new(WorldState { spots: vec![(ObjectId(0), SpotId(3))], ..state })
     };
     let outcome = Outcome { end: End::Interrupted, changes: vec![Change::Base(Pose::new(1.0, 2.0, 0.5))] };
     let told = |input| Record::Told { at, input };
@@ -266,7 +271,7 @@ fn turns() -> Vec<Record> {
         Record::Overtaken {
             at,
             leaf: NodeId(3),
-            skip: NodeRange { from: NodeId(3), to: NodeId(5) },
+            skips: vec![NodeRange { from: NodeId(3), to: NodeId(5) }],
             goal: NodeId(4),
             consequences: Consequences::default(),
         },
@@ -276,6 +281,61 @@ fn turns() -> Vec<Record> {
             reopened: reopened(Cause::Retry { fault: Fault::TimedOut, since: at, until: Time(11_900_000) }),
         },
     ]
+}
+
+/// Tasks that come and go, in a run that takes them.
+fn tasks() -> Vec<Record> {
+    let at = Time(1_950_000);
+    let source = Source {
+        kind: SourceKind::Task,
+        mission: "task.yaml".into(),
+        robot: None,
+        settings: vec![("object".into(), "cup".into())],
+        files: vec![SourceFile { path: "task.yaml".into(), same_as: None, text: "task: {pick: cup}".into() }],
+    };
+    let branch = || Branch { source: source.clone(), fragment: None };
+    let submission =
+        Submission { name: "fetch".into(), priority: Some(2), granting: Granting::Paused, branch: branch() };
+    let (task, place, object) = (NodeId(2), PlaceId(0), ObjectId(1));
+    let work = [
+        Work::Submit(Box::new(submission)),
+        Work::Cancel { task },
+        Work::Grant { task: Some(task), granting: Granting::Step },
+        Work::Grant { task: None, granting: Granting::Freely },
+        Work::Add { under: task, behind: Some(1), branch: branch() },
+        Work::Remove { node: task },
+        Work::Replace { node: task, branch: branch() },
+        Work::AddObject { name: "mug".into(), place },
+        Work::RemoveObject { object },
+    ];
+    let entry = |parent| NodeEntry { parent: NodeId(parent), kind: EntryKind::from("pick".to_owned()) };
+    let added = |under, task| Record::Added {
+        at,
+        top: NodeId(4),
+        under: NodeId(under),
+        behind: 2,
+        nodes: vec![entry(0)],
+        names: vec!["pick cup".into()],
+        channels: vec!["at sink".into()],
+        task,
+    };
+    let entry = TaskEntry { name: "fetch".into(), priority: 2, granting: Granting::Paused };
+    let told = work.into_iter().map(|work| Record::Told { at, input: Told::Work { work } });
+    let records = [
+        added(0, Some(entry)),
+        added(1, None),
+        Record::Removed { at, node: NodeId(3) },
+        Record::Granting { at, task: Some(task), granting: Granting::Step },
+        Record::Granting { at, task: None, granting: Granting::Freely },
+        Record::Canceled { at, task, until: Time(9_000_000) },
+        Record::TaskEnded { at, task, end: MissionEnd::Failed(NodeId(3)) },
+        Record::Stalled { at, tasks: vec![task], blocked: Vec::new() },
+        Record::Stalled { at, tasks: Vec::new(), blocked: Vec::new() },
+        Record::ObjectAdded { at, object, name: "mug".into(), place },
+        Record::ObjectRemoved { at, object },
+        Record::Declined { at, number: 3, why: Hindrance::Runs { leaf: NodeId(3) } },
+    ];
+    told.chain(records).collect()
 }
 
 fn releases() -> Vec<Record> {
@@ -291,6 +351,7 @@ fn releases() -> Vec<Record> {
         End::Failed(Fault::NotMaintained(controller)),
         End::Failed(Fault::Contradicted(ResourceId(1))),
         End::Failed(Fault::TimedOut),
+        End::Failed(Fault::Blocked),
         End::Failed(Fault::Lost(controller)),
     ];
     let released = |end| Record::Released {
@@ -328,6 +389,9 @@ fn blocked() -> Vec<Blocked> {
         Reason::GivenUp { node },
         Reason::Missing { of },
         Reason::OutOfReach { object },
+        Reason::OutOfReachLater { object, by: node },
+        Reason::NoSpot { place, is_taken: true },
+        Reason::InTheWay { place },
         Reason::NotHeld { object },
         Reason::Taken { object, by: resource },
         Reason::Elsewhere { object, place },
@@ -352,7 +416,7 @@ fn blocked() -> Vec<Blocked> {
         Reason::AlreadyDone { heir: node, lacks: Box::new(Reason::NotAt { place }) },
         Reason::Outbid { by: node, resource, own: 0.375, theirs: 1.5 },
         Reason::SameObject { object, with: node },
-        Reason::Clash { with: node },
+        Reason::Clash { with: node, over: Clash::Arms },
         Reason::Alternative { chosen: node },
         Reason::WholeRobot { by: node },
         Reason::WouldDeadlock {
@@ -368,16 +432,6 @@ fn blocked() -> Vec<Blocked> {
     reasons.map(|reason| Blocked { leaf, reason }).into()
 }
 
-fn states() -> [ControllerState; 4] {
-    let (at, velocity) = (Point3::new(0.5, 0.25, 1.0), Vector3::zeros());
-    [
-        ControllerState::Base { pose: Pose::new(7.0, 3.5, 0.0), velocity },
-        ControllerState::Arm { gripper: at, velocity, holds: Some(ObjectId(0)) },
-        ControllerState::Head { angles: [0.5, -0.25], velocity: [0.0, 0.0] },
-        ControllerState::Device,
-    ]
-}
-
 /// A command to a controller.
 pub fn goal(command: Command) -> ControllerMessage {
     ControllerMessage::Told {
@@ -389,83 +443,4 @@ pub fn goal(command: Command) -> ControllerMessage {
 /// The command of all samples.
 pub fn id() -> CommandId {
     CommandId { generation: 1, number: 7 }
-}
-
-fn controller_messages() -> Vec<ControllerMessage> {
-    let at = Point3::new(0.5, 0.25, 1.0);
-    let (object, place) = (ObjectId(0), PlaceId(0));
-    let path = vec![Pose::new(1.0, 2.0, 0.5)];
-    let commands = [
-        Command::Drive { path, place: Some(place) },
-        Command::Stand,
-        Command::Grasp { object, at, place: None, holder: None },
-        Command::Grasp { object, at, place: None, holder: Some(ResourceId(1)) },
-        Command::Put { object, at, place: Some(place), holder: None },
-        Command::Look { at, place: Some(place) },
-        Command::Call(Call { name: "scan".into(), with: NO_ARGUMENTS.into(), takes: Duration::from_secs(2) }),
-    ];
-    let leaf = NodeId(2);
-    let mut messages = vec![
-        ControllerMessage::Attached,
-        ControllerMessage::Joined { leaf, id: id() },
-        ControllerMessage::Lost { why: Loss::Ended },
-        ControllerMessage::Lost { why: Loss::Silent },
-        ControllerMessage::Lost { why: Loss::Left { away_ms: 1200 } },
-        ControllerMessage::Lost { why: Loss::Unanswered },
-        ControllerMessage::Lost { why: Loss::Broken },
-        ControllerMessage::Lost { why: Loss::Inhibited(Inhibition::ByHand) },
-        ControllerMessage::Lost { why: Loss::HoldsUnknown },
-    ];
-    messages.extend(states().map(|start| ControllerMessage::Told {
-        leaf: None,
-        message: ToController::Configure {
-            generation: 1,
-            speed: 20.0,
-            limits: ControllerKind::Base(BaseSpec {
-                speed: 1.0,
-                acceleration: 0.5,
-                turn_speed: 1.0,
-                turn_acceleration: 1.0,
-            }),
-            start,
-        },
-    }));
-    messages.extend(commands.map(goal));
-    messages.push(ControllerMessage::Told { leaf: Some(leaf), message: ToController::Cancel { id: id() } });
-    messages.extend(heard().into_iter().map(|message| ControllerMessage::Heard { message }));
-    let reports = [
-        (Report::fact("door open", true), Misreport::NotAllowed),
-        (Report::fact("door open", false), Misreport::NoSuchFact),
-        (Report::object("cup", Some("moon")), Misreport::NoSuchPlace),
-        (Report::object("cup", None), Misreport::NoSuchObject),
-    ];
-    messages.extend(reports.map(|(report, why)| ControllerMessage::Misreported { report, why }));
-    messages.extend(REJECTIONS.map(|why| ControllerMessage::Refused { id: Some(id()), why }));
-    messages
-}
-
-const REJECTIONS: [Rejection; 9] = [
-    Rejection::Version,
-    Rejection::Stale,
-    Rejection::Unknown,
-    Rejection::Malformed,
-    Rejection::NotFinite,
-    Rejection::NotConfigured,
-    Rejection::Unsupported,
-    Rejection::OutOfReach,
-    Rejection::Busy,
-];
-
-fn heard() -> Vec<FromController> {
-    let id = id();
-    let [state, ..] = states();
-    let mut heard = vec![
-        FromController::Configured { generation: 1, state },
-        FromController::Accepted { id, at: Time(17) },
-        FromController::Rejected { id, why: Rejection::OutOfReach },
-        FromController::Feedback { id, progress: 0.5, state },
-    ];
-    let ends = [PartEnd::Succeeded, PartEnd::Aborted, PartEnd::Canceled];
-    heard.extend(ends.map(|end| FromController::Result { id, end, began: Time(20), ended: Time(40), state }));
-    heard
 }

@@ -10,12 +10,13 @@ pub struct Journal<W: Write> {
     out: W,
     line: Vec<u8>,
     lines: u64,
+    bytes: u64,
 }
 
 impl<W: Write> Journal<W> {
     /// A journal that has no lines yet.
     pub fn new(out: W) -> Self {
-        Self { out, line: Vec::new(), lines: 0 }
+        Self { out, line: Vec::new(), lines: 0, bytes: 0 }
     }
 
     /// Writes one record as one line.
@@ -28,6 +29,7 @@ impl<W: Write> Journal<W> {
         self.line.push(b'\n');
         self.out.write_all(&self.line)?;
         self.lines += 1;
+        self.bytes += self.line.len() as u64;
         Ok(())
     }
 
@@ -42,6 +44,11 @@ impl<W: Write> Journal<W> {
     /// Lines written so far.
     pub fn lines(&self) -> u64 {
         self.lines
+    }
+
+    /// Bytes written so far.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
     }
 
     /// What is written to.

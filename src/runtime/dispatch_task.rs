@@ -1,14 +1,17 @@
 //! The task around the dispatch: inbox, deadline, ways to links and nodes.
 
+use std::sync::Arc;
+
 use tokio::sync::mpsc;
 
 use super::clock::Clock;
+use super::diagnostics::Monitors;
 use super::journal_task::Journal;
 use super::link_task::Order;
-use super::node_task::{ToNode, ToRoot};
+use super::node_task::{ToRoot, Ways};
 use super::signal::Signal;
 use ambidex_core::dispatch::{Dispatch, Effect, Input};
-use ambidex_model::{NodeId, Origin, Told};
+use ambidex_model::{Labels, MissionSpec, NodeId, Origin, Told};
 
 /// The dispatch with its neighbors.
 pub(super) struct DispatchTask {
@@ -16,10 +19,13 @@ pub(super) struct DispatchTask {
     pub(super) inbox: mpsc::UnboundedReceiver<Input>,
     pub(super) links: Vec<mpsc::UnboundedSender<Order>>,
     pub(super) root: ToRoot,
-    pub(super) nodes: Vec<ToNode>,
+    pub(super) nodes: Ways,
     pub(super) supervisor: mpsc::UnboundedSender<Signal>,
     pub(super) journal: Option<Journal>,
+    pub(super) monitors: Monitors,
     pub(super) clock: Clock,
+    /// How many objects the links have names for.
+    pub(super) objects: usize,
 }
 
 impl DispatchTask {
@@ -36,9 +42,21 @@ impl DispatchTask {
                 },
                 () = async { tokio::time::sleep_until(due.expect("guarded")).await }, if due.is_some() => Input::Woke,
             };
+            if let Input::Mission(mission) = &input {
+                self.rename(mission);
+            }
             for effect in self.dispatch.handle(self.clock.now(), input) {
                 self.carry(effect);
             }
+        }
+    }
+
+    /// Objects came into the room: the links say so what they are called.
+    fn rename(&mut self, mission: &MissionSpec) {
+        if mission.names.objects.len() != self.objects {
+            self.objects = mission.names.objects.len();
+            let labels = Arc::new(Labels::new(&mission.names));
+            self.links.iter().for_each(|link| drop(link.send(Order::Know(Arc::clone(&labels)))));
         }
     }
 
@@ -46,8 +64,10 @@ impl DispatchTask {
         match effect {
             Effect::Tell(id, message) => drop(self.links[id.index()].send(Order::Tell(message))),
             Effect::Reset(id) => drop(self.links[id.index()].send(Order::Reset)),
-            Effect::Ended(leaf, outcome) => self.nodes[leaf.index()].ended(outcome),
-            Effect::Observed(change) => self.nodes[NodeId(0).index()].observed(change),
+            Effect::Ended(leaf, outcome) => {
+                self.nodes.to(leaf).into_iter().for_each(|node| node.ended(outcome.clone()))
+            }
+            Effect::Observed(change) => self.nodes.to(NodeId(0)).into_iter().for_each(|root| root.observed(change)),
             Effect::Dropped(change) => self.root.tell(Told::World { change, origin: Origin::Dropped }),
             Effect::Reported(id, change) => {
                 self.root.tell(Told::World { change, origin: Origin::Controller(id) });
@@ -66,6 +86,7 @@ impl DispatchTask {
             Effect::Missing(id) => self.signal(Signal::Missing(id)),
             Effect::Safe => self.signal(Signal::Safe),
             Effect::Record(record) => {
+                self.monitors.note(&record);
                 if let Some(journal) = &self.journal {
                     journal.write(record);
                 }

@@ -4,6 +4,8 @@
 
 mod clock;
 pub mod control;
+mod desk;
+mod diagnostics;
 mod dispatch_task;
 mod journal_task;
 mod link_task;
@@ -14,6 +16,8 @@ mod signal;
 mod supervisor;
 
 pub use clock::Clock;
+pub use desk::BranchReader;
+pub use diagnostics::Feed;
 pub use journal_task::Sink;
 pub use port::{Port, Readable, Wake, process_end};
 pub use supervisor::{Control, Ended, Options, run};

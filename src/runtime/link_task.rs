@@ -3,17 +3,19 @@
 use std::collections::VecDeque;
 use std::error::Error;
 use std::future::poll_fn;
+use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::sync::mpsc;
 use tokio::time::sleep_until;
 
 use super::clock::Clock;
+use super::diagnostics::Monitors;
 use super::port::{Port, Wake};
 use ambidex_core::dispatch::Input;
 use ambidex_link::{Heard, LinkError};
 use ambidex_model::session::{Attendance, BEAT_EVERY, Hearing, Pace, Presence};
-use ambidex_model::{ControllerId, FromController, Loss, Refusal, Rejection, ToController};
+use ambidex_model::{ControllerId, FromController, Labels, Loss, Refusal, Rejection, ToController};
 
 /// A daemon that runs takes a turn more often than that, wall time: longer ago, its process was stopped.
 const AWAY: Duration = BEAT_EVERY.saturating_mul(2);
@@ -28,6 +30,8 @@ pub(super) enum Order {
     Tell(ToController),
     /// Forget the attachment, so that the controller may attach anew.
     Reset,
+    /// Things are called so from now on.
+    Know(Arc<Labels>),
 }
 
 /// A link with its neighbors.
@@ -39,6 +43,7 @@ pub(super) struct LinkTask {
     pub(super) clock: Clock,
     /// How often is told of others under its name.
     pub(super) foreign: Pace,
+    pub(super) monitors: Monitors,
 }
 
 impl LinkTask {
@@ -49,9 +54,8 @@ impl LinkTask {
     pub(super) async fn run(mut self) -> std::io::Result<()> {
         self.link.beat();
         let mut presence = Presence::new(self.link.epoch());
-        let mut waiting = VecDeque::new();
         // What was meant for an attachment that is over is not sent to the next.
-        let mut is_void = false;
+        let (mut waiting, mut is_void) = (VecDeque::new(), false);
         let mut ran_ns = self.clock.now_ns();
         loop {
             let mut has_ended = false;
@@ -59,7 +63,10 @@ impl LinkTask {
             tokio::select! {
                 wake = poll_fn(|cx| self.link.poll_wake(cx)) => match wake? {
                     Wake::Heard => {}
-                    Wake::Beat => self.link.beat(),
+                    Wake::Beat => {
+                        self.link.beat();
+                        self.monitors.beat(self.clock.now_ns());
+                    }
                     Wake::Ended => has_ended = true,
                 },
                 order = self.orders.recv() => match order {
@@ -72,6 +79,7 @@ impl LinkTask {
                         waiting.clear();
                         is_void = true;
                     }
+                    Some(Order::Know(labels)) => self.link.know(&labels),
                     None => return Ok(()),
                 },
                 () = async { sleep_until(silent_at.expect("guarded")).await }, if silent_at.is_some() => {}
@@ -106,6 +114,7 @@ impl LinkTask {
                 None => {}
             }
             self.send(&mut waiting);
+            self.monitors.of(self.id).queued(waiting.len());
         }
     }
 
@@ -120,10 +129,15 @@ impl LinkTask {
                 Heard::Report(report) => self.tell(Input::Reported(self.id, report)),
                 Heard::Refused(refusal) => self.tell(Input::Refused(self.id, refusal)),
                 Heard::Closed(command) => self.tell(Input::Closed(self.id, command)),
-                Heard::Pulse(pulse) => match presence.hear(&pulse, now_ns) {
-                    Hearing::Taken | Hearing::Old => {}
-                    Hearing::Foreign { pid: owner } => self.refuse_foreign(pulse.pid, owner, now_ns),
-                },
+                Heard::PassedOver(count) => self.monitors.of(self.id).passed_over(count),
+                Heard::Pulse(pulse) => {
+                    let hearing = presence.hear(&pulse, now_ns);
+                    self.monitors.of(self.id).pulsed(&pulse, hearing);
+                    match hearing {
+                        Hearing::Taken | Hearing::Old => {}
+                        Hearing::Foreign { pid: owner } => self.refuse_foreign(pulse.pid, owner, now_ns),
+                    }
+                }
                 Heard::Broken => return Err(std::io::Error::other("a file of the link was truncated")),
             }
         }

@@ -3,6 +3,7 @@
 use std::io;
 use std::os::fd::{AsFd, OwnedFd};
 use std::pin::Pin;
+use std::sync::Arc;
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 
@@ -15,8 +16,8 @@ use tokio::time::{Sleep, sleep};
 
 use ambidex_link::watch::Pidfd;
 use ambidex_link::{Heard, Link, LinkError, monotonic_ns};
-use ambidex_model::ToController;
 use ambidex_model::session::{BEAT_EVERY, Pace};
+use ambidex_model::{Labels, ToController};
 
 /// More calls than any honest controller has reason for: one that calls for ever leaves time for the others.
 const WAKES_MAX: u32 = 64;
@@ -131,6 +132,10 @@ impl<L: Link> Link for Readable<L> {
 
     fn forget(&mut self) {
         self.link.forget();
+    }
+
+    fn know(&mut self, labels: &Arc<Labels>) {
+        self.link.know(labels);
     }
 }
 

@@ -1,25 +1,28 @@
 //! Starts the tasks of a run, watches them, and ends it within a grace.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::{mpsc, oneshot, watch};
 use tokio::task::{AbortHandle, Id, JoinError, JoinSet};
 use tokio::time::{Instant, sleep_until};
 
 use super::clock::Clock;
+use super::control::{self, Answer, Work, WorldChange};
+use super::desk::{BranchReader, Desk};
+use super::diagnostics::{DiagnosticsTask, Monitors};
 use super::dispatch_task::DispatchTask;
 use super::journal_task::{Journal, Sink};
 use super::link_task::{FOREIGN_EVERY, LinkTask, Order};
-use super::node_task::{Surroundings, ToRoot, wire};
+use super::node_task::{Surroundings, ToRoot, Ways, lock, wire};
 use super::port::Port;
 use super::signal::Signal;
 use ambidex_core::dispatch::{self, Dispatch, Limits, Script};
 use ambidex_core::replay::Resumed;
-use ambidex_core::tree::{Node, Settings};
+use ambidex_core::tree::{Machines, Settings};
 use ambidex_model::session::Pace;
-use ambidex_model::{Change, ControllerId, Loss, MissionEnd, MissionSpec, NodeId, Origin, Record, Told, Uptake};
+use ambidex_model::{Change, ControllerId, Diagnostics, Loss, MissionEnd, MissionSpec, NodeId, Origin, Record, Told};
 
 /// How long the log may take in the end to write what waits, wall time.
 const WRITER_GRACE: Duration = Duration::from_secs(5);
@@ -40,6 +43,10 @@ pub struct Options {
     pub resumed: Option<Resumed>,
     /// What behaviors do wrong on purpose.
     pub script: Script,
+    /// Who reads what is submitted; none where nothing is.
+    pub reader: Option<Arc<dyn BranchReader>>,
+    /// Where it is said each second how well controllers are.
+    pub diagnostics: watch::Sender<Arc<[Diagnostics]>>,
 }
 
 /// How a run ended.
@@ -59,7 +66,9 @@ pub enum Control {
     /// The world is different, as a file of what goes wrong on purpose has it.
     World(Change),
     /// An operator says that the world is different, and is told what comes of it; nothing where the run ends first.
-    Ask(Change, oneshot::Sender<Uptake>),
+    Ask(WorldChange, oneshot::Sender<Answer>),
+    /// Somebody asks about the work of the run, and is told what comes of it; nothing where the run ends first.
+    Work(Work, oneshot::Sender<Answer>),
     /// A controller that is awaited will not come: do not wait for it before the mission begins.
     GiveUp,
     /// Abort the task of a node, as a defect would.
@@ -90,11 +99,19 @@ pub async fn run(
     let begun = resumed.unwrap_or_else(|| Resumed::fresh(&mission, &options.settings));
     let mut dispatch = Dispatch::new(&mission, begun.controllers, Limits::at_speed(options.clock.speed()));
     dispatch.follow(options.script);
-    let has_cleanups = !mission.tree.topology.cleanups().is_empty();
+    let has_cleanups = mission.tree.is_standing() || !mission.tree.topology.cleanups().is_empty();
     let cleanups = options.settings.cleanup_grace.div_f64(options.clock.speed());
     let cleanups = if has_cleanups { cleanups } else { Duration::ZERO };
     let timing = Timing { clock: options.clock, grace: options.grace, cleanups };
-    let mut supervisor = Supervisor::start(&mission, links, begun.nodes, dispatch, timing, journal, control);
+    let monitors = Monitors::new(mission.robot.controllers.len(), options.clock.now_ns());
+    let diagnosing = DiagnosticsTask {
+        mission: Arc::clone(&mission),
+        monitors,
+        clock: options.clock,
+        journal,
+        feed: options.diagnostics,
+    };
+    let mut supervisor = Supervisor::start(begun.nodes, options.reader, links, dispatch, timing, diagnosing, control);
     supervisor.writer = writer;
     supervisor.watch(options.attach_timeout).await
 }
@@ -113,7 +130,9 @@ struct Supervisor {
     tasks: JoinSet<()>,
     others: JoinSet<()>,
     ids: HashMap<Id, NodeId>,
-    aborts: Vec<AbortHandle>,
+    aborts: BTreeMap<NodeId, AbortHandle>,
+    around: Arc<Surroundings>,
+    desk: Desk,
     root: ToRoot,
     dispatch: mpsc::UnboundedSender<dispatch::Input>,
     signals: mpsc::UnboundedReceiver<Signal>,
@@ -125,61 +144,65 @@ struct Supervisor {
     ending: Option<MissionEnd>,
     has_begun: bool,
     /// What root was asked and has not decided, in its order.
-    asked: Vec<(Change, oneshot::Sender<Uptake>)>,
+    asked: Vec<(Change, oneshot::Sender<Answer>)>,
     writer: Option<oneshot::Receiver<()>>,
 }
 
 impl Supervisor {
     fn start(
-        mission: &Arc<MissionSpec>,
+        machines: Machines,
+        reader: Option<Arc<dyn BranchReader>>,
         links: Vec<Box<dyn Port>>,
-        nodes: Vec<Node>,
         dispatch: Dispatch,
         timing: Timing,
-        journal: Option<Journal>,
+        diagnosing: DiagnosticsTask,
         control: mpsc::UnboundedReceiver<Control>,
     ) -> Self {
+        let mission = Arc::clone(machines.root().mission());
+        let (journal, monitors) = (diagnosing.journal.clone(), diagnosing.monitors.clone());
         let (to_supervisor, signals) = mpsc::unbounded_channel();
         let (to_dispatch, inbox) = mpsc::unbounded_channel();
         let around = Arc::new(Surroundings {
-            mission: Arc::clone(mission),
+            is_standing: mission.tree.is_standing(),
             clock: timing.clock,
             dispatch: to_dispatch.clone(),
             supervisor: to_supervisor.clone(),
             journal: journal.clone(),
-            has_messages: nodes[0].has_messages(),
+            has_messages: machines.root().has_messages(),
             outbox: Mutex::default(),
+            ways: Ways::default(),
+            retired: Mutex::default(),
+            seen: Mutex::default(),
         });
-        let (nodes, ways, root) = wire(nodes, &around);
-        let (mut tasks, mut others, mut ids) = (JoinSet::new(), JoinSet::new(), HashMap::new());
-        let mut aborts = Vec::new();
-        for node in nodes {
-            let id = node.id();
-            let handle = tasks.spawn(node.run());
-            ids.insert(handle.id(), id);
-            aborts.push(handle);
-        }
-        let orders = spawn_links(links, timing.clock, &to_dispatch, &mut others);
+        let desk = Desk::new(&mission, machines.root().asked_for(), reader, &around, to_supervisor.clone());
+        let (nodes, root) = wire(machines, &around);
+        let mut others = JoinSet::new();
+        let orders = spawn_links(links, timing.clock, &monitors, &to_dispatch, &mut others);
         let task = DispatchTask {
             dispatch,
             inbox,
             links: orders,
             root: root.clone(),
-            nodes: ways,
+            nodes: around.ways.clone(),
             supervisor: to_supervisor,
             journal: journal.clone(),
+            monitors,
             clock: timing.clock,
+            objects: mission.names.objects.len(),
         };
         others.spawn(task.run());
+        others.spawn(diagnosing.run());
         if mission.robot.controllers.is_empty() {
             root.tell(Told::Begin { changes: Vec::new() });
         }
-        Self {
+        let mut supervisor = Self {
             timing,
-            tasks,
+            tasks: JoinSet::new(),
             others,
-            ids,
-            aborts,
+            ids: HashMap::new(),
+            aborts: BTreeMap::new(),
+            around,
+            desk,
             root,
             dispatch: to_dispatch,
             signals,
@@ -191,7 +214,15 @@ impl Supervisor {
             has_begun: mission.robot.controllers.is_empty(),
             asked: Vec::new(),
             writer: None,
-        }
+        };
+        nodes.into_iter().for_each(|node| supervisor.spawn(node.id(), node.run()));
+        supervisor
+    }
+
+    fn spawn(&mut self, node: NodeId, life: impl Future<Output = ()> + Send + 'static) {
+        let handle = self.tasks.spawn(life);
+        self.ids.insert(handle.id(), node);
+        self.aborts.insert(node, handle);
     }
 
     /// Waits for the end; then for the controllers to be safe, as long as the grace allows. It counts from the moment
@@ -236,7 +267,8 @@ impl Supervisor {
     async fn close(mut self) -> Ended {
         self.tasks.shutdown().await;
         self.others.shutdown().await;
-        self.journal = None;
+        // With the last handle the log is told to end.
+        drop((self.journal, self.around, self.desk));
         if self.writer.is_some() {
             tokio::select! {
                 () = ended(&mut self.writer) => {}
@@ -267,9 +299,15 @@ impl Supervisor {
                 if let Some(index) = self.asked.iter().position(|(asked, _)| *asked == change) {
                     let (_, answer) = self.asked.remove(index);
                     // Who asked may have gone.
-                    let _ = answer.send(uptake);
+                    let _ = answer.send(control::answer(&change, uptake, &self.desk.mission));
                 }
             }
+            Signal::Read(read) => self.desk.was_read(read, &self.root),
+            Signal::Worked(number, worked) => {
+                self.desk.worked(number, worked, self.journal.as_ref(), &self.root);
+            }
+            Signal::Mission(mission) => self.desk.mission = mission,
+            Signal::Spawned(tasks) => tasks.into_iter().for_each(|task| self.spawn(task.node, task.life)),
             Signal::Safe => return true,
         }
         false
@@ -279,13 +317,23 @@ impl Supervisor {
         match control {
             Control::Cancel => self.tell_root(MissionEnd::Canceled),
             Control::World(change) => self.root.tell(Told::World { change, origin: Origin::Script }),
-            Control::Ask(change, answer) => {
-                self.asked.push((change, answer));
-                self.root.tell(Told::World { change, origin: Origin::Operator });
+            Control::Ask(asked, answer) => match asked.with_ids(&self.desk.mission.names) {
+                Ok(change) => {
+                    self.asked.push((change, answer));
+                    self.root.tell(Told::World { change, origin: Origin::Operator });
+                }
+                // Who asked may have gone.
+                Err(refusal) => drop(answer.send(Answer::Refused(refusal))),
+            },
+            Control::Work(Work::Stop, answer) => {
+                self.tell_root(MissionEnd::Canceled);
+                // Who asked may have gone.
+                let _ = answer.send(Answer::Changed { said: "the run is told to end".into() });
             }
+            Control::Work(work, answer) => self.desk.take(work, answer, &self.root),
             Control::GiveUp if !self.has_begun => self.tell_root(MissionEnd::NotAttached),
             Control::GiveUp => {}
-            Control::Abort(node) => self.aborts[node.index()].abort(),
+            Control::Abort(node) => self.aborts.get(&node).into_iter().for_each(AbortHandle::abort),
         }
     }
 
@@ -299,7 +347,10 @@ impl Supervisor {
             Ok((id, ())) => *id,
             Err(error) => error.id(),
         };
-        if let Some(&node) = self.ids.get(&id) {
+        let Some(node) = self.ids.remove(&id) else { return };
+        self.aborts.remove(&node);
+        // One that is gone from the tree has ended in order.
+        if !lock(&self.around.retired).remove(&node) {
             self.finish(MissionEnd::NodeLost(node));
         }
     }
@@ -320,6 +371,7 @@ impl Supervisor {
 fn spawn_links(
     links: Vec<Box<dyn Port>>,
     clock: Clock,
+    monitors: &Monitors,
     dispatch: &mpsc::UnboundedSender<dispatch::Input>,
     tasks: &mut JoinSet<()>,
 ) -> Vec<mpsc::UnboundedSender<Order>> {
@@ -327,8 +379,15 @@ fn spawn_links(
         let id = ControllerId::from(index);
         let (way, orders) = mpsc::unbounded_channel();
         let dispatch = dispatch.clone();
-        let task =
-            LinkTask { id, link, orders, dispatch: dispatch.clone(), clock, foreign: Pace::new(1, FOREIGN_EVERY) };
+        let task = LinkTask {
+            id,
+            link,
+            orders,
+            dispatch: dispatch.clone(),
+            clock,
+            foreign: Pace::new(1, FOREIGN_EVERY),
+            monitors: monitors.clone(),
+        };
         tasks.spawn(async move {
             if let Err(error) = task.run().await {
                 tracing::error!(target: "ambidex::controller", controller = id.0, %error, "the link broke");

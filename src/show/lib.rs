@@ -6,10 +6,15 @@
 pub mod audit;
 pub mod chaos;
 pub mod conversation;
+pub mod doctor;
 pub mod explain;
+pub mod export;
 pub mod live;
+pub mod map;
+pub mod recording;
 pub mod status;
 mod svg;
+pub mod tasks;
 mod text;
 pub mod timeline;
 pub mod tree;
@@ -20,4 +25,4 @@ mod sample;
 #[cfg(test)]
 mod tests;
 
-pub use text::{MIN_WIDTH, Palette, Unknown};
+pub use text::{MIN_WIDTH, Palette, Unknown, count};

@@ -38,21 +38,22 @@ pub(super) fn header() -> Header {
         mission: "experiment 1".into(),
         robot: "pr2".into(),
         allocator: "greedy".into(),
-        nodes,
+        nodes: nodes.into(),
         resource_types: vec![TypeId(0), TypeId(1), TypeId(2), TypeId(2)],
         movers: (0..4).map(|controller| Some(ControllerId(controller))).collect(),
-        start: Some(WorldState {
-            base: Pose::new(0.0, 0.0, 0.0),
-            objects: (0..4).map(|place| Location::At(PlaceId(place))).collect(),
-            facts: Vec::new(),
-        }),
+        start: Some(WorldState::new(
+            Pose::new(0.0, 0.0, 0.0),
+            (0..4).map(|place| Location::At(PlaceId(place))).collect(),
+            Vec::new(),
+        )),
         names: Names {
-            nodes: names,
+            nodes: names.into(),
             resources: list(&ROBOT),
             types: list(&["base", "head", "gripper"]),
             channels: list(&["at shelf", "at counter", "at sink", "at cart", "at table"]),
             objects: list(&["object 1", "object 2", "object 3", "object 4"]),
             places: list(&["shelf", "counter", "sink", "cart", "table"]),
+            stands: Vec::new(),
             facts: Vec::new(),
             controllers: list(&["base", "head", "left_arm", "right_arm"]),
         },
@@ -79,8 +80,11 @@ pub(super) fn grant(name: &str, shared: &[u32], alone: &[u32], skips: &[&str]) -
         changes: Vec::new(),
         skips: skips.iter().map(|&skip| NodeRange { from: named(skip), to: NodeId(named(skip).0 + 1) }).collect(),
         place: None,
+        stand: None,
+        spots: Vec::new(),
+        distance: None,
     };
-    Grant { request: request.into(), bindings: shared.chain(alone).collect(), met: Vec::new() }
+    Grant { request: request.into(), bindings: shared.chain(alone).collect(), met: Vec::new(), way: Vec::new() }
 }
 
 pub(super) fn decided(at_s: f64, round: u32, granted: Vec<Grant>) -> Record {

@@ -62,7 +62,7 @@ fn every_width_is_kept_to() {
 #[test]
 fn nothing_is_drawn_of_nothing() {
     let mut header = sample::header();
-    header.nodes.truncate(1);
+    header.nodes = header.nodes.to_vec()[..1].to_vec().into();
     header.names = Names::default();
     let empty = History::with_past(&header);
     for palette in [Palette::plain(), Palette::ansi()] {
@@ -248,8 +248,9 @@ fn a_loss_is_told_with_its_own_moment() {
 fn a_big_tree_shows_what_ran() {
     let mut header = sample::header();
     for extra in 0..100 {
-        header.nodes.push(NodeEntry { parent: NodeId(1), kind: EntryKind::Behavior("move".into()) });
-        header.names.nodes.push(format!("move {extra}"));
+        let entry = NodeEntry { parent: NodeId(1), kind: EntryKind::Behavior("move".into()) };
+        header.nodes.add(header.nodes.len(), vec![entry]);
+        header.names.nodes.add(header.names.nodes.len(), vec![format!("move {extra}")]);
     }
     let mut records = experiment_1();
     records[0] = Record::Header(Box::new(header));

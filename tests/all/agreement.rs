@@ -243,6 +243,7 @@ fn live_with(
         controls.into_iter().for_each(|told| control.send(told).expect("it is not over"));
         let journal = Box::new(move |record: &Record| to_records.lock().expect("no poison").push(record.clone()));
         let options = Options {
+            reader: None,
             settings: Settings::default(),
             clock,
             attach_timeout: Some(Duration::from_secs(10)),
@@ -250,6 +251,7 @@ fn live_with(
             journal: Some(journal),
             resumed: None,
             script,
+            diagnostics: Default::default(),
         };
         runtime::run(Arc::clone(mission), links, options, controlled).await
     });

@@ -55,6 +55,7 @@ fn a_panic_in_a_link_ends_the_run() {
     executor.block_on(async {
         let (_control, controlled) = mpsc::unbounded_channel();
         let options = Options {
+            reader: None,
             settings: Settings::default(),
             clock: Clock::start(1.0),
             attach_timeout: None,
@@ -62,6 +63,7 @@ fn a_panic_in_a_link_ends_the_run() {
             journal: None,
             resumed: None,
             script: Script::default(),
+            diagnostics: Default::default(),
         };
         let run = tokio::spawn(runtime::run(mission, links, options, controlled));
         let ended = tokio::time::timeout(DEADLINE, run).await.expect("the run hangs");

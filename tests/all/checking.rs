@@ -79,7 +79,7 @@ fn a_list_of_faults_is_for_programs() {
 fn all_shipped_files_are_sound() {
     let home = Home::new();
     let mut files = vec![experiment_file(1)];
-    for folder in ["missions", "robots", "behaviors"] {
+    for folder in ["missions", "worlds", "tasks", "robots", "behaviors"] {
         let entries = std::fs::read_dir(file("config").join(folder)).expect("a folder");
         files.extend(entries.map(|entry| entry.expect("an entry").path()));
     }
@@ -88,6 +88,44 @@ fn all_shipped_files_are_sound() {
     let finished = home.start(args).ends(0);
     assert_eq!(finished.stderr, "");
     assert_eq!(finished.stdout.lines().count(), files.len());
+}
+
+#[test]
+fn tasks_are_checked_in_their_world() {
+    let home = Home::new();
+    let [world, robot] = ["worlds/kitchen.yaml", "robots/pr2.yaml"].map(|name| file("config").join(name));
+    let tasks = ["set-the-table", "fetch", "patrol"].map(|name| file("config/tasks").join(format!("{name}.yaml")));
+    let base = ["check".as_ref(), "--robot".as_ref(), robot.as_os_str(), "--world".as_ref(), world.as_os_str()];
+    let args = [&base[..], &["--strict".as_ref()], &tasks.each_ref().map(|path| path.as_os_str())].concat();
+    let finished = home.start(args).ends(0);
+    let said: Vec<&str> =
+        finished.stdout.lines().filter_map(|line| line.split_once(".yaml: ")).map(|(_, it)| it).collect();
+    let expected = [
+        "world kitchen, 5 places, 6 objects, for robot pr2",
+        "task set the table, 22 nodes (16 behaviors) in world kitchen",
+        "task fetch, 5 nodes (4 behaviors) in world kitchen",
+        "task patrol, 3 nodes (2 behaviors) in world kitchen",
+    ];
+    assert_eq!((said.as_slice(), finished.stderr.as_str()), (&expected[..], ""));
+    let wrong = home.write("wrong.yaml", "task: {use: {fetch: {object: mgu}}}\n");
+    let args = [&base[..], &[wrong.as_os_str()]].concat();
+    let words = home.start(&args).ends(2).words();
+    assert!(words.contains("there is no object `mgu`") && words.contains("help: did you mean `mug`?"), "{words}");
+    // Alone it is a task for a world that nobody knows.
+    let finished = home.start(["check".as_ref(), wrong.as_os_str()]).ends(0);
+    assert!(finished.stdout.contains("task wrong; what it names is looked up in a world"), "{}", finished.stdout);
+    let finished = home.start(["check".as_ref(), "--world".as_ref(), world.as_os_str()]).ends(2);
+    assert!(finished.stderr.contains("--robot"), "{}", finished.stderr);
+    // A world with mistakes takes no tasks.
+    let broken = home
+        .write("broken.yaml", "world: {robot: {at: [0, 0]}, places: {a: {stand: [0, 0]}}, objects: {b: {at: c}}}\n");
+    let args = ["check".as_ref(), "--robot".as_ref(), robot.as_os_str(), "--world".as_ref(), broken.as_os_str()];
+    let finished = home.start([&args[..], &[wrong.as_os_str()]].concat()).ends(2);
+    assert!(
+        finished.words().contains("there is no place `c`") && !finished.stderr.contains("mgu"),
+        "{}",
+        finished.stderr
+    );
 }
 
 #[test]

@@ -98,7 +98,13 @@ pub fn decisions(names: &Names, records: &[Record]) -> String {
                 let Reopened { node, up_to, reset, .. } = reopened;
                 write!(text, "{} of {} again, {reset:?}", node.0, up_to.0).expect("a string takes all");
             }
-            Record::Overtaken { skip, .. } => write!(text, "{skip:?} by others").expect("a string takes all"),
+            Record::Overtaken { skips, .. } => write!(text, "{:?} by others", skips[0]).expect("a string takes all"),
+            Record::Added { .. } | Record::Removed { .. } | Record::Granting { .. } => continue,
+            Record::Canceled { .. } | Record::TaskEnded { .. } | Record::Stalled { .. } => continue,
+            Record::ObjectAdded { .. }
+            | Record::ObjectRemoved { .. }
+            | Record::Declined { .. }
+            | Record::Checkpoint { .. } => continue,
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => continue,
             Record::Header(_)
             | Record::Stopped { .. }

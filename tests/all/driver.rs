@@ -7,8 +7,8 @@ mod watch;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-use ambidex::model::{Change, Goal, MissionEnd, MissionSpec, NodeId, Record, Time, Topology, Uptake};
-use ambidex::tree::{Effect, Input, Node, Outbox, Root, Settings, build};
+use ambidex::model::{Change, Goal, MissionEnd, MissionSpec, NodeId, Record, Time, Uptake, Worked};
+use ambidex::tree::{Effect, Input, Machines, Outbox, Root, Settings};
 
 pub use lockstep::Lockstep;
 pub use rng::Rng;
@@ -26,8 +26,9 @@ pub struct Driver {
     /// What came of what somebody asked to be different.
     pub taken_up: Vec<(Change, Uptake)>,
     pub messages: u64,
-    nodes: Vec<Node>,
-    topology: Topology,
+    /// What came of work that was asked for.
+    pub worked: Vec<(u64, Worked)>,
+    nodes: Machines,
     edges: BTreeMap<Edge, VecDeque<Input>>,
     interleaving: Rng,
     watch: Watch,
@@ -57,8 +58,8 @@ impl Driver {
             outside: Vec::new(),
             taken_up: Vec::new(),
             messages: 0,
-            nodes: build(mission, settings),
-            topology: mission.tree.topology.clone(),
+            worked: Vec::new(),
+            nodes: Machines::new(mission, settings),
             edges: BTreeMap::new(),
             interleaving,
             watch: Watch::new(mission),
@@ -77,10 +78,7 @@ impl Driver {
     }
 
     pub fn root(&self) -> &Root {
-        match &self.nodes[0] {
-            Node::Root(root) => root,
-            Node::Composite(_) | Node::Leaf(_) => unreachable!("node 0 is root"),
-        }
+        self.nodes.root()
     }
 
     /// Hands an input to a node, and puts on their way what it says.
@@ -90,12 +88,13 @@ impl Driver {
         }
         self.watch.given(node, &input);
         let mut out = Outbox::default();
-        self.nodes[node.index()].handle(self.now, input, &mut out);
+        self.nodes.handle(self.now, node, input, &mut out);
         for effect in out.drain() {
-            self.carry(node, effect);
+            if let Some(effect) = self.nodes.change(effect) {
+                self.carry(node, effect);
+            }
         }
-        let Node::Root(root) = &self.nodes[0] else { unreachable!("node 0 is root") };
-        self.watch.check(node, root, &self.goals, self.finished);
+        self.watch.check(node, self.nodes.root(), &self.goals, self.finished);
     }
 
     /// Delivers one message of those on their way; false if there is none.
@@ -112,7 +111,7 @@ impl Driver {
         self.messages += 1;
         match edge {
             Edge::Down(child) => self.give(child, input),
-            Edge::Up(child) => self.give(self.topology.parent(child), input),
+            Edge::Up(child) => self.give(self.nodes.parent(child), input),
         }
         true
     }
@@ -123,12 +122,17 @@ impl Driver {
     }
 
     pub fn is_turn_due(&self) -> bool {
-        let is_for_root = |edge: &Edge| matches!(edge, Edge::Up(child) if self.topology.parent(*child) == NodeId(0));
+        let is_for_root = |edge: &Edge| matches!(edge, Edge::Up(child) if self.nodes.parent(*child) == NodeId(0));
         self.root().wants_turn() && !self.edges.keys().any(is_for_root)
     }
 
+    /// # Panics
+    /// When it comes to nothing and another one is wanted: they would never end.
     pub fn turn(&mut self) {
+        let before = self.records.len();
         self.give(NodeId(0), Input::Turn);
+        let is_idle = !self.records[before..].iter().any(|record| !matches!(record, Record::Turn { .. }));
+        assert!(!(is_idle && self.root().wants_turn() && self.edges.is_empty()), "turns without end");
     }
 
     /// Delivers messages, and gives root its turns, until there is nothing left of either.
@@ -154,7 +158,7 @@ impl Driver {
     fn carry(&mut self, node: NodeId, effect: Effect) {
         match effect {
             Effect::Down(child, down) => {
-                assert_eq!(self.topology.parent(child), node, "down goes to children");
+                assert_eq!(self.nodes.parent(child), node, "down goes to children");
                 self.watch.said_down(child, &down);
                 self.lockstep.iter_mut().for_each(|lockstep| lockstep.said_down(child, &down));
                 self.send(Edge::Down(child), Input::Down(down));
@@ -170,6 +174,12 @@ impl Driver {
                 let before = self.goals.insert(node, goal);
                 assert!(before.is_none(), "{node:?} starts twice");
             }
+            Effect::Worked(number, worked) => self.worked.push((number, worked)),
+            Effect::Mission(mission) => {
+                self.watch.know(&mission);
+                self.lockstep.iter_mut().for_each(|lockstep| lockstep.know(&mission));
+            }
+            Effect::Spawn { .. } | Effect::Retire { .. } => unreachable!("nodes came and went"),
             Effect::TakenUp(change, uptake) => self.taken_up.push((change, uptake)),
             Effect::Stop(leaf) => {
                 // What ended in the meantime is not told any more.

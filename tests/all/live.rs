@@ -67,8 +67,8 @@ pub fn run_with(
     let labels = Arc::new(Labels::new(&mission.names));
     let clock_and_links = || {
         let clock = Clock::start(speed);
-        let node = IpcNode::open(instance.lock_daemon().expect("the daemon's place"));
-        let node = node.expect("a place in shared memory");
+        let place = instance.lock_daemon().expect("the daemon's place");
+        let node = IpcNode::open(place).expect("a place in shared memory");
         let epoch = fresh_epoch();
         let open = |name: &String| Overheard {
             port: DaemonPort::open(&node, name, &labels, epoch, clock.origin()).expect("a link"),
@@ -77,14 +77,13 @@ pub fn run_with(
         (clock, names.iter().map(open).collect::<Vec<_>>())
     };
     let records = Arc::new(Mutex::new(Vec::new()));
-    let executor = tokio::runtime::Builder::new_current_thread().enable_all().build();
-    let (ended, published) = executor.expect("an executor").block_on(async {
+    let executor = tokio::runtime::Builder::new_current_thread().enable_all().build().expect("an executor");
+    let (ended, published) = executor.block_on(async {
         let (clock, links) = clock_and_links();
         let published: Vec<_> = links.iter().map(|link| Arc::clone(&link.published)).collect();
         let links = links.into_iter().map(|link| Box::new(Readable::new(link)) as Box<dyn Port>).collect();
         let (control, controlled) = mpsc::unbounded_channel();
-        let settings = settings(control.clone());
-        let to_records = Arc::clone(&records);
+        let (settings, to_records) = (settings(control.clone()), Arc::clone(&records));
         let journal = Box::new(move |record: &Record| {
             if let Some(order) = watch(record) {
                 drop(control.send(order));
@@ -92,6 +91,7 @@ pub fn run_with(
             to_records.lock().expect("no poison").push(record.clone());
         });
         let options = Options {
+            reader: None,
             settings,
             clock,
             attach_timeout: Some(DEADLINE),
@@ -99,11 +99,11 @@ pub fn run_with(
             journal: Some(journal),
             resumed: None,
             script: Script::default(),
+            diagnostics: Default::default(),
         };
         // A task like the others, so that it is woken in turn with them and not after many of their steps.
         let run = tokio::spawn(runtime::run(Arc::new(mission.clone()), links, options, controlled));
-        let ended = tokio::time::timeout(DEADLINE, run).await.expect("the run hangs");
-        (ended.expect("the run does not panic"), published)
+        (tokio::time::timeout(DEADLINE, run).await.expect("the run hangs").expect("it does not panic"), published)
     });
     let at = Instant::now();
     for (thread, stopper) in controllers {
@@ -133,7 +133,7 @@ impl Link for Overheard {
         let states = heard.iter().filter_map(|heard| match heard {
             Heard::Pulse(StampedPulse { pulse: Pulse { generation: 1.., at, state, .. }, .. }) => Some((*at, *state)),
             Heard::Pulse(_) | Heard::Message(_) | Heard::Refused(_) => None,
-            Heard::Report(_) | Heard::Closed(_) | Heard::Broken => None,
+            Heard::Report(_) | Heard::PassedOver(_) | Heard::Closed(_) | Heard::Broken => None,
         });
         self.published.lock().expect("no poison").extend(states);
         heard

@@ -336,8 +336,11 @@ fn long_run(behaviors: usize, rounds: u32) -> Vec<u8> {
             changes: vec![],
             skips: vec![],
             place: None,
+            stand: None,
+            spots: Vec::new(),
+            distance: None,
         };
-        let grant = Grant { request: request.into(), bindings: vec![], met: vec![] };
+        let grant = Grant { request: request.into(), bindings: vec![], met: vec![], way: vec![] };
         write(&Record::Decided {
             at,
             round,
@@ -407,7 +410,7 @@ fn the_pictures_of_the_docs_are_what_their_commands_draw() {
 }
 
 /// The pictures of which every byte is kept: one of each kind.
-const PINNED: [&str; 2] = ["experiment-1-timeline.svg", "hand-over-tree.svg"];
+const PINNED: [&str; 3] = ["experiment-1-timeline.svg", "hand-over-tree.svg", "detour-map.svg"];
 
 /// Everything that a picture says, wherever it stands.
 fn contents(picture: &str) -> Vec<String> {

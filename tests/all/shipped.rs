@@ -59,6 +59,19 @@ const STEPS: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "island",
+        &[
+            "go for the pan",
+            "pick loaf + pick pan",
+            "bring the pan",
+            "place loaf + place pan",
+            "go for the jug",
+            "pick jug",
+            "bring the jug",
+            "place jug",
+        ],
+    ),
+    (
         "three-hands",
         &[
             "fetch 1 + look at back door + look at front door",
@@ -253,9 +266,11 @@ fn a_way_that_an_or_did_not_take_is_not_called_skipped() {
     assert!(ways.count() > 0, "the ways that were not taken");
 }
 
-fn formats() -> [(&'static str, Format); 4] {
+fn formats() -> [(&'static str, Format); 6] {
     [
         ("mission", Format::Mission),
+        ("world", Format::World),
+        ("task", Format::Task),
         ("robot", Format::Robot),
         ("behaviors", Format::Behaviors),
         ("failures", Format::Failures),
@@ -277,7 +292,7 @@ fn the_shipped_schemas_are_those_of_the_code() {
 
 #[test]
 fn the_shipped_files_are_as_their_schemas_say() {
-    for (folder, (_, format)) in ["missions", "robots", "behaviors"].into_iter().zip(formats()) {
+    for (folder, (_, format)) in ["missions", "worlds", "tasks", "robots", "behaviors"].into_iter().zip(formats()) {
         let validator = jsonschema::validator_for(&files::schema(format)).expect("a schema");
         for entry in std::fs::read_dir(file("config").join(folder)).expect("a folder") {
             let path = entry.expect("an entry").path();
@@ -316,8 +331,9 @@ fn the_examples_of_the_docs_are_sound() {
     let told = home.start([std::ffi::OsStr::new("simulate"), tea.as_os_str()]).ends(0).stderr;
     assert!(told.contains("step 1: move to shelf (base)") && !told.contains("attached"), "{told}");
     let docs = std::fs::read_to_string(file("docs/missions.md")).expect("it is there");
-    let examples: [&str; 10] = yaml(&docs).collect::<Vec<_>>().try_into().expect("ten examples");
-    let [mission, limits, parameters, behaviors, calls, hands, busy, subtrees, desk, failures] = examples;
+    let examples: [&str; 13] = yaml(&docs).collect::<Vec<_>>().try_into().expect("thirteen examples");
+    let [mission, island, limits, parameters, behaviors, calls, hands, busy, subtrees, room, errand, desk, failures] =
+        examples;
     home.start(["check".as_ref(), home.write("desk.yaml", desk).as_os_str()]).ends(0);
     let failures = home.write("failures.yaml", failures);
     let desk = file("config/missions/desk.yaml");
@@ -325,8 +341,13 @@ fn the_examples_of_the_docs_are_sound() {
     let told = home.start(args).ends(0).stderr;
     assert_eq!(told.matches("on purpose: ").count(), 5, "{told}");
     let household = file("config/behaviors/household.yaml");
-    let mission = here(mission).replace("../behaviors/household.yaml", household.to_str().expect("a path in UTF-8"));
+    let household = household.to_str().expect("a path in UTF-8");
+    let mission = here(mission).replace("../behaviors/household.yaml", household);
     load(&home.write("mission.yaml", &mission));
+    let robot_key = format!("mission: island\nrobot: {}\n", robot.display());
+    load(
+        &home.write("island.yaml", &format!("{robot_key}{island}task: {{then: [{{move: island}}, {{pick: pan}}]}}\n")),
+    );
     let plain = &mission[..mission.find("task:").expect("a task")];
     let limited = format!("{plain}{limits}").replace("  objects:\n", "  objects:\n    pot: {at: shelf}\n");
     let (_, report) = simulate(&load(&home.write("limited.yaml", &limited)), &Settings::default(), Vec::new());
@@ -337,6 +358,12 @@ fn the_examples_of_the_docs_are_sound() {
     let finished = home.start(["check", told.to_str().expect("UTF-8"), "--set", "to=table"]).ends(0);
     assert_eq!(finished.stderr, "");
     assert!(home.start(["check".as_ref(), told.as_os_str()]).ends(2).words().contains("tell it with `--set to=PLACE`"));
+    let room = home.write("room.yaml", &room.replace("../behaviors/household.yaml", household));
+    let errand = home.write("errand.yaml", errand);
+    home.start(["check".as_ref(), "--strict".as_ref(), room.as_os_str(), errand.as_os_str()]).ends(0);
+    let args = ["check".as_ref(), "--strict".as_ref(), "--robot".as_ref(), robot.as_os_str(), "--world".as_ref()];
+    let finished = home.start([&args[..], &[room.as_os_str(), errand.as_os_str()]].concat()).ends(0);
+    assert!(finished.stdout.contains("task tidy up, 7 nodes (5 behaviors) in world room"), "{}", finished.stdout);
     // The same world with what the other two need of it.
     let head = &mission[..mission.find("include:").expect("an include")];
     let world = &mission[mission.find("world:").expect("a world")..mission.find("task:").expect("a task")];

@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use ambidex::model::{
     Access, ArmSpec, BaseSpec, BehaviorSpec, ChannelId, Claim, CommandTerm, Condition, ControllerId, ControllerKind,
-    ControllerSpec, EffectTerm, FactId, HeadSpec, Location, MissionSpec, Mode, Names, NodeId, NodeKind, ObjectId,
-    PlaceId, PlaceSpec, Pose, Potential, ResourceId, ResourceSpec, Retention, RobotSpec, Selector, Task, Topology,
-    TreeSpec, TypeId, WorldSpec, WorldState,
+    ControllerSpec, Distance, EffectTerm, FactId, HeadSpec, Location, MissionSpec, Mode, Names, NodeId, NodeKind,
+    ObjectId, ObjectSpec, PlaceId, PlaceSpec, Pose, Potential, ResourceId, ResourceSpec, Retention, RobotSpec,
+    Selector, Task, Topology, TreeSpec, TypeId, WorldSpec, WorldState,
 };
 use nalgebra::{Point3, Vector3};
 
@@ -52,6 +52,8 @@ impl Body {
                     name,
                     kind,
                     cancel_grace: Duration::from_secs(5),
+                    radius_m: None,
+                    hand_m: 0.0,
                     reports: Default::default(),
                 });
                 ControllerId::from(robot.controllers.len() - 1)
@@ -95,7 +97,14 @@ impl Body {
 /// A place on a circle around the middle of the room, so that no two have a third between them.
 pub fn place(index: usize, of: usize) -> PlaceSpec {
     let angle = TAU * index as f64 / of as f64;
-    PlaceSpec { stand: Pose::new(4.0 * angle.cos(), 4.0 * angle.sin(), angle), surface: Point3::new(0.6, 0.0, 0.8) }
+    PlaceSpec {
+        stand: Pose::new(4.0 * angle.cos(), 4.0 * angle.sin(), angle),
+        others: Vec::new(),
+        surface: Point3::new(0.6, 0.0, 0.8),
+        is_surface_told: true,
+        table: None,
+        spots: Vec::new(),
+    }
 }
 
 /// A mission around a tree: objects lie where `objects` says, facts are as `facts` says.
@@ -104,7 +113,7 @@ pub fn mission(body: Body, places: usize, objects: Vec<Location>, facts: Vec<boo
     let list = |word: &str, count: usize| (0..count).map(|index| format!("{word}{index}")).collect();
     let (tree, nodes) = tree_spec(tree);
     let names = Names {
-        nodes,
+        nodes: nodes.into(),
         resources: robot
             .resources
             .iter()
@@ -116,6 +125,7 @@ pub fn mission(body: Body, places: usize, objects: Vec<Location>, facts: Vec<boo
             .collect(),
         types: ["gripper", "head", "base", "tool", "wing"].map(String::from).to_vec(),
         channels: list("channel", 16),
+        stands: Vec::new(),
         objects: list("object", objects.len()),
         places: list("place", places),
         facts: list("fact", facts.len()),
@@ -126,11 +136,12 @@ pub fn mission(body: Body, places: usize, objects: Vec<Location>, facts: Vec<boo
         name: "test".into(),
         world: WorldSpec {
             places: (0..places).map(|index| place(index, places)).collect(),
-            object_offsets: (0..objects.len()).map(offset).collect(),
+            objects: (0..objects.len()).map(offset).map(ObjectSpec::at).collect(),
             obstacles: Vec::new(),
+            distance: Distance::Straight,
             outside: Vec::new(),
         },
-        start: WorldState { base: Pose::new(0.0, 0.0, 0.0), objects, facts },
+        start: WorldState::new(Pose::new(0.0, 0.0, 0.0), objects, facts),
         robot,
         tree,
         names,
@@ -227,6 +238,7 @@ pub fn blank(kind: &str) -> BehaviorSpec {
         retries: 0,
         backoff: Duration::ZERO,
         elsewhere: None,
+        stands: None,
     }
 }
 
@@ -250,8 +262,8 @@ pub fn move_to(body: Body, to: PlaceId, places: usize) -> BehaviorSpec {
     BehaviorSpec {
         claims: vec![claim(only(body, BASE), Access::Exclusive, Retention::Intention(kept))],
         potential: Potential::Nearness { to: stand, floor_m: TOLERANCE_M, scale_by: Some(GRIPPER) },
-        satisfied: Condition::At { place: to, stand, tolerance_m: TOLERANCE_M },
-        precondition: Condition::Path { place: to, stand },
+        satisfied: Condition::At { place: to, stands: vec![stand], tolerance_m: TOLERANCE_M },
+        precondition: Condition::Path { place: to, stands: vec![stand] },
         effects: vec![EffectTerm::Stands(stand)],
         commands: vec![CommandTerm { claim: 0, mode: Mode::Achieve, task: Task::DriveTo(to, stand) }],
         ..blank("move")
@@ -274,7 +286,7 @@ pub fn pick(body: Body, object: ObjectId, at: PlaceId, places: usize) -> Behavio
         potential: Potential::Constant(1.0 + body.grippers as f64 / TOLERANCE_M),
         satisfied: Condition::Held(object.into()),
         precondition: Condition::All(vec![
-            Condition::At { place: at, stand, tolerance_m: TOLERANCE_M },
+            Condition::At { place: at, stands: vec![stand], tolerance_m: TOLERANCE_M },
             Condition::Free(object),
             Condition::Lies(object, at),
         ]),
@@ -303,7 +315,7 @@ pub fn put(body: Body, object: ObjectId, at: PlaceId, places: usize) -> Behavior
         potential: Potential::Constant(1.0 + body.grippers as f64 / TOLERANCE_M),
         satisfied: Condition::Lies(object, at),
         precondition: Condition::All(vec![
-            Condition::At { place: at, stand, tolerance_m: TOLERANCE_M },
+            Condition::At { place: at, stands: vec![stand], tolerance_m: TOLERANCE_M },
             Condition::Held(object.into()),
         ]),
         effects: vec![EffectTerm::Lies(object, at)],

@@ -59,6 +59,14 @@ pub fn missions() -> Vec<Vec<u8>> {
     shipped("missions").into_iter().chain(generated).collect()
 }
 
+pub fn worlds() -> Vec<Vec<u8>> {
+    shipped("worlds").into_iter().chain(shipped("missions")).collect()
+}
+
+pub fn tasks() -> Vec<Vec<u8>> {
+    shipped("tasks").into_iter().chain(shipped("missions")).collect()
+}
+
 pub fn robots() -> Vec<Vec<u8>> {
     shipped("robots")
 }
@@ -77,13 +85,23 @@ pub fn of_dhtt() -> Vec<Vec<u8>> {
 }
 
 pub fn requests() -> Vec<Vec<u8>> {
-    let change = |change: Value| json!({"version": 1, "request": {"world": change}});
+    let source = json!({"mission": "m.yaml", "files": [{"path": "m.yaml", "text": "task: {move: hall}"}]});
+    let post = |path: &str, body: Value| json!({"method": "POST", "path": path, "body": body});
     let requests = [
-        change(json!({"set": "door open"})),
-        change(json!({"clear": "door open"})),
-        change(json!({"move": {"object": "parcel", "to": "hall"}})),
-        json!({"version": 1, "answer": {"changed": {"said": "so"}}}),
-        json!({"version": 1, "answer": {"refused": {"why": "busy", "said": "so", "help": "wait"}}}),
+        post("/v1/world/facts/door%20open", json!({"holds": true})),
+        post("/v1/world/objects/parcel/place", json!({"place": "hall"})),
+        post("/v1/world/objects", json!({"object": "cup", "place": "hall"})),
+        post("/v1/tasks", json!({"name": "fetch", "priority": -3, "pause": true, "source": source})),
+        post("/v1/tasks/door/edit", json!({"add": {"under": 3, "source": source, "at": 0}})),
+        post("/v1/tasks/1/edit", json!({"remove": {"node": "pick parcel"}})),
+        post("/v1/tasks/1/edit", json!({"replace": {"node": 2, "source": source}})),
+        json!({"method": "POST", "path": "/v1/tasks/1/pause"}),
+        json!({"method": "DELETE", "path": "/v1/tasks/door"}),
+        json!({"method": "GET", "path": "/v1/tasks/1", "headers": {"host": "localhost", "accept": "*/*"}}),
+        json!({"method": "GET", "path": "/v1/status", "headers": {"origin": "http://evil.example"}}),
+        json!({"method": "GET", "path": "/v1/events"}),
+        json!({"result": "changed", "said": "so"}),
+        json!({"status": 409, "title": "Conflict", "detail": "so", "why": "held", "help": "wait"}),
     ];
     requests.iter().map(|request| format!("{request}\n").into_bytes()).collect()
 }

@@ -29,6 +29,16 @@ fn mission() {
 }
 
 #[test]
+fn world() {
+    fuzz(&Target { name: "world", form: Form::Yaml, seeds: corpus::worlds, run: targets::live::world });
+}
+
+#[test]
+fn task() {
+    fuzz(&Target { name: "task", form: Form::Yaml, seeds: corpus::tasks, run: targets::live::task });
+}
+
+#[test]
 fn robot() {
     fuzz(&Target { name: "robot", form: Form::Yaml, seeds: corpus::robots, run: targets::files::robot });
 }

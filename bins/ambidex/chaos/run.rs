@@ -8,10 +8,11 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use ambidex::files::failures_text;
+use ambidex::http::{self, Request};
 use ambidex::link;
 use ambidex::model::{Change, Location, MissionEnd, MissionSpec, Record};
 use ambidex::record::Reader;
-use ambidex::runtime::control::{Request, WorldChange, ask};
+use ambidex::runtime::control::WorldChange;
 use ambidex::show::chaos::{ChaosRun, Outcome};
 use rustix::process::Signal;
 
@@ -200,16 +201,20 @@ impl Going<'_> {
     fn say(&self, change: Change) {
         let names = &self.mission.names;
         let change = match change {
-            Change::Fact(fact, true) => WorldChange::Set(names.fact(fact).to_owned()),
-            Change::Fact(fact, false) => WorldChange::Clear(names.fact(fact).to_owned()),
-            Change::Object(object, Location::At(place)) => {
-                WorldChange::Move { object: names.object(object).to_owned(), to: names.place(place).to_owned() }
+            Change::Fact(fact, holds) => WorldChange::Fact { fact: names.fact(fact).to_owned(), holds },
+            Change::Object(object, Location::At(place)) | Change::Laid(object, place, _) => {
+                WorldChange::Place { object: names.object(object).to_owned(), place: names.place(place).to_owned() }
             }
-            Change::Object(..) | Change::Taken(..) | Change::Emptied(_) | Change::Base(_) => return,
+            Change::Object(..)
+            | Change::Taken(..)
+            | Change::Emptied(_)
+            | Change::Base(_)
+            | Change::Blocked(_)
+            | Change::Cleared(_) => return,
         };
         let instance = self.recipe.instance.clone();
         // It may wait for its answer; the run goes on.
-        thread::spawn(move || ask(&instance, &Request::World(change)));
+        thread::spawn(move || http::ask(&instance, &Request::World(change)));
     }
 }
 

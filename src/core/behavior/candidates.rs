@@ -2,11 +2,12 @@
 
 use std::collections::BTreeSet;
 
+use super::Ahead;
 use crate::world::View;
 use ambidex_model::state::State;
 use ambidex_model::{
-    Access, BehaviorSpec, Candidate, Claim, ClaimOptions, HeldBy, Hold, Lease, LeaseKind, Lineage, NodeId, ObjectId,
-    Reason, ResourceId, RobotSpec, Selector, Service, TypeId, match_claims,
+    Access, BehaviorSpec, Beyond, Candidate, Claim, ClaimOptions, EffectTerm, HeldBy, Hold, Lease, LeaseKind, Lineage,
+    NodeId, ObjectId, Reason, ResourceId, RobotSpec, Selector, Service, TypeId, match_claims,
 };
 
 /// What it costs a wish more to be given what it failed with before, what others would have to give up, or what will be
@@ -19,16 +20,22 @@ const WAITED_FOR_M: f64 = 1e6;
 pub(super) struct Serving<'a> {
     pub(super) view: &'a View,
     pub(super) line: &'a Lineage<'a>,
+    pub(super) ahead: Ahead<'a>,
     /// How urgent it is, where it is asked what would serve if nothing ran and nothing less urgent kept an intention.
     pub(super) patience: Option<i32>,
 }
 
-/// Each claim with every resource that would serve it in the table as it is.
+/// Each claim of a behavior with every resource that would serve it in the table as it is.
 ///
 /// # Errors
 /// Why one of the claims, or all of them together, cannot be served.
-pub(super) fn options(claims: &[Claim], serving: &Serving<'_>) -> Result<Vec<ClaimOptions>, Reason> {
-    let options = claims.iter().map(|claim| serving.options_of(claim)).collect::<Result<Vec<_>, _>>()?;
+pub(super) fn options(spec: &BehaviorSpec, serving: &Serving<'_>) -> Result<Vec<ClaimOptions>, Reason> {
+    let claims = &spec.claims;
+    let options = claims.iter().enumerate().map(|(index, claim)| {
+        let options = serving.options_of(claim)?;
+        serving.able_later(claim, taken(spec, index), options)
+    });
+    let options = options.collect::<Result<Vec<_>, _>>()?;
     // None of a single one is empty.
     if options.len() == 1 {
         return Ok(options);
@@ -39,6 +46,14 @@ pub(super) fn options(claims: &[Claim], serving: &Serving<'_>) -> Result<Vec<Cla
         Err(short) => Err(too_few_holders(claims, &resources, short)
             .unwrap_or_else(|| too_few(&resources, resources[short][0], &serving.view.mission.robot))),
     }
+}
+
+/// What the resource of a claim will hold.
+fn taken(spec: &BehaviorSpec, claim: usize) -> Option<ObjectId> {
+    spec.effects.iter().find_map(|effect| match *effect {
+        EffectTerm::Taken(object, by) => Some(object).filter(|_| by == claim),
+        EffectTerm::Lies(..) | EffectTerm::LetGo(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
+    })
 }
 
 /// Why claims on what holds an object cannot all be served, if fewer hold it.
@@ -112,13 +127,13 @@ pub(crate) fn lacks_for_good(spec: &BehaviorSpec, state: &State, robot: &RobotSp
 impl Serving<'_> {
     fn options_of(&self, claim: &Claim) -> Result<ClaimOptions, Reason> {
         let (view, access) = (self.view, claim.access);
-        let candidates = match claim.selector {
-            Selector::Named(resource) => self.one(resource, access)?,
+        let (candidates, beyond) = match claim.selector {
+            Selector::Named(resource) => (self.one(resource, access)?, Vec::new()),
             Selector::Holding { object, of, resource } => {
                 let by = resource.map_or(HeldBy::Type(of), HeldBy::Resource);
-                self.any_of_holders(claim, Hold { object, by, hands: 1, alone: false })?
+                (self.any_of_holders(claim, Hold { object, by, hands: 1, alone: false })?, Vec::new())
             }
-            Selector::Any(of) => self.any(of, access)?,
+            Selector::Any(of) => (self.any(of, access)?, Vec::new()),
             Selector::AnyEmpty { of, reaches } => {
                 let all: Vec<_> = view.mission.robot.of_type(of).collect();
                 self.empty(self.any(of, access)?, access, (of, &all), reaches)?
@@ -128,7 +143,31 @@ impl Serving<'_> {
                 self.empty(self.one(resource, access)?, access, (of, &[resource]), reaches)?
             }
         };
-        Ok(ClaimOptions { access, keep: claim.keep, candidates: self.in_order(candidates, access) })
+        Ok(ClaimOptions { access, keep: claim.keep, candidates: self.in_order(candidates, access), beyond })
+    }
+
+    /// Those that can also do what is asked later of what they take.
+    fn able_later(
+        &self,
+        claim: &Claim,
+        taken: Option<ObjectId>,
+        mut options: ClaimOptions,
+    ) -> Result<ClaimOptions, Reason> {
+        let Some(object) = taken else { return Ok(options) };
+        let mut failing = None;
+        let beyond = &mut options.beyond;
+        options.candidates.retain(|candidate| {
+            let by = (self.ahead)(candidate.resource, object);
+            failing = failing.or(by);
+            beyond.extend(by.map(|by| Beyond { resource: candidate.resource, by: Some(by) }));
+            by.is_none()
+        });
+        beyond.sort_by_key(|beyond| beyond.resource);
+        let Some(by) = failing.filter(|_| options.candidates.is_empty()) else { return Ok(options) };
+        let able = self.view.mission.robot.could_serve(claim.selector).into_iter();
+        let mut able = able.filter(|id| (self.ahead)(*id, object).is_none());
+        let held = able.find_map(|id| self.held(id, claim.access));
+        Err(held.unwrap_or(Reason::OutOfReachLater { object, by }))
     }
 
     /// Where it may wait, what is free comes first, then what would be given up, then what is to be waited for; among these
@@ -230,14 +269,14 @@ impl Serving<'_> {
         if candidates.is_empty() { Err(none_free(of, self.view, self.line.node)) } else { Ok(candidates) }
     }
 
-    /// Those that hold nothing and reach the object, of some that fit; `all` are those that would do if they were free.
+    /// Those that hold nothing and reach the object, and those that do not reach it, of some that fit; `all` are those that would do if they were free.
     fn empty(
         &self,
         fitting: Vec<Candidate>,
         access: Access,
         (of, all): (TypeId, &[ResourceId]),
         reaches: Option<ObjectId>,
-    ) -> Result<Vec<Candidate>, Reason> {
+    ) -> Result<(Vec<Candidate>, Vec<Beyond>), Reason> {
         let view = self.view;
         let reach = |resource| match reaches {
             Some(object) => view.geometry().reach_m(view.state.world(), resource, object),
@@ -250,7 +289,10 @@ impl Serving<'_> {
             .filter_map(|candidate| reach(candidate.resource).map(|cost_m| Candidate { cost_m, ..*candidate }))
             .collect();
         if !reached.is_empty() {
-            return Ok(reached);
+            let is_reached = |id| reached.iter().any(|candidate| candidate.resource == id);
+            let beyond = empty.iter().map(|candidate| candidate.resource).filter(|id| !is_reached(*id));
+            let beyond = beyond.map(|resource| Beyond { resource, by: None }).collect();
+            return Ok((reached, beyond));
         }
         match reaches.filter(|_| !empty.is_empty()) {
             Some(object) => {

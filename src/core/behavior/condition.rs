@@ -1,6 +1,6 @@
 //! Conditions over world and line.
 
-use crate::world::{KnownPaths, NoPath, View};
+use crate::world::{NoPath, View};
 use ambidex_model::{
     BehaviorSpec, Condition, EffectTerm, Hold, Lineage, Location, NodeId, ObjectId, PlaceId, Pose, Reason, ResourceId,
     Task,
@@ -10,17 +10,19 @@ use ambidex_model::{
 ///
 /// # Errors
 /// What is not so; [`Condition::Never`] has no better word than that the goal is not met by itself.
-pub fn check(condition: &Condition, view: &View, line: &Lineage<'_>, known: &mut KnownPaths) -> Result<(), Reason> {
+pub fn check(condition: &Condition, view: &View, line: &Lineage<'_>) -> Result<(), Reason> {
     let world_state = view.state.world();
     match condition {
-        Condition::All(parts) => parts.iter().try_for_each(|part| check(part, view, line, known)),
+        Condition::All(parts) => parts.iter().try_for_each(|part| check(part, view, line)),
         Condition::Never => Err(Reason::NotItsTurn { after: line.node }),
-        Condition::At { place, stand, tolerance_m } => match view.driver() {
+        Condition::At { place, stands, tolerance_m } => match view.driver() {
             Some(by) => Err(Reason::Driving { by }),
-            None => met(is_at(world_state.base, *stand, *tolerance_m), || Reason::NotAt { place: *place }),
+            None => met(is_at(world_state.base, stands, *tolerance_m), || Reason::NotAt { place: *place }),
         },
-        Condition::Path { place, stand } => {
-            let no_path = known.path(&view.free_space, world_state.base, *stand).err();
+        Condition::Path { place, stands } => {
+            let no_paths = stands.iter().map(|stand| view.ways.to(*stand).err()).collect::<Option<Vec<_>>>();
+            // That none was found says less than that there is none.
+            let no_path = no_paths.and_then(|all| all.into_iter().max_by_key(|one| *one != NoPath::Closed));
             no_path.map_or(Ok(()), |no_path| Err(unreached(no_path, *place)))
         }
         Condition::Held(hold) => {
@@ -41,6 +43,20 @@ pub fn check(condition: &Condition, view: &View, line: &Lineage<'_>, known: &mut
         Condition::Fact(fact, holds) => {
             met(world_state.facts[fact.index()] == *holds, || Reason::Fact { fact: *fact, holds: *holds })
         }
+    }
+}
+
+/// Where the base may stand for a behavior, and how near to it counts, meters; none where nothing tells.
+pub fn stands(condition: &Condition) -> Option<(&[Pose], f64)> {
+    match condition {
+        Condition::All(parts) => parts.iter().find_map(stands),
+        Condition::At { stands, tolerance_m, .. } => Some((stands, *tolerance_m)),
+        Condition::Never
+        | Condition::Path { .. }
+        | Condition::Held(_)
+        | Condition::Free(_)
+        | Condition::Somewhere(_) => None,
+        Condition::Lies(..) | Condition::Fact(..) => None,
     }
 }
 
@@ -73,9 +89,9 @@ pub(crate) fn singles(condition: &Condition) -> impl Iterator<Item = &Condition>
     })
 }
 
-/// Why a single condition is not met; paths are searched anew.
+/// Why a single condition is not met.
 fn unmet(single: &Condition, view: &View, line: &Lineage<'_>) -> Option<Reason> {
-    check(single, view, line, &mut KnownPaths::default()).err()
+    check(single, view, line).err()
 }
 
 /// What success makes so, by what the kind promises; a base stands where it was to drive.
@@ -93,6 +109,19 @@ pub(crate) fn promised(spec: &BehaviorSpec) -> impl Iterator<Item = EffectTerm> 
     spec.effects.iter().copied().chain(drives)
 }
 
+/// Where a behavior brings the base.
+pub(crate) fn driven_to(spec: &BehaviorSpec) -> Option<Pose> {
+    promised(spec).find_map(|effect| match effect {
+        EffectTerm::Stands(stand) => Some(stand),
+        EffectTerm::Fact(..) | EffectTerm::Lies(..) | EffectTerm::Taken(..) | EffectTerm::LetGo(..) => None,
+    })
+}
+
+/// Where the base stands for a behavior, or is brought by it.
+pub(crate) fn stand(spec: &BehaviorSpec) -> Option<Pose> {
+    driven_to(spec).or_else(|| stands(&spec.precondition)?.0.first().copied())
+}
+
 /// Whether success makes a single condition true.
 pub(crate) fn makes_so(spec: &BehaviorSpec, condition: &Condition) -> bool {
     promised(spec).any(|effect| becomes_so(effect, condition))
@@ -101,7 +130,7 @@ pub(crate) fn makes_so(spec: &BehaviorSpec, condition: &Condition) -> bool {
 /// Whether an effect makes a single condition true.
 pub(crate) fn becomes_so(effect: EffectTerm, condition: &Condition) -> bool {
     match (effect, condition) {
-        (EffectTerm::Stands(pose), Condition::At { stand, tolerance_m, .. }) => is_at(pose, *stand, *tolerance_m),
+        (EffectTerm::Stands(pose), Condition::At { stands, tolerance_m, .. }) => is_at(pose, stands, *tolerance_m),
         (EffectTerm::Taken(object, _), Condition::Held(wanted)) => object == wanted.object,
         (EffectTerm::LetGo(object, _), Condition::Held(wanted)) => wanted.alone && object == wanted.object,
         (EffectTerm::Lies(object, _), Condition::Free(wanted) | Condition::Somewhere(wanted)) => object == *wanted,
@@ -144,6 +173,7 @@ fn met(is_met: bool, otherwise: impl FnOnce() -> Reason) -> Result<(), Reason> {
     if is_met { Ok(()) } else { Err(otherwise()) }
 }
 
-fn is_at(base: Pose, stand: Pose, tolerance_m: f64) -> bool {
-    base.distance_m(&stand) <= tolerance_m
+/// Whether it is at one of these stands.
+pub(crate) fn is_at(base: Pose, stands: &[Pose], tolerance_m: f64) -> bool {
+    stands.iter().any(|stand| base.distance_m(stand) <= tolerance_m)
 }

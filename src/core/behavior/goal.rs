@@ -1,24 +1,33 @@
 //! From a grant to a goal, and from an outcome to what is different in the world.
 
-use super::slots;
-use crate::world::{KnownPaths, View};
+use super::{slots, spots};
+use crate::world::View;
 use ambidex_model::{
-    BehaviorSpec, Change, Command, EffectTerm, End, Fault, Goal, Grant, Location, Outcome, Part, ResourceId, RobotSpec,
-    Task,
+    BehaviorSpec, Change, Command, EffectTerm, End, Fault, Goal, Grant, Location, Outcome, Part, Pose, Request,
+    ResourceId, RobotSpec, Task,
 };
 
-/// The goal of a granted behavior, with positions as of the view it asked in and the path that it asked with.
-pub fn goal(spec: &BehaviorSpec, grant: &Grant, view: &View, known: &mut KnownPaths) -> Goal {
+/// The way that a granted behavior drives: from where the base stands over way points to the goal; none where it drives
+/// nowhere or no way is free.
+pub(crate) fn way(request: &Request, view: &View) -> Vec<Pose> {
+    let spec = view.mission.tree.behavior(request.leaf).map(|spec| spec.asked(request));
+    let stand = spec.and_then(|spec| spec.commands.iter().find_map(|term| term.task.driven_to()));
+    let way = stand.and_then(|stand| view.ways.to(stand).ok());
+    way.map(|way| [&[view.state.world().base], way].concat()).unwrap_or_default()
+}
+
+/// The goal of a granted behavior, with positions as of the view it asked in.
+pub fn goal(spec: &BehaviorSpec, grant: &Grant, view: &View) -> Goal {
     let parts = spec.commands.iter().map(|term| {
         let binding = grant.bindings[term.claim];
-        let command = command(&term.task, grant, view, known);
+        let command = command(&term.task, grant, view);
         Part { resource: binding.resource, access: binding.access, mode: term.mode, command }
     });
     Goal { leaf: grant.leaf(), parts: parts.collect(), takes: spec.takes, timeout: spec.timeout }
 }
 
-fn command(task: &Task, grant: &Grant, view: &View, known: &mut KnownPaths) -> Command {
-    let (geometry, world_state) = (view.geometry(), view.state.world());
+fn command(task: &Task, grant: &Grant, view: &View) -> Command {
+    let (world, world_state) = (&view.mission.world, view.state.world());
     let holder = |claim: usize| {
         let resource = grant.bindings[claim].resource;
         let at = view.mission.robot.carried_at(resource).expect("what is grasped from or put into has a position");
@@ -26,12 +35,12 @@ fn command(task: &Task, grant: &Grant, view: &View, known: &mut KnownPaths) -> C
     };
     match *task {
         Task::DriveTo(place, stand) => {
-            let path = known.path(&view.free_space, world_state.base, stand);
-            Command::Drive { path: path.map_or_else(|_| vec![stand], <[_]>::to_vec), place: Some(place) }
+            let path = grant.way.get(1..).map_or_else(|| vec![stand], <[_]>::to_vec);
+            Command::Drive { path, place: Some(place) }
         }
         Task::Stand => Command::Stand,
         Task::Grasp(object) => {
-            let at = geometry.object(world_state, object).expect("a granted grasp knows where its object is");
+            let at = world.object(world_state, object).expect("a granted grasp knows where its object is");
             let place = match world_state.objects[object.index()] {
                 Location::At(place) => Some(place),
                 Location::In(_) | Location::Unknown => None,
@@ -39,7 +48,7 @@ fn command(task: &Task, grant: &Grant, view: &View, known: &mut KnownPaths) -> C
             Command::Grasp { object, at: world_state.base.to_local(at), place, holder: None }
         }
         Task::Put(object, place) => {
-            let at = world_state.base.to_local(geometry.spot(object, place));
+            let at = world_state.base.to_local(world.spot(object, place, grant.request.spot(object)));
             Command::Put { object, at, place: Some(place), holder: None }
         }
         Task::GraspFrom(object, claim) => {
@@ -51,7 +60,7 @@ fn command(task: &Task, grant: &Grant, view: &View, known: &mut KnownPaths) -> C
             Command::Put { object, at, place: None, holder }
         }
         Task::LookAt(place) => {
-            Command::Look { at: world_state.base.to_local(geometry.surface(place)), place: Some(place) }
+            Command::Look { at: world_state.base.to_local(world.surface(place)), place: Some(place) }
         }
         Task::Call(ref call) => Command::Call(call.clone()),
     }
@@ -97,7 +106,7 @@ pub fn changes(spec: &BehaviorSpec, grant: &Grant, outcome: &Outcome, robot: &Ro
         }
     };
     let effects = effects.iter().map(|effect| match *effect {
-        EffectTerm::Lies(object, place) => Change::Object(object, Location::At(place)),
+        EffectTerm::Lies(object, place) => spots::laid(object, place, grant),
         EffectTerm::Taken(object, claim) => Change::Taken(object, grant.bindings[claim].resource),
         EffectTerm::LetGo(_, claim) => Change::Emptied(grant.bindings[claim].resource),
         EffectTerm::Stands(pose) => Change::Base(pose),

@@ -1,5 +1,6 @@
 //! What no controller tells of: what a slot of the robot holds follows from what hands say that put into it or take from it.
 
+use super::spots;
 use ambidex_model::state::State;
 use ambidex_model::{BehaviorSpec, Change, EffectTerm, Grant, Location, MissionSpec, ResourceId, RobotSpec};
 
@@ -32,15 +33,18 @@ pub(super) fn follows(spec: &BehaviorSpec, grant: &Grant, said: &[Change], robot
 /// down lies there, or is in the slot where it was to be, though nobody was told.
 pub(crate) fn understood(change: Change, state: &State, mission: &MissionSpec) -> Vec<Change> {
     let running = state.running().iter().filter_map(|(leaf, grant)| {
-        let spec = mission.tree.behavior(*leaf)?.at(grant.request.place);
+        let spec = mission.tree.behavior(*leaf)?.asked(&grant.request);
         Some((spec, grant))
     });
     let running: Vec<_> = running.collect();
     if let Change::Emptied(gripper) = change
         && let Some(held) = state.world().held_only_by(gripper)
-        && let Some(place) = running.iter().flat_map(|(spec, _)| &spec.effects).find_map(|effect| effect.lays(held))
+        && let Some(change) = running.iter().find_map(|(spec, grant)| {
+            let place = spec.effects.iter().find_map(|effect| effect.lays(held))?;
+            Some(spots::laid(held, place, grant))
+        })
     {
-        return vec![Change::Object(held, Location::At(place))];
+        return vec![change];
     }
     let follow = running.iter().flat_map(|(spec, grant)| follows(spec, grant, &[change], &mission.robot));
     let mut all: Vec<Change> = follow.collect();

@@ -44,6 +44,8 @@ pub enum Input {
     Start(Goal),
     /// End the goal of this leaf.
     Stop(NodeId),
+    /// The mission is another one from now on, as to its tree and its objects.
+    Mission(Arc<MissionSpec>),
     /// The deadline came.
     Woke,
     /// End everything and say when all is safe.
@@ -168,6 +170,12 @@ impl Dispatch {
             Input::Stop(leaf) => {
                 self.stop_waiting(|waiting| waiting == leaf);
                 self.stop(now, leaf, End::Canceled);
+            }
+            Input::Mission(mission) => {
+                if mission.names.objects.len() != self.mission.names.objects.len() {
+                    self.labels = Labels::new(&mission.names);
+                }
+                self.mission = mission;
             }
             Input::Woke => self.woke(now),
             Input::Shutdown => {

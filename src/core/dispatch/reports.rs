@@ -54,8 +54,10 @@ impl Dispatch {
         };
         let subject = match change {
             Change::Fact(fact, _) => Subject::Fact(fact),
-            Change::Object(object, _) => Subject::Object(object),
-            Change::Base(_) | Change::Taken(..) | Change::Emptied(_) => return,
+            Change::Object(object, _) | Change::Laid(object, ..) => Subject::Object(object),
+            Change::Base(_) | Change::Taken(..) | Change::Emptied(_) | Change::Blocked(_) | Change::Cleared(_) => {
+                return;
+            }
         };
         let limits = self.limits;
         let said = self.reports.said.entry((id, subject)).or_default();

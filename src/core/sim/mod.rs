@@ -8,12 +8,12 @@ use std::sync::Arc;
 
 use crate::dispatch::{self, Dispatch, Limits, Script};
 use crate::replay::Resumed;
-use crate::tree::{Effect, Input, Node, Outbox, Settings};
+use crate::tree::{Effect, Input, Machines, Outbox, Settings};
 use ambidex_model::motion::{self, STEP};
 use ambidex_model::session::Attendance;
 use ambidex_model::{
     Change, ControllerId, Failures, Goal, Inhibition, Labels, Loss, Mishap, MissionEnd, MissionSpec, NodeId, Origin,
-    Record, Time, ToController, Told,
+    Record, Time, ToController, Told, Work,
 };
 pub use chance::Chance;
 use chance::Draws;
@@ -35,6 +35,8 @@ pub enum Event {
     Return(ControllerId),
     /// The world changes from outside.
     World(Change, Origin),
+    /// Somebody asks for work.
+    Work(Work),
     /// The mission is told to end.
     Cancel,
 }
@@ -64,8 +66,7 @@ enum Delivery {
 
 /// A mission with everything that carries it.
 struct Simulation<'a> {
-    mission: Arc<MissionSpec>,
-    nodes: Vec<Node>,
+    nodes: Machines,
     has_messages: bool,
     dispatch: Dispatch,
     plants: Vec<Plant>,
@@ -186,8 +187,7 @@ impl<'a> Simulation<'a> {
         events.sort_by_key(|(at, _)| *at);
         let labels = Arc::new(Labels::new(&mission.names));
         Self {
-            mission: Arc::clone(mission),
-            has_messages: begun.nodes[0].has_messages(),
+            has_messages: begun.nodes.root().has_messages(),
             nodes: begun.nodes,
             dispatch: Dispatch::new(mission, begun.controllers, Limits::at_speed(1.0)),
             plants: bodies.into_iter().map(|body| Plant::new(body, &labels)).collect(),
@@ -254,6 +254,7 @@ impl<'a> Simulation<'a> {
                 self.exchange(id, None);
             }
             Event::World(change, origin) => self.tell_root(Told::World { change, origin }),
+            Event::Work(work) => self.tell_root(Told::Work { work }),
             Event::Cancel => self.tell_root(Told::End { end: MissionEnd::Canceled }),
         }
     }
@@ -265,7 +266,7 @@ impl<'a> Simulation<'a> {
                 Delivery::Node(node, input) => {
                     self.handle(node, input);
                     // Whatever came before it is part of the turn.
-                    while self.nodes[0].wants_turn() && !self.has_any_for_root() {
+                    while self.nodes.root().wants_turn() && !self.has_any_for_root() {
                         self.handle(NodeId(0), Input::Turn);
                     }
                 }
@@ -281,9 +282,11 @@ impl<'a> Simulation<'a> {
 
     fn handle(&mut self, node: NodeId, input: Input) {
         let mut out = Outbox::default();
-        self.nodes[node.index()].handle(self.now, input, &mut out);
+        self.nodes.handle(self.now, node, input, &mut out);
         for effect in out.drain() {
-            self.carry(node, effect);
+            if let Some(effect) = self.nodes.change(effect) {
+                self.carry(node, effect);
+            }
         }
     }
 
@@ -292,16 +295,16 @@ impl<'a> Simulation<'a> {
     }
 
     fn carry(&mut self, from: NodeId, effect: Effect) {
-        let topology = &self.mission.tree.topology;
+        let parent = self.nodes.parent(from);
         if self.has_messages
-            && let Some(record) = effect.message(self.now, from, topology)
+            && let Some(record) = effect.message(self.now, from, parent)
         {
             (self.journal)(&record);
         }
         match effect {
             Effect::Down(to, down) => self.deliveries.push_back(Delivery::Node(to, Input::Down(down))),
             Effect::Up(up) => {
-                self.deliveries.push_back(Delivery::Node(topology.parent(from), Input::Up(up)));
+                self.deliveries.push_back(Delivery::Node(parent, Input::Up(up)));
             }
             Effect::Start(goal) => {
                 self.draw(&goal);
@@ -309,7 +312,9 @@ impl<'a> Simulation<'a> {
             }
             Effect::Stop(leaf) => self.tell_dispatch(dispatch::Input::Stop(leaf)),
             // Nobody waits for it here; the log has it.
-            Effect::TakenUp(..) => {}
+            Effect::TakenUp(..) | Effect::Worked(..) => {}
+            Effect::Mission(mission) => self.tell_dispatch(dispatch::Input::Mission(mission)),
+            Effect::Spawn { .. } | Effect::Retire { .. } => unreachable!("nodes came and went"),
             Effect::Record(record) => (self.journal)(&record),
             Effect::Finished(end) => {
                 if self.end.is_none() {
@@ -322,8 +327,8 @@ impl<'a> Simulation<'a> {
 
     /// What goes wrong by chance in the attempt that begins.
     fn draw(&mut self, goal: &Goal) {
-        let (Some(draws), Node::Root(root)) = (&mut self.draws, &self.nodes[0]) else { return };
-        let drawn = draws.draw(self.now, goal, root.state().world());
+        let Some(draws) = &mut self.draws else { return };
+        let drawn = draws.draw(self.now, goal, self.nodes.root().state().world());
         drawn.flaw.into_iter().for_each(|flaw| self.dispatch.mar(flaw));
         for (at, mishap) in drawn.mishaps {
             let behind = self.events.partition_point(|(other, _)| *other <= at);
@@ -406,7 +411,7 @@ impl<'a> Simulation<'a> {
         let step = is_moving.then(|| next_step(self.now));
         let event = self.events.front().map(|(at, _)| *at);
         let silence = self.plants.iter().filter_map(Plant::silent_at).min();
-        let waits = self.nodes[0].deadline();
+        let waits = self.nodes.root().deadline();
         let Some(next) = [step, self.dispatch.deadline(), event, silence, waits].into_iter().flatten().min() else {
             return false;
         };
@@ -423,7 +428,7 @@ impl<'a> Simulation<'a> {
         if self.dispatch.deadline().is_some_and(|due| due <= self.now) {
             self.tell_dispatch(dispatch::Input::Woke);
         }
-        if self.nodes[0].deadline().is_some_and(|due| due <= self.now) {
+        if self.nodes.root().deadline().is_some_and(|due| due <= self.now) {
             self.tell_root(Told::Woke);
         }
         true

@@ -52,7 +52,7 @@ impl Allocator for Greedy {
     }
 
     fn merge(&self, view: &View, offers: &mut Offers) -> Vec<Blocked> {
-        let mut packing = Packing::new(view);
+        let mut packing = Packing::below_root(view);
         offers.merge_changed(|request| judge(&mut packing, request))
     }
 

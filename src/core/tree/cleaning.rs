@@ -80,5 +80,6 @@ impl Root {
             && !state.is_busy(node)
             && state.owed_cleanup(node, Some(node)).is_none()
             && !self.is_grace_over()
+            && !state.task_of(node).is_some_and(|task| self.is_out_of_grace(task))
     }
 }

@@ -1,21 +1,24 @@
 //! The actor of a task node (III-C): passes the view down, and answers once for everything below it. What it knows of
 //! its children stands in the view; it keeps the open round, and what they said last.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::ordering::{Ordering, is_repeated};
 use super::{Activation, Allocator, Answer, Down, Effect, News, Offers, Outbox, Scope, Settings, Up, Verdict};
 use crate::world::View;
 use ambidex_model::state::{Phase, Wait};
-use ambidex_model::{Failing, MissionSpec, NodeId, NodeRange, Reason};
+use ambidex_model::{Failing, MissionSpec, NodeId, NodeKind, NodeRange, Reason, Topology};
 
 /// The machine of a task node.
 #[derive(Debug)]
 pub struct Composite {
     id: NodeId,
     ordering: Ordering,
-    mission: Arc<MissionSpec>,
+    /// Whether what is below are tasks, each by itself.
+    is_stem: bool,
+    /// Of the topology that its children are known by.
+    version: u64,
     allocator: Arc<dyn Allocator>,
     children: Vec<Child>,
     /// Of an AND: what the children ask for.
@@ -62,12 +65,14 @@ struct Open {
 }
 
 impl Composite {
-    pub(super) fn new(id: NodeId, ordering: Ordering, mission: &Arc<MissionSpec>, settings: &Settings) -> Self {
-        let children = mission.tree.topology.children(id).map(|id| Child { id, asked: None }).collect();
+    pub(super) fn new(id: NodeId, ordering: Ordering, mission: &MissionSpec, settings: &Settings) -> Self {
+        let topology = &mission.tree.topology;
+        let children = topology.children(id).map(|id| Child { id, asked: None }).collect();
         Self {
             id,
             ordering,
-            mission: Arc::clone(mission),
+            is_stem: mission.tree.nodes[id.index()] == NodeKind::Tasks,
+            version: topology.version(),
             allocator: Arc::clone(&settings.allocator),
             children,
             offers: Offers::default(),
@@ -114,6 +119,7 @@ impl Composite {
 
     fn on_activation(&mut self, Activation { view, skips, scope }: Activation, out: &mut Outbox) {
         assert!(self.open.is_none(), "one round at a time");
+        let is_other = self.meet_children(view.state.topology());
         let is_silent = self.silence(&view).is_some();
         if scope == Scope::Anew || is_silent || self.was_silent {
             self.forget();
@@ -124,8 +130,8 @@ impl Composite {
             scope,
             waiting: 0,
             // What repeats says something else in its last iteration, whatever those below say.
-            is_different: self.said.is_none() || self.mission.tree.repeats.contains_key(&self.id),
-            news: self.news_of_silence(),
+            is_different: is_other || self.said.is_none() || view.mission.tree.repeats.contains_key(&self.id),
+            news: self.news_of_silence(view.state.topology()),
         });
         self.order.clear();
         if is_silent {
@@ -143,11 +149,27 @@ impl Composite {
         self.answer_if_complete(out);
     }
 
+    /// Children come and go: those that are gone have taken back what they said.
+    fn meet_children(&mut self, topology: &Topology) -> bool {
+        if std::mem::replace(&mut self.version, topology.version()) == topology.version()
+            || !topology.is_edited(self.id)
+        {
+            return false;
+        }
+        let mut known: BTreeMap<NodeId, Child> = self.children.drain(..).map(|child| (child.id, child)).collect();
+        let children = topology.children(self.id).map(|id| known.remove(&id).unwrap_or(Child { id, asked: None }));
+        self.children = children.collect();
+        for gone in known.into_values() {
+            self.take_in(gone.asked.and_then(|asked| asked.said).as_deref(), None);
+        }
+        true
+    }
+
     /// What was said of those below that are not asked does not hold any more.
-    fn news_of_silence(&mut self) -> News {
+    fn news_of_silence(&mut self, topology: &Topology) -> News {
         let mut news = News::default();
         if std::mem::take(&mut self.was_silent) {
-            news.withdrawn.push(NodeRange { from: self.id, to: self.mission.tree.topology.end(self.id) });
+            news.withdrawn.extend(topology.runs([self.id]));
         }
         news
     }
@@ -155,7 +177,7 @@ impl Composite {
     /// While nothing else below is asked, cleanups are.
     fn ask_cleanups(&mut self, view: &Arc<View>, skips: &Arc<Vec<NodeRange>>, out: &mut Outbox) {
         let topology = view.state.topology();
-        let is_cleaning = |child: NodeId| view.state.cleaning().range(child..topology.end(child)).next().is_some();
+        let is_cleaning = |child: NodeId| topology.of_set(child, view.state.cleaning()).next().is_some();
         for index in 0..self.children.len() {
             if is_cleaning(self.children[index].id) {
                 self.order.push(index);
@@ -179,19 +201,28 @@ impl Composite {
             (0..self.children.len()).for_each(|index| self.ask_or_leave(index, skips, out));
             return;
         };
-        let topology = &view.state.topology();
+        let topology = view.state.topology();
+        if topology.is_edited(self.id) {
+            // Whoever is touched, all above are too.
+            let id = self.id;
+            for child in touched.iter().filter(|node| node.0 > 0 && topology.parent(**node) == id) {
+                self.ask_or_leave(self.index_of(*child), skips, out);
+            }
+            return;
+        }
         let mut next = touched.partition_point(|node| *node <= self.id);
         // Whoever is touched, all above are too: the first one behind a child's subtree is a child.
         while let Some(&child) = touched.get(next).filter(|child| topology.is_within(**child, self.id)) {
             self.ask_or_leave(self.index_of(child), skips, out);
-            let end = topology.end(child);
-            next += touched[next..].partition_point(|node| *node < end);
+            next += touched[next..].partition_point(|node| topology.is_within(*node, child));
         }
     }
 
     fn ask_or_leave(&mut self, index: usize, skips: &Arc<Vec<NodeRange>>, out: &mut Outbox) {
         let open = self.open.as_ref().expect("children are asked in an open round");
-        if matches!(open.view.state.phase(self.children[index].id), Phase::Done | Phase::Failed) {
+        let (state, child) = (&open.view.state, self.children[index].id);
+        let is_paused = self.is_stem && state.is_paused(child);
+        if is_paused || matches!(state.phase(child), Phase::Done | Phase::Failed) {
             self.leave(index);
         } else {
             self.ask(index, skips, out);
@@ -235,8 +266,7 @@ impl Composite {
         let Some(asked) = child.asked.take() else { return };
         let open = self.open.as_mut().expect("children are left in an open round");
         open.is_different = true;
-        let withdrawn = NodeRange { from: child.id, to: self.mission.tree.topology.end(child.id) };
-        open.news.withdrawn.push(withdrawn);
+        open.news.withdrawn.extend(open.view.state.topology().runs([child.id]));
         self.take_in(asked.said.as_deref(), None);
     }
 
@@ -262,10 +292,11 @@ impl Composite {
         let is_satisfied = self.answer_of(index).is_satisfied;
         let next = if is_satisfied { self.ordering.behind(&open.view.state, self.id, child.id) } else { None };
         if let Some(next) = next {
-            let first = self.children[self.order[0]].id;
-            let skip = NodeRange { from: first, to: next };
-            let skips = Arc::new(open.skips.iter().copied().chain([skip]).collect());
-            self.ask_in_order(self.index_of(next), &skips, out);
+            let (first, next) = (self.order[0], self.index_of(next));
+            let skipped = self.children[first..next].iter().map(|child| child.id);
+            let skipped = open.view.state.topology().runs(skipped);
+            let skips = Arc::new(open.skips.iter().copied().chain(skipped).collect());
+            self.ask_in_order(next, &skips, out);
         }
     }
 
@@ -279,7 +310,8 @@ impl Composite {
         let Open { view, is_different, mut news, .. } = self.open.take().expect("it is open");
         news.passed_on = news.reasons.len();
         let said = match (self.silence(&view), self.said.take()) {
-            (None, Some(said)) if !is_different => said,
+            // What runs of a task that is paused says nothing.
+            (None, Some(said)) if !is_different && said.is_running == view.state.is_busy(self.id) => said,
             (None, said) => {
                 let answer = self.answer(&view, said.as_deref(), &mut news);
                 said.filter(|said| **said == answer).unwrap_or_else(|| Arc::new(answer))
@@ -309,13 +341,14 @@ impl Composite {
                 } else {
                     said.map(|said| said.requests.clone()).unwrap_or_default()
                 };
-                (self.unsatisfied == 0, requests)
+                (self.unsatisfied == 0 && !self.is_stem, requests)
             }
         };
         let is_complete = is_satisfied && view.state.phase(self.id) == Phase::Pending && !is_running;
-        let tree = &self.mission.tree;
+        let tree = &view.mission.tree;
         let is_again = is_repeated(tree, &view.state, self.id);
-        let is_news = (is_again || tree.topology.is_cleanup(self.id)) && is_complete;
+        let is_task = self.id.0 > 0 && tree.is_standing() && tree.topology.parent(self.id) == tree.topology.stem();
+        let is_news = (is_again || is_task || tree.topology.is_cleanup(self.id)) && is_complete;
         if std::mem::replace(&mut self.was_complete, is_news) != is_news {
             news.reasons.push((self.id, is_news.then_some(Reason::Satisfied)));
         }
@@ -337,7 +370,10 @@ impl Composite {
     }
 
     fn index_of(&self, child: NodeId) -> usize {
-        self.children.binary_search_by_key(&child, |child| child.id).expect("children speak to their parent")
+        let found = self.children.binary_search_by_key(&child, |child| child.id).ok();
+        // Those that were added later may stand before others.
+        let found = found.or_else(|| self.children.iter().position(|known| known.id == child));
+        found.expect("children speak to their parent")
     }
 
     /// Why nothing below is asked but cleanups: it waits for what runs there to end, after a failure, or for its next
@@ -363,15 +399,14 @@ impl Composite {
 
     /// A node below which nothing is asked but cleanups asks for nothing else.
     fn silent_answer(&mut self, view: &View, reason: &Reason, news: &mut News) -> Answer {
-        let tree = &self.mission.tree;
-        let below = NodeRange { from: self.id, to: tree.topology.end(self.id) };
+        let tree = &view.mission.tree;
         let asked =
             |leaf: &NodeId| self.order.iter().any(|&index| tree.topology.is_within(*leaf, self.children[index].id));
-        let leaves = (below.from.0..below.to.0).map(NodeId);
-        let idle = leaves.filter(|leaf| tree.behavior(*leaf).is_some() && !view.state.running().contains_key(leaf));
+        let leaves = tree.leaves_below(self.id).into_iter();
+        let idle = leaves.filter(|leaf| !view.state.running().contains_key(leaf));
         let reasons = idle.filter(|leaf| !asked(leaf)).map(|leaf| (leaf, Some(reason.clone()))).collect::<Vec<_>>();
         // What was said before does not hold; what cleanups say comes behind that.
-        news.withdrawn.insert(0, below);
+        news.withdrawn.splice(..0, tree.topology.runs([self.id]));
         news.reasons.extend(reasons);
         let requests = self.order.iter().flat_map(|&index| self.answer_of(index).requests.iter().cloned()).collect();
         Answer { is_running: view.state.is_busy(self.id), requests, ..Answer::default() }
@@ -379,11 +414,17 @@ impl Composite {
 
     /// Goes to where something starts or is to end.
     fn on_verdict(&mut self, verdict: &Arc<Verdict>, out: &mut Outbox) {
-        let about = verdict.about(&self.mission.tree.topology, self.id);
-        let told: BTreeSet<usize> =
-            about.map(|leaf| self.children.partition_point(|child| child.id <= leaf) - 1).collect();
-        for index in told {
-            out.push(Effect::Down(self.children[index].id, Down::Verdict(Arc::clone(verdict))));
+        let topology = &verdict.topology;
+        let is_edited = topology.is_edited(self.id);
+        let child_above = |leaf: NodeId| match is_edited {
+            true => topology.path(leaf).find(|node| topology.parent(*node) == self.id),
+            false => {
+                self.children[..self.children.partition_point(|child| child.id <= leaf)].last().map(|child| child.id)
+            }
+        };
+        let told: BTreeSet<NodeId> = verdict.about(self.id).filter_map(child_above).collect();
+        for child in told {
+            out.push(Effect::Down(child, Down::Verdict(Arc::clone(verdict))));
         }
     }
 }

@@ -7,9 +7,9 @@ use std::sync::Arc;
 use super::goals::begin_anew;
 use super::ordering::{Ended, Settled, settle};
 use super::overtaking::Overtaken;
-use super::{Outbox, Root, TOP};
+use super::{Outbox, Root};
 use crate::behavior;
-use crate::world::View;
+use crate::world::{View, Ways};
 use ambidex_model::state::Phase;
 use ambidex_model::{
     Cause, Consequences, ControllerId, Deadline, Fault, Grant, MissionEnd, NodeId, Reason, Record, Rejection, Reopened,
@@ -62,8 +62,8 @@ impl Root {
     }
 
     /// A THEN goes on behind what others did.
-    pub(super) fn overtake(&mut self, now: Time, Overtaken { leaf, skip, goal, .. }: Overtaken, out: &mut Outbox) {
-        let record = |consequences| Record::Overtaken { at: now, leaf, skip, goal, consequences };
+    pub(super) fn overtake(&mut self, now: Time, Overtaken { leaf, skips, goal }: Overtaken, out: &mut Outbox) {
+        let record = |consequences| Record::Overtaken { at: now, leaf, skips: skips.clone(), goal, consequences };
         let mut after = self.state.clone();
         after.apply(&record(Consequences::default()));
         let settled = settle(&self.mission.tree, &after, goal, Ended::Succeeded);
@@ -85,10 +85,14 @@ impl Root {
             self.began.retain(|begun, _| !topology.is_within(*begun, node) || !topology.path(*begun).any(is_done));
             self.edit(Record::Reopened { at: now, reopened }, out);
         }
-        if consequences.completed.is_some_and(|completed| completed.node == TOP) {
-            self.finish(now, MissionEnd::Done, out);
-        } else if consequences.failed == Some(TOP) && self.ending.is_none() {
-            self.finish(now, self.failed_for(cause), out);
+        let completed = consequences.completed.map(|completed| completed.node).filter(|node| self.is_task(*node));
+        let failed = consequences.failed.filter(|node| self.is_task(*node));
+        match (completed, failed, self.mission.tree.is_standing()) {
+            (Some(_), _, false) => self.finish(now, MissionEnd::Done, out),
+            (None, Some(_), false) if self.ending.is_none() => self.finish(now, self.failed_for(cause), out),
+            (Some(task), _, true) => self.note_ended(task, MissionEnd::Done),
+            (None, Some(task), true) => self.note_ended(task, self.failed_for(cause)),
+            (None, Some(_), false) | (None, None, _) => {}
         }
     }
 
@@ -156,6 +160,15 @@ impl Root {
         match_claims(&would.collect::<Vec<_>>()).is_err()
     }
 
+    /// Where the base can drive from where it is; what was found is kept while it stands there.
+    pub(super) fn ways(&self) -> Arc<Ways> {
+        let base = self.state.world().base;
+        match &self.ways {
+            Some(ways) if ways.are_from(&self.free_space, base) => Arc::clone(ways),
+            Some(_) | None => Arc::new(Ways::new(&self.free_space, base)),
+        }
+    }
+
     /// The state as nodes see it in a round.
     pub(super) fn view(&self, now: Time) -> View {
         View {
@@ -165,7 +178,7 @@ impl Root {
             touched: None,
             barred: Arc::clone(self.certificate.barred()),
             mission: Arc::clone(&self.mission),
-            free_space: Arc::clone(&self.free_space),
+            ways: self.ways(),
             rules: Arc::clone(&self.settings.rules),
         }
     }

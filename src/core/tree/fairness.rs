@@ -3,8 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Verdict;
+use super::reasons::{Reasons, task_of};
 use ambidex_model::state::State;
-use ambidex_model::{NodeId, Reason, TreeSpec};
+use ambidex_model::{NodeId, TreeSpec};
 
 /// How many grants to later tasks each task that waits has seen.
 #[derive(Debug, Default)]
@@ -24,14 +25,6 @@ pub(super) fn barred_by(tree: &TreeSpec, state: &State, leaf: NodeId) -> Option<
     state.overdue().iter().copied().find(|task| tree.priority(*task) == tree.priority(own))
 }
 
-/// The task that a node belongs to.
-fn task_of(tree: &TreeSpec, node: NodeId) -> Option<NodeId> {
-    tree.tasks[..tree.tasks.partition_point(|task| *task <= node)]
-        .last()
-        .copied()
-        .filter(|task| tree.topology.is_within(node, *task))
-}
-
 /// Tasks that hold something.
 pub(super) fn holding(tree: &TreeSpec, state: &State) -> BTreeSet<NodeId> {
     state.table().leases().filter_map(|(_, lease)| task_of(tree, lease.holder)).collect()
@@ -43,12 +36,26 @@ fn holds(state: &State, task: NodeId) -> bool {
 }
 
 impl Fairness {
+    /// How many grants to later tasks each task that waits has seen.
+    pub(super) fn seen(&self) -> &BTreeMap<NodeId, u32> {
+        &self.seen
+    }
+
+    pub(super) fn restore(&mut self, seen: BTreeMap<NodeId, u32>) {
+        self.seen = seen;
+    }
+
+    /// A task is gone.
+    pub(super) fn forget(&mut self, task: NodeId) {
+        self.seen.remove(&task);
+    }
+
     /// The tasks that are overdue once some grants are made; none where they are the same as before.
     pub(super) fn overdue(
         &mut self,
         tree: &TreeSpec,
         state: &State,
-        reasons: &BTreeMap<NodeId, Reason>,
+        reasons: &Reasons,
         verdict: &Verdict,
     ) -> Option<Vec<NodeId>> {
         if tree.tasks.len() < 2 {
@@ -63,8 +70,7 @@ impl Fairness {
         for &task in &tree.tasks {
             let own = served.get(&task).copied().unwrap_or_default();
             later -= own;
-            let below = task..tree.topology.end(task);
-            let waits = reasons.range(below).any(|(_, reason)| reason.is_of_others());
+            let waits = reasons.waits(task);
             let is_lifted = is_idle && state.overdue().contains(&task);
             if own > 0 || !waits || is_lifted {
                 self.seen.remove(&task);

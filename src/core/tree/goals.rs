@@ -2,7 +2,7 @@
 
 use super::ordering::{Ordering, is_never};
 use crate::behavior;
-use crate::world::{KnownPaths, View};
+use crate::world::View;
 use ambidex_model::{Lineage, NodeId, NodeKind, TreeSpec};
 
 /// What begins anew below a node that is tried again: not the complete children of an AND, nor those of a THEN up to the
@@ -22,7 +22,7 @@ pub(super) fn begin_anew(view: &View, node: NodeId, reset: &mut Vec<NodeId>) {
     for (index, &child) in children.iter().enumerate() {
         match state.is_done(child) {
             true if index < kept => {}
-            true => reset.extend((child.0..tree.topology.end(child).0).map(NodeId)),
+            true => reset.extend(tree.topology.nodes_below(child)),
             false if is_never(tree, state, child) || tree.topology.is_cleanup(child) => {}
             false => {
                 reset.push(child);
@@ -42,7 +42,7 @@ pub(super) fn holds(view: &View, node: NodeId) -> bool {
 pub(super) fn is_met(view: &View, leaf: NodeId) -> bool {
     let line = Lineage { topology: &view.mission.tree.topology, node: leaf, skips: &[] };
     let spec = view.behavior(leaf);
-    spec.is_some_and(|spec| behavior::is_satisfied(spec, view, &line, &mut KnownPaths::default()))
+    spec.is_some_and(|spec| behavior::is_satisfied(spec, view, &line))
 }
 
 /// The same for goals of behaviors that hold in some way.
@@ -50,7 +50,7 @@ pub(super) fn reaches(tree: &TreeSpec, node: NodeId, holds: &dyn Fn(NodeId) -> b
     let mut children = tree.topology.children(node);
     match &tree.nodes[node.index()] {
         NodeKind::Behavior(spec) => !spec.is_drive() && holds(node),
-        NodeKind::And | NodeKind::Root => children.all(|child| reaches(tree, child, holds)),
+        NodeKind::And | NodeKind::Tasks | NodeKind::Root => children.all(|child| reaches(tree, child, holds)),
         NodeKind::Or => children.any(|child| reaches(tree, child, holds)),
         NodeKind::Then => children.last().is_some_and(|child| reaches(tree, child, holds)),
         NodeKind::Cleanup => children.next().is_some_and(|child| reaches(tree, child, holds)),

@@ -21,18 +21,18 @@ impl RoundEnd<'_> {
 
     /// The first heir below a holder with what it lacks; none while an heir runs or waits for something that runs.
     fn lacks(&self, holder: NodeId) -> Option<Blocked> {
-        let below = holder..self.view.state.topology().end(holder);
         if self.view.state.is_busy(holder) {
             return None;
         }
         // Task nodes may have a word of their own.
-        let is_leaf = |(node, _): &(&NodeId, &Reason)| self.view.mission.tree.behavior(**node).is_some();
-        let heirs = || self.refused.range(below.clone()).filter(is_leaf);
+        let is_leaf = |(node, _): &(NodeId, &Reason)| self.view.mission.tree.behavior(*node).is_some();
+        let topology = self.view.state.topology();
+        let heirs = || topology.within(holder, self.refused).filter(is_leaf);
         if heirs().any(|(_, reason)| self.can_wait(reason)) {
             return None;
         }
         let wanting = heirs().find(|(_, reason)| **reason != Reason::Satisfied).or_else(|| heirs().next());
-        wanting.map(|(&leaf, reason)| Blocked { leaf, reason: reason.clone() })
+        wanting.map(|(leaf, reason)| Blocked { leaf, reason: reason.clone() })
     }
 
     /// Whether it was refused for what a running behavior holds, so that waiting may help.
@@ -50,7 +50,7 @@ impl RoundEnd<'_> {
                 self.view.mission.robot.of_type(*of).any(runs_on)
             }
             Reason::SameObject { with: by, .. }
-            | Reason::Clash { with: by }
+            | Reason::Clash { with: by, .. }
             | Reason::WholeRobot { by }
             | Reason::Outdone { by }
             | Reason::Driving { by } => state.running().contains_key(by),
@@ -62,6 +62,8 @@ impl RoundEnd<'_> {
             | Reason::Unfit { .. }
             | Reason::Missing { .. }
             | Reason::OutOfReach { .. }
+            | Reason::OutOfReachLater { .. }
+            | Reason::NoSpot { .. }
             | Reason::NotHeld { .. }
             | Reason::Misheld(_)
             | Reason::Taken { .. }
@@ -69,6 +71,7 @@ impl RoundEnd<'_> {
             | Reason::Nowhere { .. }
             | Reason::NotAt { .. }
             | Reason::NoPath { .. }
+            | Reason::InTheWay { .. }
             | Reason::PathNotFound { .. }
             | Reason::Fact { .. }
             | Reason::AlreadyDone { .. }

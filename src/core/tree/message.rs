@@ -5,6 +5,7 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use crate::world::View;
+use ambidex_model::state::State;
 use ambidex_model::{Blocked, Grant, Message, NodeId, NodeRange, Outcome, Reason, Request, Topology};
 
 /// From a parent to a child.
@@ -109,7 +110,7 @@ pub struct Release {
 }
 
 /// What root decided in a round.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Verdict {
     /// The round that it ends, or the last one before it where it only stops.
     pub round: u32,
@@ -119,14 +120,21 @@ pub struct Verdict {
     pub stopped: BTreeSet<NodeId>,
     /// The view in which it was decided; none where it only stops.
     pub view: Option<Arc<View>>,
+    /// The tree that it goes down.
+    pub topology: Arc<Topology>,
 }
 
 impl Verdict {
     /// What starts or is to end at or below a node.
-    pub(super) fn about(&self, topology: &Topology, node: NodeId) -> impl Iterator<Item = NodeId> {
-        let below = node..topology.end(node);
-        let granted = self.granted.range(below.clone()).map(|(&leaf, _)| leaf);
-        granted.chain(self.stopped.range(below).copied())
+    pub(super) fn about(&self, node: NodeId) -> impl Iterator<Item = NodeId> {
+        let granted = self.topology.within(node, &self.granted).map(|(leaf, _)| leaf);
+        granted.chain(self.topology.of_set(node, &self.stopped))
+    }
+
+    /// Nothing starts, and this ends.
+    pub(super) fn stopping(state: &State, stopped: BTreeSet<NodeId>) -> Self {
+        let (granted, topology) = (BTreeMap::new(), Arc::clone(state.topology()));
+        Self { round: state.round(), granted, stopped, view: None, topology }
     }
 }
 
@@ -195,13 +203,13 @@ impl Down {
         }
     }
 
-    /// The message as the journal shows it; `below` is the run of nodes that the edge leads to.
-    pub fn record(&self, below: NodeRange) -> Message {
+    /// The message as the journal shows it; `to` is the node that the edge leads to.
+    pub fn record(&self, to: NodeId) -> Message {
         match self {
             Self::Activation(_) => Message::Activation,
             Self::Verdict(verdict) => Message::Verdict {
-                granted: verdict.granted.range(below.from..below.to).map(|(&leaf, _)| leaf).collect(),
-                stopped: verdict.stopped.range(below.from..below.to).copied().collect(),
+                granted: verdict.topology.within(to, &verdict.granted).map(|(leaf, _)| leaf).collect(),
+                stopped: verdict.topology.of_set(to, &verdict.stopped).collect(),
             },
         }
     }

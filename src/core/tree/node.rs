@@ -7,6 +7,7 @@ use super::effect::{Effect, Input, Outbox};
 use super::leaf::Leaf;
 use super::ordering::Ordering;
 use super::{Release, Root, Settings, Up};
+use ambidex_model::state::Saved;
 use ambidex_model::{MissionSpec, NodeId, Time, Told};
 
 /// The machine of one node.
@@ -33,6 +34,14 @@ impl Node {
     pub fn deadline(&self) -> Option<Time> {
         match self {
             Self::Root(root) => root.deadline(),
+            Self::Composite(_) | Self::Leaf(_) => None,
+        }
+    }
+
+    /// If this is root, all that the run is; none at moments at which that cannot be said.
+    pub fn save(&self) -> Option<Saved> {
+        match self {
+            Self::Root(root) => root.save(),
             Self::Composite(_) | Self::Leaf(_) => None,
         }
     }
@@ -76,13 +85,17 @@ impl Node {
 /// The machines of a mission, by node.
 pub fn build(mission: &Arc<MissionSpec>, settings: &Settings) -> Vec<Node> {
     let tree = &mission.tree;
-    let nodes = tree.nodes.iter().enumerate().map(|(index, kind)| {
-        let id = NodeId::from(index);
-        match Ordering::of(kind) {
-            Some(ordering) => Node::Composite(Box::new(Composite::new(id, ordering, mission, settings))),
-            None if index == 0 => Node::Root(Box::new(Root::new(mission, settings))),
-            None => Node::Leaf(Box::new(Leaf::new(id, mission))),
-        }
+    let nodes = tree.topology.nodes().map(|id| match id.0 {
+        0 => Node::Root(Box::new(Root::new(mission, settings))),
+        _ => below_root(id, mission, settings),
     });
     nodes.collect()
+}
+
+/// The machine of a node that is not root.
+pub fn below_root(id: NodeId, mission: &MissionSpec, settings: &Settings) -> Node {
+    match Ordering::of(&mission.tree.nodes[id.index()]) {
+        Some(ordering) => Node::Composite(Box::new(Composite::new(id, ordering, mission, settings))),
+        None => Node::Leaf(Box::new(Leaf::new(id))),
+    }
 }

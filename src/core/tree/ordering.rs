@@ -3,9 +3,7 @@
 
 use super::{Answer, News, Requests};
 use ambidex_model::state::{GoesOn, Phase, State};
-use ambidex_model::{
-    Completion, Consequences, Failing, Fault, LeaseKind, NodeId, NodeKind, NodeRange, Reason, TreeSpec,
-};
+use ambidex_model::{Completion, Consequences, Failing, Fault, LeaseKind, NodeId, NodeKind, Reason, TreeSpec};
 
 /// The ordering constraint of a task node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,7 +22,7 @@ impl Ordering {
     /// That of a node; none of root and of behaviors.
     pub(super) fn of(kind: &NodeKind) -> Option<Self> {
         match kind {
-            NodeKind::And => Some(Self::And),
+            NodeKind::And | NodeKind::Tasks => Some(Self::And),
             NodeKind::Or => Some(Self::Or),
             NodeKind::Then => Some(Self::Then),
             NodeKind::Cleanup => Some(Self::Cleanup),
@@ -51,7 +49,7 @@ impl Ordering {
             Self::And | Self::Or | Self::Cleanup => None,
             Self::Then if state.is_busy(node) => None,
             Self::Then => {
-                let mut later = state.topology().children(node).filter(|child| *child > satisfied);
+                let mut later = state.topology().children(node).skip_while(|child| *child != satisfied).skip(1);
                 later.find(|child| !state.is_done(*child)).filter(|next| state.phase(*next) != Phase::Failed)
             }
         }
@@ -65,7 +63,7 @@ impl Ordering {
             Self::Or => answers.clone().any(|(_, answer)| answer.is_satisfied),
             Self::Then => {
                 let all = answers.clone().all(|(_, answer)| answer.is_satisfied);
-                all && last.is_some_and(|(last, _)| self.behind(state, node, last).is_none())
+                all && last.is_none_or(|(last, _)| self.behind(state, node, last).is_none())
             }
         }
     }
@@ -204,7 +202,9 @@ impl Settling<'_> {
     /// What it means for a node above; false where it means nothing for those above that.
     fn climb(&mut self, node: NodeId, child: NodeId) -> bool {
         let (tree, state) = (self.tree, self.state);
-        let Some(ordering) = Ordering::of(&tree.nodes[node.index()]) else { return false };
+        // Tasks are nothing to each other.
+        let ordering = Ordering::of(&tree.nodes[node.index()]).filter(|_| node > tree.topology.stem());
+        let Some(ordering) = ordering else { return false };
         if let Phase::Cleaning(goes_on) = state.phase(node) {
             return self.clean(node, child, goes_on);
         }
@@ -317,8 +317,7 @@ fn has_attempts(tree: &TreeSpec, state: &State, node: NodeId) -> bool {
 
 /// Whether a node cannot be complete since behaviors below it can never run.
 pub(super) fn is_never(tree: &TreeSpec, state: &State, node: NodeId) -> bool {
-    let below = node..state.topology().end(node);
-    if state.infeasible().range(below).next().is_none() {
+    if state.topology().within(node, state.infeasible()).next().is_none() {
         return false;
     }
     let mut children = state.topology().children(node);
@@ -331,7 +330,7 @@ pub(super) fn is_never(tree: &TreeSpec, state: &State, node: NodeId) -> bool {
 
 /// Whether what is canceled below a node will be tried again with it or with something above it.
 pub(super) fn begins_again(tree: &TreeSpec, state: &State, failing: Failing) -> bool {
-    let mut above = tree.topology.path(failing.node).take_while(|node| node.0 > 0);
+    let mut above = tree.topology.path(failing.node).take_while(|node| *node > tree.topology.stem());
     failing.fault.is_some() && above.any(|node| has_attempts(tree, state, node))
 }
 
@@ -339,7 +338,7 @@ pub(super) fn begins_again(tree: &TreeSpec, state: &State, failing: Failing) -> 
 /// not tried again.
 fn can_recover(tree: &TreeSpec, state: &State, failing: NodeId, fault: Option<Fault>) -> bool {
     let mut child = failing;
-    for node in tree.topology.path(failing).take_while(|node| node.0 > 0) {
+    for node in tree.topology.path(failing).take_while(|node| *node > tree.topology.stem()) {
         // What a cleanup comes to is nothing to those above.
         if node != child && tree.topology.is_cleanup(child) {
             return false;
@@ -370,12 +369,12 @@ pub(super) fn undecided(tree: &TreeSpec, state: &State, below: NodeId) -> Vec<No
 }
 
 fn is_left_with_nothing(state: &State, way: NodeId) -> bool {
-    let below = NodeRange { from: way, to: state.topology().end(way) };
-    let is_done = || (below.from.0..below.to.0).any(|node| state.is_done(NodeId(node)));
+    let topology = state.topology();
+    let is_done = || topology.nodes_below(way).any(|node| state.is_done(node));
     // A behavior may have kept two things: while one of them is left, what it was done for may still come.
     let is_holding = state.table().leases().any(|(_, lease)| {
-        let is_kept = lease.kind == LeaseKind::Intention && below.contains(lease.behavior);
-        is_kept || below.contains(lease.holder)
+        let is_kept = lease.kind == LeaseKind::Intention && topology.is_within(lease.behavior, way);
+        is_kept || topology.is_within(lease.holder, way)
     });
     !is_holding && !state.is_busy(way) && !is_done()
 }

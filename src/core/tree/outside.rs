@@ -1,23 +1,26 @@
 //! What others say of the world: whether they may, and what comes of it (`semantics` 8).
 
+use std::sync::Arc;
+
 use super::{Effect, Outbox, Root};
+use crate::world::FreeSpace;
 use ambidex_model::state::Stage;
-use ambidex_model::{Change, Location, Objection, Origin, Record, Time, Told, Uptake};
+use ambidex_model::{Change, Location, OBSTACLES_MAX, Objection, Origin, Record, Time, Told, Uptake};
 
 impl Root {
     /// Whether it need not even be recorded: a controller reports once more what is known, or what was refused.
     pub(super) fn is_no_news(&self, told: &Told) -> bool {
         // What came before it may make it news.
         let is_next = self.told.is_empty();
-        match *told {
+        match told {
             Told::World { change, origin: origin @ Origin::Controller(_) } if is_next => {
-                match self.objection(change, origin) {
-                    Some(why) => self.denied.contains(&(change, origin, why)),
-                    None => !self.makes_different(change),
+                match self.objection(*change, *origin) {
+                    Some(why) => self.denied.contains(&(*change, *origin, why)),
+                    None => !self.makes_different(*change),
                 }
             }
             Told::World { .. } | Told::Begin { .. } | Told::Resumed | Told::Ended { .. } => false,
-            Told::Service { .. } | Told::Woke | Told::End { .. } => false,
+            Told::Service { .. } | Told::Woke | Told::Work { .. } | Told::End { .. } => false,
         }
     }
 
@@ -36,9 +39,12 @@ impl Root {
     }
 
     /// The mission is over: whoever asks is told so.
-    pub(super) fn turn_away(&self, told: &Told, out: &mut Outbox) {
-        if let Told::World { change, origin } = *told {
-            answer(change, origin, Uptake::Refused(Objection::Over), out);
+    pub(super) fn turn_away(&mut self, told: &Told, out: &mut Outbox) {
+        match *told {
+            Told::World { change, origin } => answer(change, origin, Uptake::Refused(Objection::Over), out),
+            Told::Work { .. } => self.decline(out),
+            Told::Begin { .. } | Told::Resumed | Told::Ended { .. } => {}
+            Told::Service { .. } | Told::Woke | Told::End { .. } => {}
         }
     }
 
@@ -49,8 +55,18 @@ impl Root {
             self.is_wanted = true;
             self.denied.clear();
             self.edit(Record::World { at: now, change, origin }, out);
+            if let Change::Blocked(_) | Change::Cleared(_) = change {
+                self.look_around();
+            }
         }
         is_different
+    }
+
+    /// Where the base can drive has become different.
+    pub(super) fn look_around(&mut self) {
+        let obstacles = &self.state.world().obstacles;
+        self.free_space = Arc::new(FreeSpace::with(&self.mission, obstacles));
+        self.came = FreeSpace::of_what_came(&self.mission.robot, obstacles);
     }
 
     fn makes_different(&self, change: Change) -> bool {
@@ -69,7 +85,9 @@ impl Root {
             return Some(Objection::NotBegun);
         }
         match change {
-            Change::Base(_) | Change::Taken(..) | Change::Emptied(_) => Some(Objection::NotTheirs),
+            Change::Base(_) | Change::Taken(..) | Change::Emptied(_) | Change::Laid(..) => Some(Objection::NotTheirs),
+            Change::Blocked(_) => (self.state.world().obstacles.len() >= OBSTACLES_MAX).then_some(Objection::Full),
+            Change::Cleared(_) => None,
             Change::Fact(fact, _) => (!self.mission.world.is_outside(fact)).then_some(Objection::NotOutside),
             Change::Object(object, to) => match (self.state.world().objects[object.index()], to) {
                 (Location::In(by), _) => Some(Objection::Held { by }),

@@ -12,12 +12,12 @@ use ambidex_model::{
 };
 
 /// A THEN goes on behind a child whose goal others have reached.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Overtaken {
     /// The behavior that cannot run.
     pub(super) leaf: NodeId,
     /// What counts as done.
-    pub(super) skip: NodeRange,
+    pub(super) skips: Vec<NodeRange>,
     /// The last of it, whose goal holds.
     pub(super) goal: NodeId,
 }
@@ -26,8 +26,8 @@ pub(super) struct Overtaken {
 pub(super) struct Overtaking<'a> {
     pub(super) tree: &'a TreeSpec,
     pub(super) state: &'a State,
-    /// Whether the goal of a behavior holds that is no drive; the range would be passed over.
-    pub(super) holds: &'a dyn Fn(NodeId, NodeRange) -> bool,
+    /// Whether the goal of a behavior holds that is no drive; the runs would be passed over.
+    pub(super) holds: &'a dyn Fn(NodeId, &[NodeRange]) -> bool,
     /// Whether a THEN can go on now.
     pub(super) can_go_on: &'a dyn Fn(NodeId) -> bool,
 }
@@ -60,8 +60,7 @@ impl Overtaking<'_> {
             let goal = self.reached_behind(then, present)?;
             // What was skipped before it is satisfied.
             let from = self.tree.topology.children(then).find(|child| !self.state.is_done(*child)).unwrap_or(present);
-            let skip = NodeRange { from, to: self.tree.topology.end(goal) };
-            Some(Overtaken { leaf, skip, goal })
+            Some(Overtaken { leaf, skips: self.passed(then, from, goal), goal })
         })
     }
 
@@ -73,14 +72,17 @@ impl Overtaking<'_> {
     fn reached_behind(&self, then: NodeId, present: NodeId) -> Option<NodeId> {
         let topology = &self.tree.topology;
         let holds = |goal: &NodeId| {
-            let passed = NodeRange { from: present, to: topology.end(*goal) };
-            reaches(self.tree, *goal, &|leaf| (self.holds)(leaf, passed))
+            let passed = self.passed(then, present, *goal);
+            reaches(self.tree, *goal, &|leaf| (self.holds)(leaf, &passed))
         };
-        let later: Vec<NodeId> = topology.children(then).filter(|child| *child > present).collect();
+        let later = topology.children(then).skip_while(|child| *child != present).skip(1);
+        let later: Vec<NodeId> = later.collect();
         let goal = later.into_iter().rfind(holds)?;
         let mut concern = Concern::default();
         self.read_goal(goal, &mut concern);
-        let skipped = (present.0..topology.end(goal).0).map(NodeId);
+        let passed = self.passed(then, present, goal);
+        let skipped =
+            passed.iter().flat_map(|run| (run.from.0..run.to.0).map(NodeId)).filter(|node| topology.has(*node));
         let is_left =
             |leaf: &NodeId| topology.path(*leaf).take_while(|node| *node != then).all(|node| !self.state.is_done(node));
         // What cleans up below is passed over with what it would clean up.
@@ -91,12 +93,21 @@ impl Overtaking<'_> {
         left.all(|leaf| self.concerns(leaf, &concern)).then_some(goal)
     }
 
+    /// The children of a THEN from one to another, with all below them.
+    fn passed(&self, then: NodeId, from: NodeId, to: NodeId) -> Vec<NodeRange> {
+        let children: Vec<NodeId> = self.tree.topology.children(then).skip_while(|child| *child != from).collect();
+        let last = children.iter().position(|child| *child == to);
+        self.tree.topology.runs(children.into_iter().take(last.map_or(0, |last| last + 1)))
+    }
+
     /// What the goal of a node is about.
     fn read_goal(&self, node: NodeId, concern: &mut Concern) {
         let mut children = self.tree.topology.children(node);
         match &self.tree.nodes[node.index()] {
             NodeKind::Behavior(spec) => concern.read(&spec.as_in(self.state.world()).satisfied),
-            NodeKind::And | NodeKind::Or | NodeKind::Root => children.for_each(|child| self.read_goal(child, concern)),
+            NodeKind::And | NodeKind::Tasks | NodeKind::Or | NodeKind::Root => {
+                children.for_each(|child| self.read_goal(child, concern))
+            }
             NodeKind::Then => children.last().into_iter().for_each(|child| self.read_goal(child, concern)),
             NodeKind::Cleanup => children.next().into_iter().for_each(|child| self.read_goal(child, concern)),
         }

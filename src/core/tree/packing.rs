@@ -5,7 +5,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
 use crate::behavior::too_few;
-use crate::world::{Use, View};
+use crate::world::{Compatible, Use, View};
 
 use ambidex_model::{
     Access, Binding, Candidate, ClaimOptions, Grant, NodeId, ObjectId, Reason, Request, ResourceId, match_claims,
@@ -15,6 +15,8 @@ use ambidex_model::{
 #[derive(Debug)]
 pub(super) struct Packing<'a> {
     view: &'a View,
+    /// What may go on at once beyond resources and objects, where that is asked here.
+    rules: Option<&'a dyn Compatible>,
     accepted: Vec<Arc<Request>>,
     /// The choice per accepted request and claim.
     chosen: Vec<Vec<Candidate>>,
@@ -42,9 +44,24 @@ const STEPS: u32 = 20_000;
 const SAME_COST_M: f64 = 1e-9;
 
 impl<'a> Packing<'a> {
+    /// For root, who asks all rules.
     pub(super) fn new(view: &'a View) -> Self {
         let used = vec![None; view.mission.robot.resources.len()];
-        Self { view, accepted: Vec::new(), chosen: Vec::new(), used, wishes: BTreeSet::new(), late: BTreeMap::new() }
+        let rules = Some(&*view.rules);
+        Self {
+            view,
+            rules,
+            accepted: Vec::new(),
+            chosen: Vec::new(),
+            used,
+            wishes: BTreeSet::new(),
+            late: BTreeMap::new(),
+        }
+    }
+
+    /// For an AND, who leaves to root what root alone is asked.
+    pub(super) fn below_root(view: &'a View) -> Self {
+        Self { rules: Some(&*view.rules).filter(|rules| !rules.is_for_root()), ..Self::new(view) }
     }
 
     /// Adds a request if *some* choice of resources serves it and all accepted ones.
@@ -64,7 +81,7 @@ impl<'a> Packing<'a> {
         let has_room = self.has_room(&request);
         let may_rearrange = || self.has_alternatives() && self.could_match(&request);
         if has_room || may_rearrange() {
-            let mut search = Search::new(self.view, &self.accepted, &request);
+            let mut search = Search::new(self, &self.accepted, &request);
             if (has_room && search.extend(&self.chosen)) || (may_rearrange() && search.any()) {
                 self.chosen = search.chosen;
                 self.accepted.push(request);
@@ -105,7 +122,7 @@ impl<'a> Packing<'a> {
     fn fits_without_wishes(&self, request: &Arc<Request>) -> bool {
         let is_granted = |accepted: &&Arc<Request>| !self.wishes.contains(&accepted.leaf);
         let granted: Vec<_> = self.accepted.iter().filter(is_granted).cloned().collect();
-        Search::new(self.view, &granted, request).any()
+        Search::new(self, &granted, request).any()
     }
 
     /// Adds what is wished for, if it finds a place; else it takes nothing. It keeps the cheapest that it finds then,
@@ -130,7 +147,7 @@ impl<'a> Packing<'a> {
     /// The choice for all that costs least.
     fn cheapest(&self) -> Option<Vec<Vec<Candidate>>> {
         let (last, before) = self.accepted.split_last()?;
-        let mut search = Search::new(self.view, before, last);
+        let mut search = Search::new(self, before, last);
         search.cheapest();
         search.best.map(|(_, chosen)| chosen)
     }
@@ -145,6 +162,7 @@ impl<'a> Packing<'a> {
                 .collect(),
             request,
             met: Vec::new(),
+            way: Vec::new(),
         };
         std::iter::zip(self.accepted, best).map(grant).partition(|grant| !self.wishes.contains(&grant.leaf()))
     }
@@ -220,6 +238,7 @@ impl<'a> Packing<'a> {
 /// A search over the choices for a list of requests.
 struct Search<'a> {
     view: &'a View,
+    rules: Option<&'a dyn Compatible>,
     requests: Vec<&'a Request>,
     /// The choice so far, per request and claim.
     chosen: Vec<Vec<Candidate>>,
@@ -231,9 +250,11 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(view: &'a View, accepted: &'a [Arc<Request>], new: &'a Arc<Request>) -> Self {
+    fn new(packing: &Packing<'a>, accepted: &'a [Arc<Request>], new: &'a Arc<Request>) -> Self {
+        let view = packing.view;
         Self {
             view,
+            rules: packing.rules,
             requests: accepted.iter().chain([new]).map(|request| &**request).collect(),
             chosen: Vec::new(),
             users: vec![Vec::new(); view.mission.robot.resources.len()],
@@ -335,14 +356,28 @@ impl<'a> Search<'a> {
     }
 
     fn is_allowed(&mut self) -> bool {
+        let Some(rules) = self.rules else { return true };
         let running = self.view.state.running().values().flat_map(|grant| {
-            grant.bindings.iter().map(|binding| Use { leaf: grant.leaf(), resource: binding.resource })
+            let claims = grant.request.claims.len();
+            let bindings = grant.bindings.iter().enumerate();
+            bindings.map(move |(index, binding)| Use {
+                request: &grant.request,
+                claim: Some(index).filter(|index| *index < claims),
+                resource: binding.resource,
+                is_running: true,
+            })
         });
         let asked = std::iter::zip(&self.requests, &self.chosen).flat_map(|(request, chosen)| {
-            chosen.iter().map(|choice| Use { leaf: request.leaf, resource: choice.resource })
+            let chosen = chosen.iter().enumerate();
+            chosen.map(|(claim, choice)| Use {
+                request,
+                claim: Some(claim),
+                resource: choice.resource,
+                is_running: false,
+            })
         });
-        let uses: Vec<Use> = running.chain(asked).collect();
-        match self.view.rules.check(self.view.state.world(), &uses) {
+        let uses: Vec<Use<'_>> = running.chain(asked).collect();
+        match rules.check(self.view, &uses) {
             Ok(()) => true,
             Err(reason) => {
                 self.clash.get_or_insert(reason);

@@ -42,12 +42,15 @@ impl RoundEnd<'_> {
             }
             if Ordering::of(&tree.nodes[node.index()]) == Some(Ordering::Then) {
                 // Backwards through what stands before the leaf in this THEN.
-                let earlier = (node.0 + 1..child.0).rev().map(NodeId);
+                let topology = &tree.topology;
+                let before = topology.children(node).take_while(|earlier| *earlier != child);
+                let before: Vec<NodeId> = before.flat_map(|earlier| topology.nodes_below(earlier)).collect();
+                let mut earlier = before.into_iter().rev();
                 let makes_it_so = |earlier: &NodeId| {
                     let spec = self.view.behavior(*earlier).filter(|_| self.view.state.is_done(*earlier));
                     spec.is_some_and(|spec| behavior::makes_so(spec, lacking)) && self.is_on_its_way(*earlier, node)
                 };
-                if let Some(maker) = earlier.into_iter().find(makes_it_so) {
+                if let Some(maker) = earlier.find(makes_it_so) {
                     return self.can_go_back(maker, node).then_some((maker, node));
                 }
             }
@@ -76,8 +79,7 @@ impl RoundEnd<'_> {
     /// Whether nothing at or below a node runs or waits after a failure.
     pub(super) fn is_idle(&self, node: NodeId) -> bool {
         let state = &self.view.state;
-        let below = node..state.topology().end(node);
-        !state.is_busy(node) && !state.waits().iter().any(|(_, waiting)| below.contains(waiting))
+        !state.is_busy(node) && !state.waits().iter().any(|(_, waiting)| state.topology().is_within(*waiting, node))
     }
 }
 
@@ -91,6 +93,7 @@ fn is_of_precondition(reason: &Reason) -> bool {
         | Reason::Taken { .. }
         | Reason::Elsewhere { .. }
         | Reason::NoPath { .. }
+        | Reason::InTheWay { .. }
         | Reason::PathNotFound { .. }
         | Reason::Fact { .. } => true,
         Reason::Satisfied
@@ -99,6 +102,8 @@ fn is_of_precondition(reason: &Reason) -> bool {
         | Reason::TooFew { .. }
         | Reason::Missing { .. }
         | Reason::OutOfReach { .. }
+        | Reason::OutOfReachLater { .. }
+        | Reason::NoSpot { .. }
         | Reason::Misheld(Misheld::Too { .. } | Misheld::Last { .. } | Misheld::Full { .. })
         | Reason::Driving { .. }
         | Reason::Unavailable { .. }

@@ -37,7 +37,7 @@ impl RoundEnd<'_> {
     /// What a blocked leaf need not do any more, while nothing below that THEN runs or waits.
     fn overtaken(&self, leaf: NodeId) -> Option<Overtaken> {
         let tree = &self.view.mission.tree;
-        let (holds, can_go_on) = (&|leaf, _| holds(self.view, leaf), &|then| self.is_idle(then));
+        let (holds, can_go_on) = (&|leaf, _: &[_]| holds(self.view, leaf), &|then| self.is_idle(then));
         Overtaking { tree, state: &self.view.state, holds, can_go_on }.by(leaf)
     }
 

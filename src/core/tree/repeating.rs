@@ -11,11 +11,11 @@ impl Root {
         let began = self.began.remove(&node).unwrap_or(self.turned);
         let every = tree.repeats.get(&node).and_then(|repeat| repeat.every);
         let until = every.map(|every| began + every).filter(|until| *until > self.turned);
-        let below = node.0..tree.topology.end(node).0;
-        self.began.retain(|node, _| !below.contains(&node.0));
+        let topology = &tree.topology;
+        self.began.retain(|begun, _| !topology.is_within(*begun, node));
         // What is late is not made up for.
         self.began.extend(every.map(|_| (node, until.unwrap_or(self.turned))));
-        let reset = below.map(NodeId).collect();
+        let reset = topology.nodes_below(node).collect();
         let reopened = Reopened { reset, ..Reopened::new(node, node, Cause::Repeat { since: self.turned, until }) };
         self.is_wanted = true;
         self.edit(Record::Reopened { at: now, reopened }, out);

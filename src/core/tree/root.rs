@@ -1,101 +1,34 @@
 //! Root: keeps the state, takes up in turns what it is told, opens rounds, grants, and moves leases. Only it decides.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
-use std::time::Duration;
 
 use super::allocator::Chosen;
 use super::certificate::{Certificate, Safe};
 use super::fairness::Fairness;
 use super::feasibility::Feasibility;
+use super::reasons::Reasons;
 use super::reopening::{Found, RoundEnd};
-use super::topics::{Topic, Touches};
+use super::topics::Touches;
 use super::winners::{winner, with_winner};
-use super::{Activation, Allocator, Answer, Down, Effect, Greedy, News, Outbox, Scope, TOP, Verdict};
-use crate::world::{Compatible, FreeSpace, Unconstrained, View};
+use super::{Activation, Answer, Down, Effect, News, Outbox, Scope, Settings, TOP, Verdict};
+use crate::behavior;
+use crate::world::{FreeSpace, View, Ways};
 use ambidex_model::state::{Stage, State};
 use ambidex_model::{
-    Blocked, Change, Grant, Header, MissionEnd, MissionSpec, NodeId, Objection, Origin, Reason, Record, Request,
-    ResourceTable, Time, Told,
+    Blocked, Change, Grant, MissionEnd, MissionSpec, NodeId, Objection, Origin, Reason, Record, Request, ResourceTable,
+    Source, Time, Told,
 };
-
-/// How long a controller is awaited by default, robot time.
-pub const REATTACH: Duration = Duration::from_secs(10);
-
-/// How long cleanups may take by default once a mission is told to end, robot time.
-pub const CLEANUP_GRACE: Duration = Duration::from_secs(10);
-
-/// How a mission is to be run.
-#[derive(Debug, Clone)]
-pub struct Settings {
-    /// How requests are chosen.
-    pub allocator: Arc<dyn Allocator>,
-    /// What may go on at once beyond resources and objects.
-    pub rules: Arc<dyn Compatible>,
-    /// Whether a request is refused after whose grant something could never be finished.
-    pub prevents_deadlock: bool,
-    /// Whether a stall waits for the world instead of ending the mission.
-    pub waits_when_stalled: bool,
-    /// Whether records tell every message between nodes, and with every decision why all else does not run. All that
-    /// can be computed again; it grows with nodes times rounds.
-    pub has_messages: bool,
-    /// How long a controller is awaited without which nothing can go on, robot time.
-    pub reattach: Duration,
-    /// How long cleanups may take all together once the mission is told to end, robot time.
-    pub cleanup_grace: Duration,
-    /// Topics whose readers are not asked again, so that rounds go wrong: by this a test shows that it would notice.
-    pub unheard: fn(Topic) -> bool,
-}
-
-impl Settings {
-    /// Whether an answer depends on nothing but what its leaves can read.
-    fn is_local(&self) -> bool {
-        self.allocator.is_local() && self.rules.is_unconstrained()
-    }
-
-    /// How the run of a log was run, by its first record and the allocator that this one names.
-    pub fn of(header: &Header, allocator: Arc<dyn Allocator>) -> Self {
-        Self {
-            allocator,
-            waits_when_stalled: header.waits_when_stalled,
-            has_messages: header.has_messages,
-            reattach: Duration::from_micros(header.reattach_us),
-            cleanup_grace: Duration::from_micros(header.cleanup_grace_us),
-            ..Self::default()
-        }
-    }
-
-    /// The first record of a run of a mission.
-    pub fn header(&self, mission: &MissionSpec) -> Header {
-        Header {
-            has_messages: self.has_messages,
-            reattach_us: u64::try_from(self.reattach.as_micros()).unwrap_or(u64::MAX),
-            cleanup_grace_us: u64::try_from(self.cleanup_grace.as_micros()).unwrap_or(u64::MAX),
-            ..Header::new(mission, self.allocator.name(), self.waits_when_stalled)
-        }
-    }
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            allocator: Arc::new(Greedy),
-            rules: Arc::new(Unconstrained),
-            prevents_deadlock: true,
-            waits_when_stalled: false,
-            has_messages: true,
-            reattach: REATTACH,
-            cleanup_grace: CLEANUP_GRACE,
-            unheard: |_| false,
-        }
-    }
-}
 
 /// The machine of root.
 #[derive(Debug)]
 pub struct Root {
     pub(super) mission: Arc<MissionSpec>,
     pub(super) free_space: Arc<FreeSpace>,
+    /// What has come to stand in the room.
+    pub(super) came: FreeSpace,
+    /// What was found in the last round.
+    pub(super) ways: Option<Arc<Ways>>,
     pub(super) settings: Settings,
     pub(super) state: State,
     /// All ORs, in tree order.
@@ -103,7 +36,7 @@ pub struct Root {
     /// Whom a round has to ask; none where every round asks all.
     pub(super) touches: Option<Touches>,
     /// Why those that were asked do not run, as they and the nodes above them said it last.
-    pub(super) reasons: BTreeMap<NodeId, Reason>,
+    pub(super) reasons: Reasons,
     /// What behaviors would ask for that wait for others, by leaf.
     pub(super) wishes: BTreeMap<NodeId, Arc<Request>>,
     /// Whom behaviors with a wish have interrupted, with the progress at which they did.
@@ -130,25 +63,39 @@ pub struct Root {
     /// The last round came to nothing, and nothing runs.
     pub(super) is_quiet: bool,
     /// The last round granted nothing while nothing ran, so that its reasons are told.
-    was_quiet: bool,
+    pub(super) was_quiet: bool,
     /// It goes on after its runtime was gone, and has not been told to begin again.
     pub(super) is_suspended: bool,
     /// The mission is to end, once nothing runs any more.
     pub(super) ending: Option<MissionEnd>,
+    /// How often work was asked for.
+    pub(super) asked_for: u64,
+    /// Nodes came or went since proofs and certificate were made.
+    pub(super) is_tree_new: bool,
+    /// Tasks that are over and not gone, and how they ended.
+    pub(super) ended: BTreeMap<NodeId, MissionEnd>,
+    /// Tasks that said that they are satisfied.
+    pub(super) met: BTreeSet<NodeId>,
+    /// Tasks of which nothing went on in the last round.
+    pub(super) idle: BTreeSet<NodeId>,
+    /// What parts of the tree were read from, each by its top.
+    pub(super) parts: BTreeMap<NodeId, Arc<Source>>,
 }
 
 impl Root {
     pub(super) fn new(mission: &Arc<MissionSpec>, settings: &Settings) -> Self {
         let resources = mission.robot.resources.len();
-        let free_space = Arc::new(FreeSpace::new(&mission.world.obstacles, mission.robot.radius_m));
+        let free_space = Arc::new(FreeSpace::of(mission));
         Self {
             feasibility: Feasibility::new(mission, &free_space),
             ors: mission.tree.ors().collect(),
             free_space,
+            came: FreeSpace::of_what_came(&mission.robot, &[]),
+            ways: None,
             settings: settings.clone(),
             touches: settings.is_local().then(|| Touches::new(mission, settings.unheard)),
             state: State::new(Arc::new(mission.tree.topology.clone()), resources, mission.start.clone()),
-            reasons: BTreeMap::new(),
+            reasons: Reasons::default(),
             wishes: BTreeMap::new(),
             preempted: BTreeMap::new(),
             began: BTreeMap::new(),
@@ -165,6 +112,12 @@ impl Root {
             was_quiet: false,
             is_suspended: false,
             ending: None,
+            asked_for: 0,
+            is_tree_new: false,
+            ended: BTreeMap::new(),
+            met: BTreeSet::new(),
+            idle: BTreeSet::new(),
+            parts: BTreeMap::new(),
             mission: Arc::clone(mission),
         }
     }
@@ -174,6 +127,11 @@ impl Root {
         self.settings.has_messages
     }
 
+    /// The mission as it is now: its tree may live.
+    pub fn mission(&self) -> &Arc<MissionSpec> {
+        &self.mission
+    }
+
     /// What the run has come to.
     pub fn state(&self) -> &State {
         &self.state
@@ -181,7 +139,7 @@ impl Root {
 
     /// Whether a turn is due as soon as nothing else is there for root.
     pub fn wants_turn(&self) -> bool {
-        let goes_on = !self.is_suspended && (self.is_wanted || self.is_quiet);
+        let goes_on = !self.is_suspended && (self.is_wanted || self.is_quiet || !self.idle.is_empty());
         let has_cause = !self.told.is_empty() || goes_on;
         self.open.is_none() && has_cause && !self.is_over()
     }
@@ -222,11 +180,21 @@ impl Root {
         if self.is_suspended && self.ending.is_some() {
             self.interrupt(now, out);
         }
+        self.know_tree();
         if !self.is_over() && !self.is_suspended && self.ending.is_none() && self.state.stage() == Stage::Running {
             self.give_up(now, out);
         }
         if !self.is_over() && !self.is_suspended {
             self.go_on(now, out);
+        }
+    }
+
+    /// Proofs and certificate are about the tree as it is.
+    fn know_tree(&mut self) {
+        if std::mem::take(&mut self.is_tree_new) {
+            self.feasibility = self.feasibility.anew(&self.mission);
+            self.certificate.know(&self.mission);
+            self.ors = self.mission.tree.ors().collect();
         }
     }
 
@@ -239,6 +207,9 @@ impl Root {
             return;
         }
         self.begin_cleanups(now, out);
+        self.stop_late_cleanups(now, out);
+        self.end_tasks(now, out);
+        self.know_tree();
         let is_wanted = std::mem::take(&mut self.is_wanted);
         let is_quiet = std::mem::take(&mut self.is_quiet);
         if let Some(end) = self.ending {
@@ -247,11 +218,16 @@ impl Root {
             }
             self.stop_all(now, out);
             if self.state.cleaning().is_empty() || self.is_grace_over() {
+                // Nothing is granted any more, so nothing is judged.
+                self.idle.clear();
                 return;
             }
         }
         if is_wanted {
             self.open_round(now, out);
+        } else if self.mission.tree.is_standing() {
+            let idle = std::mem::take(&mut self.idle);
+            self.stall_tasks(now, &idle, out);
         } else if is_quiet {
             self.stall(now, out);
         }
@@ -278,18 +254,32 @@ impl Root {
         verdict.stopped = self.stop_what_ends(now, out);
         verdict.stopped.extend(self.stop_broken(now, out));
         verdict.stopped.extend(self.preempt(now, &view, &wished, out));
+        let granted = verdict.granted.keys().filter_map(|leaf| self.state.task_of(*leaf)).collect();
         if !verdict.granted.is_empty() || !verdict.stopped.is_empty() {
             out.push(Effect::Down(TOP, Down::Verdict(Arc::new(verdict))));
         }
-        if answer.is_satisfied {
+        if self.mission.tree.is_standing() {
+            self.end_round(now, &view, granted, out);
+        } else if answer.is_satisfied {
             self.finish(now, MissionEnd::Done, out);
         }
     }
 
+    /// Tasks that took a step are paused, and those that did nothing are judged when nothing else is to be done.
+    fn end_round(&mut self, now: Time, view: &View, granted: BTreeSet<NodeId>, out: &mut Outbox) {
+        self.end_steps(now, &granted, out);
+        self.is_wanted |= !self.met.is_empty();
+        let idle = match self.is_quiet {
+            true => self.idle_tasks(None),
+            false => self.idle_tasks(view.touched.as_deref()),
+        };
+        self.idle.retain(|task| !granted.contains(task));
+        self.idle.extend(idle.into_iter().filter(|task| !granted.contains(task)));
+    }
+
     fn take_in(&mut self, news: News) {
         for range in news.withdrawn {
-            let gone: Vec<NodeId> = self.reasons.range(range.from..range.to).map(|(&leaf, _)| leaf).collect();
-            gone.iter().for_each(|leaf| drop(self.reasons.remove(leaf)));
+            self.reasons.withdraw(&self.mission.tree, range.from..range.to);
             let gone: Vec<NodeId> = self.wishes.range(range.from..range.to).map(|(&leaf, _)| leaf).collect();
             gone.iter().for_each(|leaf| drop(self.wishes.remove(leaf)));
         }
@@ -302,10 +292,10 @@ impl Root {
     }
 
     fn take_word(&mut self, node: NodeId, reason: Option<Reason>) {
-        match reason {
-            Some(reason) => drop(self.reasons.insert(node, reason)),
-            None => drop(self.reasons.remove(&node)),
+        if reason == Some(Reason::Satisfied) && self.mission.tree.is_standing() && self.is_task(node) {
+            self.met.insert(node);
         }
+        self.reasons.take(&self.mission.tree, node, reason);
     }
 
     fn take_wish(&mut self, leaf: NodeId, wish: Option<Arc<Request>>) {
@@ -333,7 +323,7 @@ impl Root {
         }
         self.forget_cleaned(&record);
         self.feasibility.note(&record);
-        for leaf in self.certificate.note(&record) {
+        for leaf in self.certificate.note(&record).into_iter().filter(|leaf| self.state.topology().has(*leaf)) {
             self.touches.iter_mut().for_each(|touches| touches.note_bar(leaf));
         }
         self.state.table().assert_sound();
@@ -352,6 +342,7 @@ impl Root {
                 self.find_out(now, changes, Origin::Controller(controller), out);
             }
             Told::Woke => self.wake(now, out),
+            Told::Work { work } => self.work(now, work, out),
             Told::End { end } => {
                 let end = if end == MissionEnd::Stalled { self.stalled() } else { end };
                 self.end(now, end, out);
@@ -361,6 +352,7 @@ impl Root {
 
     fn open_round(&mut self, now: Time, out: &mut Outbox) {
         let touched = self.touches.as_mut().map(Touches::take);
+        self.ways = Some(self.ways());
         let view = Arc::new(View { touched, ..self.view(now) });
         self.open = Some(Arc::clone(&view));
         let scope = if view.touched.is_none() { Scope::Anew } else { Scope::Changed };
@@ -383,11 +375,16 @@ impl Root {
         let hiding: Vec<Blocked> = refused.iter().cloned().chain(reserved).collect();
         let is_hiding = granted.is_empty() && !hiding.is_empty();
         self.bar(is_hiding, &hiding);
-        self.reasons.extend(outbid.into_iter().chain(refused).map(|blocked| (blocked.leaf, blocked.reason)));
-        let mut verdict = Verdict { round: view.round, view: Some(Arc::clone(view)), ..Verdict::default() };
+        for Blocked { leaf, reason } in outbid.into_iter().chain(refused) {
+            self.reasons.take(&self.mission.tree, leaf, Some(reason));
+        }
+        let (topology, stopped) = (Arc::clone(view.state.topology()), BTreeSet::new());
+        let mut verdict =
+            Verdict { round: view.round, granted: BTreeMap::new(), stopped, view: Some(Arc::clone(view)), topology };
         for mut grant in granted {
-            self.reasons.remove(&grant.leaf());
+            self.reasons.take(&self.mission.tree, grant.leaf(), None);
             grant.met = met(&grant, &self.reasons);
+            grant.way = behavior::way(&grant.request, view);
             verdict.granted.insert(grant.leaf(), grant);
         }
         self.note_grants(&verdict);
@@ -462,6 +459,11 @@ impl Root {
         }
     }
 
+    /// The table is told as it is.
+    pub(super) fn is_table_told(&mut self) {
+        self.last_recorded = Arc::clone(self.state.table());
+    }
+
     /// Records every resource that is not as it was last told.
     fn tell_table(&mut self, now: Time, out: &mut Outbox) {
         let table = self.state.table();
@@ -476,6 +478,7 @@ impl Root {
     }
 
     pub(super) fn finish(&mut self, now: Time, end: MissionEnd, out: &mut Outbox) {
+        self.give_up_tasks(now, out);
         self.edit(Record::Ended { at: now, end }, out);
         out.push(Effect::Finished(end));
     }

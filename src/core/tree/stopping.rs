@@ -6,9 +6,10 @@ use std::sync::Arc;
 use super::ordering::{Ended, settle};
 use super::{Down, Effect, Outbox, Root, TOP, Verdict};
 use crate::behavior;
-use crate::world::KnownPaths;
-use ambidex_model::state::Stage;
-use ambidex_model::{End, Lineage, MissionEnd, NodeId, Outcome, Reason, Record, StopCause, Time};
+use ambidex_model::state::{Stage, State};
+use ambidex_model::{
+    End, Fault, Grant, Lineage, MissionEnd, NodeId, Outcome, PlaceId, Reason, Record, StopCause, Task, Time,
+};
 
 impl Root {
     /// The mission is told to end, once.
@@ -29,8 +30,9 @@ impl Root {
         // What ended when its runtime was gone may be told once more by a controller that lived on.
         let Some(grant) = self.state.running().get(&leaf) else { return };
         self.denied.clear();
-        let spec = mission.tree.behavior(leaf).expect("only leaves run").at(grant.request.place);
+        let spec = mission.tree.behavior(leaf).expect("only leaves run").asked(&grant.request);
         let end = match behavior::believed(spec, grant, &outcome) {
+            End::Canceled if is_stopped_by_what_came(&self.state, leaf) => End::Failed(Fault::Blocked),
             End::Canceled if self.state.interrupted(leaf).is_some() && !self.state.is_ending(leaf) => End::Interrupted,
             end => end,
         };
@@ -63,7 +65,7 @@ impl Root {
         let leaves = running.filter(|leaf| is_over || self.state.is_ending(*leaf)).collect();
         let stopped = self.stop(now, leaves, StopCause::Ends, out);
         if !stopped.is_empty() {
-            let verdict = Verdict { round: self.state.round(), stopped, ..Verdict::default() };
+            let verdict = Verdict::stopping(&self.state, stopped);
             out.push(Effect::Down(TOP, Down::Verdict(Arc::new(verdict))));
         }
     }
@@ -86,10 +88,27 @@ impl Root {
     /// What is to last while a behavior runs and is not so.
     fn broken(&self, leaf: NodeId) -> Option<Reason> {
         let grant = self.state.running().get(&leaf)?;
-        let lasting = &self.mission.tree.behavior(leaf)?.at(grant.request.place).lasting;
+        if self.is_blocked(grant) {
+            return self.driven_to(grant).map(|place| Reason::InTheWay { place });
+        }
+        let lasting = &self.mission.tree.behavior(leaf)?.asked(&grant.request).lasting;
         behavior::singles(lasting).next()?;
         let line = Lineage { topology: &self.mission.tree.topology, node: leaf, skips: &[] };
-        behavior::check(lasting, &self.view(self.turned), &line, &mut KnownPaths::default()).err()
+        behavior::check(lasting, &self.view(self.turned), &line).err()
+    }
+
+    /// Whether something has come to stand on what is left of the way of a running behavior.
+    fn is_blocked(&self, grant: &Grant) -> bool {
+        !self.came.is_free(self.state.world().base.at, &grant.way)
+    }
+
+    /// The place that a running behavior drives to.
+    fn driven_to(&self, grant: &Grant) -> Option<PlaceId> {
+        let spec = self.mission.tree.behavior(grant.leaf())?.asked(&grant.request);
+        spec.commands.iter().find_map(|term| match term.task {
+            Task::DriveTo(place, _) => Some(place),
+            _ => None,
+        })
     }
 
     /// Tells some of what runs to end, each once; those that were told already are left out.
@@ -106,4 +125,10 @@ impl Root {
         }
         leaves.into_iter().collect()
     }
+}
+
+/// Whether a behavior was told to end because something came to stand in its way, and for no other reason since.
+fn is_stopped_by_what_came(state: &State, leaf: NodeId) -> bool {
+    let cause = state.interrupted(leaf).filter(|_| !state.is_ending(leaf));
+    matches!(cause, Some(StopCause::Broken(Reason::InTheWay { .. })))
 }

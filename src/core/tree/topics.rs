@@ -4,11 +4,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::{TOP, fairness};
-use ambidex_model::state::State;
+use super::{TOP, ahead, fairness};
+use ambidex_model::state::{Chunks, State};
 use ambidex_model::{
-    Cause, Change, Condition, EffectTerm, FactId, LeaseKind, MissionSpec, NodeId, ObjectId, Potential, Record,
-    ResourceId, Selector, Task,
+    BehaviorSpec, Cause, Change, Condition, EffectTerm, FactId, LeaseKind, Location, MissionSpec, NodeId, NodeKind,
+    ObjectId, PlaceId, Potential, Record, ResourceId, Selector, Task,
 };
 
 /// Something that a leaf can read.
@@ -18,6 +18,8 @@ pub enum Topic {
     Resource(ResourceId),
     /// Where an object is, and whether somebody changes it.
     Object(ObjectId),
+    /// What lies at a place, and what is being put there.
+    Place(PlaceId),
     /// Whether a fact holds.
     Fact(FactId),
     /// Where the base is.
@@ -38,36 +40,115 @@ pub(super) struct Touches {
     mission: Arc<MissionSpec>,
     /// Leaves by what they read, each list in tree order.
     topics: BTreeMap<Topic, Vec<NodeId>>,
+    /// The same by leaf: the tree around it may be another one when it goes.
+    read: BTreeMap<NodeId, Vec<Topic>>,
     /// Behaviors that do not ask before there is progress, or not for everything.
     barred: BTreeSet<NodeId>,
     /// Whether a node is in `touched`.
-    is_touched: Vec<bool>,
+    is_touched: Chunks<bool>,
     touched: Vec<NodeId>,
     unheard: fn(Topic) -> bool,
 }
 
 impl Touches {
     pub(super) fn new(mission: &Arc<MissionSpec>, unheard: fn(Topic) -> bool) -> Self {
-        let mut topics = BTreeMap::<Topic, Vec<NodeId>>::new();
-        for leaf in mission.tree.leaves() {
-            let mut read = |topic| {
-                let readers = topics.entry(topic).or_default();
-                if readers.last() != Some(&leaf) {
-                    readers.push(leaf);
-                }
-            };
-            read_by(mission, leaf, &mut read);
+        let (topics, barred, is_touched) = (BTreeMap::new(), BTreeSet::new(), Chunks::default());
+        let (mission, touched, read) = (Arc::clone(mission), Vec::new(), BTreeMap::new());
+        let mut touches = Self { mission: Arc::clone(&mission), topics, read, barred, is_touched, touched, unheard };
+        mission.tree.leaves().for_each(|leaf| touches.hear(leaf));
+        touches
+    }
+
+    /// A leaf is asked again when what it reads has become different.
+    fn hear(&mut self, leaf: NodeId) {
+        let (topics, mut read) = (&mut self.topics, Vec::new());
+        read_by(&self.mission, leaf, &mut |topic| {
+            let readers = topics.entry(topic).or_default();
+            if let Err(place) = readers.binary_search(&leaf) {
+                readers.insert(place, leaf);
+                read.push(topic);
+            }
+        });
+        self.read.entry(leaf).or_default().extend(read);
+    }
+
+    /// A leaf is not asked any more.
+    fn unhear(&mut self, leaf: NodeId) {
+        for topic in self.read.remove(&leaf).unwrap_or_default() {
+            let Some(readers) = self.topics.get_mut(&topic) else { continue };
+            if let Ok(place) = readers.binary_search(&leaf) {
+                readers.remove(place);
+            }
+            if readers.is_empty() {
+                self.topics.remove(&topic);
+            }
         }
-        let is_touched = vec![false; mission.tree.nodes.len()];
-        let (mission, barred, touched) = (Arc::clone(mission), BTreeSet::new(), Vec::new());
-        Self { mission, topics, barred, is_touched, touched, unheard }
+    }
+
+    /// The tree has a further part.
+    pub(super) fn add(&mut self, mission: &Arc<MissionSpec>, top: NodeId) {
+        self.know(mission);
+        mission.tree.leaves_below(top).into_iter().for_each(|leaf| self.hear(leaf));
+        self.touch(Topic::Own(top));
+        if let Some(then) = self.touch_thens(top) {
+            // Drives read what is asked behind them.
+            mission.tree.leaves_below(then).into_iter().for_each(|leaf| self.hear(leaf));
+        }
+    }
+
+    /// What is asked later in a THEN bears upon what its earlier children ask for; gives the outermost one.
+    fn touch_thens(&mut self, changed: NodeId) -> Option<NodeId> {
+        let tree = &self.mission.tree;
+        let is_then = |node: &NodeId| matches!(tree.nodes[node.index()], NodeKind::Then);
+        let outermost = tree.topology.path(changed).skip(1).filter(is_then).last();
+        outermost.into_iter().for_each(|then| self.touch_all(then));
+        outermost
+    }
+
+    /// A part of the tree, of which these are the nodes, is about to go; what stands above it is asked.
+    pub(super) fn remove(&mut self, top: NodeId) {
+        self.touch_thens(top);
+        let mission = Arc::clone(&self.mission);
+        let topology = &mission.tree.topology;
+        mission.tree.leaves_below(top).into_iter().for_each(|leaf| self.unhear(leaf));
+        self.touched.retain(|node| !topology.is_within(*node, top));
+        for run in topology.below(top) {
+            self.barred.retain(|node| !run.contains(node));
+            self.is_touched.forget(run.start.index()..run.end.index());
+        }
+        self.touch(Topic::Own(topology.parent(top)));
+    }
+
+    /// Behaviors that do not ask before there is progress, or not for everything.
+    pub(super) fn barred(&self) -> BTreeSet<NodeId> {
+        self.barred.clone()
+    }
+
+    /// The first round asks everybody.
+    pub(super) fn restore(&mut self, barred: BTreeSet<NodeId>) {
+        self.barred = barred;
+        self.touch_all(NodeId(0));
+    }
+
+    /// The mission is another one.
+    pub(super) fn know(&mut self, mission: &Arc<MissionSpec>) {
+        let least = self.mission.tree.least_priority();
+        self.mission = Arc::clone(mission);
+        // What went was touched once more as it did.
+        for gone in self.touched.extract_if(.., |node| !mission.tree.topology.has(*node)) {
+            self.is_touched.forget(gone.index()..gone.index() + 1);
+        }
+        // Only who is more urgent than somebody has a wish.
+        if mission.tree.least_priority() != least {
+            self.touch(Topic::Intention(NodeId(0)));
+        }
     }
 
     /// What was touched since this was asked last, in tree order.
     pub(super) fn take(&mut self) -> Arc<[NodeId]> {
         self.touched.sort();
         for node in &self.touched {
-            self.is_touched[node.index()] = false;
+            *self.is_touched.get_mut(node.index()) = false;
         }
         self.touched.drain(..).collect()
     }
@@ -80,22 +161,21 @@ impl Touches {
         let mut touch = |leaf: NodeId| {
             let from = self.touched.len();
             for node in self.mission.tree.topology.path(leaf) {
-                if std::mem::replace(&mut self.is_touched[node.index()], true) {
+                if std::mem::replace(self.is_touched.get_mut(node.index()), true) {
                     break;
                 }
                 self.touched.push(node);
             }
-            // In tree order, which sorting makes use of.
+            // In the order of ids, which sorting makes use of.
             self.touched[from..].reverse();
         };
         match topic {
             Topic::Own(leaf) => touch(leaf),
             Topic::Progress => self.barred.iter().copied().for_each(touch),
             Topic::Intention(holder) => {
-                let below = (holder.0..self.mission.tree.topology.end(holder).0).map(NodeId);
-                below.filter(|node| self.mission.tree.behavior(*node).is_some()).for_each(touch);
+                self.mission.tree.leaves_below(holder).into_iter().for_each(touch);
             }
-            Topic::Resource(_) | Topic::Object(_) | Topic::Fact(_) | Topic::Base | Topic::Driver => {
+            Topic::Resource(_) | Topic::Object(_) | Topic::Place(_) | Topic::Fact(_) | Topic::Base | Topic::Driver => {
                 self.topics.get(&topic).into_iter().flatten().copied().for_each(touch);
             }
         }
@@ -108,8 +188,8 @@ impl Touches {
 
     /// A node and everything below it.
     fn touch_all(&mut self, node: NodeId) {
-        let end = self.mission.tree.topology.end(node);
-        (node.0..end.0).for_each(|node| self.touch(Topic::Own(NodeId(node))));
+        let mission = Arc::clone(&self.mission);
+        mission.tree.topology.nodes_below(node).for_each(|node| self.touch(Topic::Own(node)));
     }
 
     /// Takes note of what a record has changed.
@@ -128,25 +208,7 @@ impl Touches {
             // The first round asks everybody.
             Record::Began { .. } => {}
             Record::World { change, .. } | Record::Observed { change, .. } => self.note_change(before, *change),
-            Record::Decided { granted, reopened, urged, overdue, .. } => {
-                // Who is how urgent matters to all that wait.
-                if urged.is_some() || overdue.is_some() {
-                    self.touch(Topic::Intention(NodeId(0)));
-                }
-                for leaf in granted.iter().map(|grant| grant.leaf()) {
-                    // What would not do it is asked for again once there is progress.
-                    if after.unfit(leaf).is_empty() {
-                        self.barred.remove(&leaf);
-                    }
-                    self.note_running(leaf);
-                }
-                if let Some(reopened) = reopened {
-                    if let Cause::Lapse { .. } = reopened.cause {
-                        self.barred.insert(reopened.node);
-                    }
-                    self.touch(Topic::Own(reopened.node));
-                }
-            }
+            Record::Decided { .. } => self.note_decision(after, record),
             Record::Released { leaf, changes, unfit, consequences, .. } => {
                 self.note_running(*leaf);
                 consequences.cleaned.into_iter().for_each(|node| self.touch_all(node));
@@ -170,12 +232,48 @@ impl Touches {
                 consequences.cleaned.into_iter().for_each(|node| self.touch_all(node));
             }
             Record::Ending { .. } => self.touch(Topic::Own(TOP)),
+            Record::Canceled { task, .. } => self.touch(Topic::Own(*task)),
+            Record::Granting { task: Some(task), .. } => self.touch(Topic::Own(*task)),
+            Record::Granting { task: None, .. } => {
+                after.tasks().keys().for_each(|task| self.touch(Topic::Own(*task)));
+            }
+            Record::ObjectAdded { object, place, .. } => {
+                self.touch(Topic::Object(*object));
+                self.touch(Topic::Place(*place));
+            }
+            Record::ObjectRemoved { object, .. } => {
+                self.note_change(before, Change::Object(*object, Location::Unknown))
+            }
+            // Root says what is added and removed beforehand or afterwards.
+            Record::Added { .. } | Record::Removed { .. } | Record::TaskEnded { .. } => {}
+            Record::Stalled { .. } | Record::Declined { .. } | Record::Checkpoint { .. } => {}
             Record::Leaving { way, .. } => self.touch(Topic::Own(*way)),
             Record::Cleaning { node, .. } | Record::Cleaned { node, .. } => self.touch_all(*node),
             // Of what is different in the table.
             Record::Served { .. } | Record::Awaited { .. } | Record::Denied { .. } => {}
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Stopped { .. } => {}
             Record::Sent { .. } | Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => {}
+        }
+    }
+
+    fn note_decision(&mut self, after: &State, record: &Record) {
+        let Record::Decided { granted, reopened, urged, overdue, .. } = record else { return };
+        // Who is how urgent matters to all that wait.
+        if urged.is_some() || overdue.is_some() {
+            self.touch(Topic::Intention(NodeId(0)));
+        }
+        for leaf in granted.iter().map(|grant| grant.leaf()) {
+            // What would not do it is asked for again once there is progress.
+            if after.unfit(leaf).is_empty() {
+                self.barred.remove(&leaf);
+            }
+            self.note_running(leaf);
+        }
+        if let Some(reopened) = reopened {
+            if let Cause::Lapse { .. } = reopened.cause {
+                self.barred.insert(reopened.node);
+            }
+            self.touch(Topic::Own(reopened.node));
         }
     }
 
@@ -209,9 +307,18 @@ impl Touches {
     }
 
     fn note_change(&mut self, before: &State, change: Change) {
+        if let Some((object, to)) = change.moved() {
+            let from = before.world().objects.get(object.index()).copied();
+            for place in [from, to].into_iter().flatten().filter_map(|at| at.place()) {
+                self.touch(Topic::Place(place));
+            }
+        }
         match change {
             Change::Base(_) => {}
+            Change::Laid(object, place, _) => self.note_change(before, Change::Object(object, Location::At(place))),
             Change::Fact(fact, _) => self.touch(Topic::Fact(fact)),
+            // Who reads where it can drive reads where it is.
+            Change::Blocked(_) | Change::Cleared(_) => self.touch(Topic::Base),
             Change::Emptied(gripper) => self.touch_contents(before, gripper),
             Change::Object(object, to) => {
                 for gripper in before.world().objects[object.index()].holders().iter().chain(to.holders()) {
@@ -239,10 +346,21 @@ impl Touches {
         let mission = Arc::clone(&self.mission);
         let Some(spec) = mission.tree.behavior(leaf) else { return };
         spec.changes.iter().for_each(|object| self.touch(Topic::Object(*object)));
+        puts_anywhere(spec).for_each(|place| self.touch(Topic::Place(place)));
         if spec.commands.iter().any(|term| matches!(term.task, Task::DriveTo(..))) {
             self.touch(Topic::Driver);
         }
     }
+}
+
+/// The leaves that read of an object.
+pub(super) fn readers_of(mission: &MissionSpec, object: ObjectId) -> Vec<NodeId> {
+    let reads = |leaf: &NodeId| {
+        let mut is_read = false;
+        read_by(mission, *leaf, &mut |topic| is_read |= topic == Topic::Object(object));
+        is_read
+    };
+    mission.tree.leaves().filter(reads).collect()
 }
 
 /// What a leaf reads.
@@ -265,6 +383,10 @@ fn read_by(mission: &MissionSpec, leaf: NodeId, read: &mut impl FnMut(Topic)) {
             Selector::AnyEmpty { reaches: None, .. } | Selector::Empty { reaches: None, .. } => {}
             Selector::Named(_) | Selector::Any(_) | Selector::Holding { .. } => {}
         }
+    }
+    if spec.anywhere().any(|one| one.stands.is_some()) {
+        // Where it is best to stand.
+        ahead::objects_behind(mission, leaf).into_iter().for_each(|object| read(Topic::Object(object)));
     }
     let scale_by = match spec.potential {
         Potential::Constant(_) => None,
@@ -293,6 +415,10 @@ fn read_by(mission: &MissionSpec, leaf: NodeId, read: &mut impl FnMut(Topic)) {
     read_condition(&spec.satisfied, read);
     read_condition(&spec.precondition, read);
     spec.changes.iter().for_each(|object| read(Topic::Object(*object)));
+    for place in puts_anywhere(spec) {
+        read(Topic::Base);
+        read(Topic::Place(place));
+    }
     for term in &spec.commands {
         match term.task {
             Task::Grasp(object) | Task::GraspFrom(object, _) | Task::Put(object, _) | Task::PutInto(object, _) => {
@@ -305,6 +431,11 @@ fn read_by(mission: &MissionSpec, leaf: NodeId, read: &mut impl FnMut(Topic)) {
             Task::Stand | Task::LookAt(_) | Task::Call(_) => {}
         }
     }
+}
+
+/// Where it puts something down, wherever an object lies that it follows.
+fn puts_anywhere(spec: &BehaviorSpec) -> impl Iterator<Item = PlaceId> + '_ {
+    spec.anywhere().flat_map(|one| &one.commands).filter_map(|term| term.task.put_at())
 }
 
 fn read_condition(condition: &Condition, read: &mut impl FnMut(Topic)) {

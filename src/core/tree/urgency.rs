@@ -122,7 +122,7 @@ impl Root {
         let mut goes_on = self.state.table().leases().any(|(_, lease)| lease.kind == LeaseKind::Physical);
         while goes_on {
             let before = urged.clone();
-            for (&leaf, reason) in &self.reasons {
+            for (&leaf, reason) in self.reasons.iter() {
                 let of = |node| priority(&self.mission.tree, &urged, node);
                 let lent = of(leaf);
                 let holders = self.named(reason).into_iter().flat_map(|id| self.idle_holders(id, leaf));

@@ -21,7 +21,7 @@ impl Root {
         let deadline = self.state.deadlines().first().map(|(until, _)| *until);
         let pause = self.state.pauses().values().map(|pause| pause.until).min();
         let grace = self.state.ending().map(|(_, until)| until);
-        let moments = [waits, awaited, deadline, pause, grace].into_iter().flatten();
+        let moments = [waits, awaited, deadline, pause, grace, self.next_grace()].into_iter().flatten();
         moments.min().filter(|_| is_waiting)
     }
 
@@ -30,21 +30,13 @@ impl Root {
         if let Some(&node) = self.state.cleaning().first() {
             return self.end_cleanup(now, node, false, out);
         }
-        let services: Vec<_> = self.state.table().iter().map(|(id, resource)| (id, resource.service())).collect();
-        let mut awaited = services.iter().filter(|(_, service)| service.is_awaited()).peekable();
-        if awaited.peek().is_some() {
-            if !self.state.is_awaiting() {
-                // Who is inhibited will say when it is over.
-                let has_limit = awaited.any(|(_, service)| service.is_awaited_for_a_time());
-                let until = has_limit.then(|| now + self.settings.reattach);
-                self.edit(Record::Awaited { at: now, until, facts: Vec::new() }, out);
-            }
+        if self.await_controllers(now, out) {
             return;
         }
-        if let Some((or, way)) = self.way_to_leave() {
+        if let Some((or, way)) = self.way_to_leave(None) {
             return self.leave_way(now, or, way, out);
         }
-        let facts = self.lacks_of_others();
+        let facts = self.lacks_of_others(None);
         if !facts.is_empty() && self.state.awaited_facts() != facts {
             self.edit(Record::Awaited { at: now, until: None, facts: facts.clone() }, out);
         }
@@ -55,6 +47,19 @@ impl Root {
             true => self.end(now, self.stalled(), out),
             false => self.finish(now, self.stalled(), out),
         }
+    }
+
+    /// Awaits who is away; false where nobody is.
+    pub(super) fn await_controllers(&mut self, now: Time, out: &mut Outbox) -> bool {
+        let services: Vec<Service> = self.state.table().iter().map(|(_, resource)| resource.service()).collect();
+        let awaited = || services.iter().filter(|service| service.is_awaited());
+        if awaited().next().is_some() && !self.state.is_awaiting() {
+            // Who is inhibited will say when it is over.
+            let has_limit = awaited().any(Service::is_awaited_for_a_time);
+            let until = has_limit.then(|| now + self.settings.reattach);
+            self.edit(Record::Awaited { at: now, until, facts: Vec::new() }, out);
+        }
+        awaited().next().is_some()
     }
 
     /// How a mission ends in which nothing can go on: as failed, where something has failed of it already; as lost, where
@@ -71,22 +76,25 @@ impl Root {
         controller.map_or(MissionEnd::Stalled, MissionEnd::ControllerLost)
     }
 
-    /// The last OR in tree order that has another way than the one in which nothing goes on, with that one.
-    fn way_to_leave(&self) -> Option<(NodeId, NodeId)> {
+    /// The last OR in tree order, of a task where one is told, that has another way than the one in which nothing goes on,
+    /// with that one.
+    pub(super) fn way_to_leave(&self, task: Option<NodeId>) -> Option<(NodeId, NodeId)> {
         let (tree, state) = (&self.mission.tree, &self.state);
-        self.ors.iter().copied().rev().filter(|or| !state.is_over(*or)).find_map(|or| {
+        let is_of_it = |or: &NodeId| task.is_none_or(|task| tree.topology.is_within(*or, task));
+        self.ors.iter().copied().rev().filter(is_of_it).filter(|or| !state.is_over(*or)).find_map(|or| {
             let way = state.status(or).way.filter(|way| !state.is_done(*way) && !state.was_left(*way))?;
             let mut others = tree.topology.children(or).filter(|other| *other != way);
             others.any(|other| state.phase(other) != Phase::Failed).then_some((or, way))
         })
     }
 
-    /// Facts that behaviors lack and others may set or clear, in their order.
-    fn lacks_of_others(&self) -> Vec<FactId> {
+    /// Facts that behaviors, of a task where one is told, lack and others may set or clear, in their order.
+    pub(super) fn lacks_of_others(&self, task: Option<NodeId>) -> Vec<FactId> {
         if !self.mission.world.outside.contains(&true) {
             return Vec::new();
         }
-        let lacking = self.reasons.values().filter_map(|reason| {
+        let reasons = self.state.topology().within(task.unwrap_or(NodeId(0)), &self.reasons);
+        let lacking = reasons.filter_map(|(_, reason)| {
             let Reason::Fact { fact, .. } = *reason.root_cause() else { return None };
             self.mission.world.is_outside(fact).then_some(fact)
         });

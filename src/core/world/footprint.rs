@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use nalgebra::{Point2, Vector2};
+use nalgebra::{Point2, Rotation2, Vector2};
 
 use ambidex_model::Obstacle;
 
@@ -13,31 +13,57 @@ pub(super) const TURNS: usize = 4 * FAN;
 /// How much farther from a box than it must a way point lies, so that a leg along the box touches nothing, meters.
 const CLEARANCE_M: f64 = 1e-4;
 
-/// A rectangle along the axes of the map.
+/// What is no farther than this is touched, meters: a sum of coordinates is not exact.
+const TOUCH_M: f64 = 1e-9;
+
+/// A rectangle, upright in a frame that is the map's turned about its origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Footprint {
-    pub(super) min: Point2<f64>,
-    pub(super) max: Point2<f64>,
+    /// None where that frame is the map's.
+    turn: Option<Rotation2<f64>>,
+    min: Point2<f64>,
+    max: Point2<f64>,
 }
 
 impl Footprint {
     pub(super) fn of(obstacle: &Obstacle) -> Self {
-        Self { min: obstacle.min.xy(), max: obstacle.max.xy() }
+        let turn = (obstacle.heading != 0.0).then(|| Rotation2::new(obstacle.heading));
+        let middle = obstacle.middle.xy();
+        let middle = turn.map_or(middle, |turn| turn.inverse() * middle);
+        let half = obstacle.size.xy() / 2.0;
+        Self { turn, min: middle - half, max: middle + half }
+    }
+
+    /// A rectangle along the axes of the map.
+    pub(super) fn along_axes(min: Point2<f64>, max: Point2<f64>) -> Self {
+        Self { turn: None, min, max }
+    }
+
+    /// Lower and upper corner of the smallest rectangle along the axes of the map around it.
+    pub(super) fn bounds(&self) -> (Point2<f64>, Point2<f64>) {
+        let corners = self.corners().map(|corner| self.to_map(corner));
+        let first = corners[0];
+        corners.iter().fold((first, first), |(min, max), corner| (min.inf(corner), max.sup(corner)))
     }
 
     /// Whether a disc that moves straight from `a` to `b` touches it.
     pub(super) fn stops(&self, radius_m: f64, a: Point2<f64>, b: Point2<f64>) -> bool {
-        if self.entry(radius_m, a, b).is_none() {
+        let (radius_m, a, b) = (radius_m + TOUCH_M, self.to_own(a), self.to_own(b));
+        if self.own_entry(radius_m, a, b).is_none() {
             return false;
         }
         let is_near = |distance_squared: f64| distance_squared <= radius_m * radius_m;
-        self.entry(0.0, a, b).is_some()
+        self.own_entry(0.0, a, b).is_some()
             || [a, b].iter().any(|end| is_near((end - self.nearest(*end)).norm_squared()))
             || self.corners().iter().any(|&corner| is_near((corner - nearest_of_leg(a, b, corner)).norm_squared()))
     }
 
     /// The share of the way from `a` to `b` at which the way enters the rectangle, made wider by a margin on every side.
     pub(super) fn entry(&self, margin_m: f64, a: Point2<f64>, b: Point2<f64>) -> Option<f64> {
+        self.own_entry(margin_m + TOUCH_M, self.to_own(a), self.to_own(b))
+    }
+
+    fn own_entry(&self, margin_m: f64, a: Point2<f64>, b: Point2<f64>) -> Option<f64> {
         let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
         for axis in 0..2 {
             let (low, high) = (self.min[axis] - margin_m, self.max[axis] + margin_m);
@@ -62,15 +88,19 @@ impl Footprint {
         let corners = self.corners();
         std::array::from_fn(|turn| {
             let angle = (turn as f64 + 0.5) * step;
-            corners[turn / FAN] + Vector2::new(angle.cos(), angle.sin()) * out_m
+            self.to_map(corners[turn / FAN] + Vector2::new(angle.cos(), angle.sin()) * out_m)
         })
     }
 
-    pub(super) fn middle(&self) -> Point2<f64> {
-        nalgebra::center(&self.min, &self.max)
+    fn to_own(self, point: Point2<f64>) -> Point2<f64> {
+        self.turn.map_or(point, |turn| turn.inverse() * point)
     }
 
-    /// Counterclockwise, the upper right one first: so is the first quadrant.
+    fn to_map(self, point: Point2<f64>) -> Point2<f64> {
+        self.turn.map_or(point, |turn| turn * point)
+    }
+
+    /// In its own frame, counterclockwise, the upper right one first: so is the first quadrant.
     fn corners(&self) -> [Point2<f64>; 4] {
         let (min, max) = (self.min, self.max);
         [max, Point2::new(min.x, max.y), min, Point2::new(max.x, min.y)]

@@ -6,8 +6,10 @@ use nalgebra::Point2;
 use rstar::{AABB, RTree, RTreeObject, SelectionFunction};
 
 use super::footprint::{Footprint, TURNS};
-use ambidex_model::Obstacle;
+use ambidex_model::{MissionSpec, Obstacle, Pose, RobotSpec};
 
+/// How far a base may be off the way that it follows, meters.
+const OFF_M: f64 = 0.05;
 /// How far the first look along a leg goes, meters; each further one goes twice as far.
 const LOOK_M: f64 = 2.0;
 
@@ -30,6 +32,33 @@ struct Indexed {
 }
 
 impl FreeSpace {
+    /// Of the room and the base of a mission.
+    pub fn of(mission: &MissionSpec) -> Self {
+        Self::with(mission, &[])
+    }
+
+    /// The same with what has come to stand in it.
+    pub fn with(mission: &MissionSpec, more: &[Obstacle]) -> Self {
+        Self::new(&[&mission.world.solids(), more].concat(), mission.robot.radius_m)
+    }
+
+    /// Of what has come to stand in a room alone, for a base that may be a little off its way.
+    pub fn of_what_came(robot: &RobotSpec, came: &[Obstacle]) -> Self {
+        Self::new(came, (robot.radius_m - OFF_M).max(0.0))
+    }
+
+    /// Whether the base can follow a way to its end from where it is, which is somewhere on it.
+    pub fn is_free(&self, from: Point2<f64>, way: &[Pose]) -> bool {
+        let legs = way.windows(2).enumerate().map(|(index, leg)| (off_m(leg[0].at, leg[1].at, from), index + 1));
+        let next = legs.min_by(|one, other| one.0.total_cmp(&other.0)).map_or(0, |(_, next)| next);
+        let steps = Steps::default();
+        let mut begin = from;
+        way[next..].iter().all(|pose| {
+            let leg = (std::mem::replace(&mut begin, pose.at), pose.at);
+            self.stopped_by(leg.0, leg.1, &steps).is_none()
+        })
+    }
+
     /// Heights do not matter: whatever stands somewhere is in the way.
     pub fn new(obstacles: &[Obstacle], radius_m: f64) -> Self {
         let footprints: Vec<_> = obstacles.iter().map(Footprint::of).collect();
@@ -57,14 +86,24 @@ impl FreeSpace {
         }
     }
 
+    /// What a base would touch that stands there, first in their order; none where it stands free.
+    pub fn taken_by(&self, at: Point2<f64>) -> Option<usize> {
+        let steps = Steps::default();
+        let swept = Swept { radius_m: self.radius_m, a: at, b: at, steps: &steps };
+        self.index.locate_with_selection_function(swept).map(|indexed| indexed.obstacle).min()
+    }
+
     /// Way points around an obstacle, counterclockwise.
     pub(super) fn turns(&self, obstacle: usize) -> [Point2<f64>; TURNS] {
         self.footprints[obstacle].turns(self.radius_m)
     }
+}
 
-    pub(super) fn middle(&self, obstacle: usize) -> Point2<f64> {
-        self.footprints[obstacle].middle()
-    }
+/// How far a point is from a leg, meters.
+fn off_m(a: Point2<f64>, b: Point2<f64>, point: Point2<f64>) -> f64 {
+    let leg = b - a;
+    let share = if leg.norm_squared() > 0.0 { (point - a).dot(&leg) / leg.norm_squared() } else { 0.0 };
+    nalgebra::distance(&(a + leg * share.clamp(0.0, 1.0)), &point)
 }
 
 impl Steps {
@@ -81,7 +120,8 @@ impl RTreeObject for Indexed {
     type Envelope = AABB<[f64; 2]>;
 
     fn envelope(&self) -> Self::Envelope {
-        AABB::from_corners(self.footprint.min.into(), self.footprint.max.into())
+        let (min, max) = self.footprint.bounds();
+        AABB::from_corners(min.into(), max.into())
     }
 }
 
@@ -96,7 +136,7 @@ struct Swept<'a> {
 impl SelectionFunction<Indexed> for Swept<'_> {
     fn should_unpack_parent(&self, envelope: &AABB<[f64; 2]>) -> bool {
         self.steps.add(1);
-        let around = Footprint { min: envelope.lower().into(), max: envelope.upper().into() };
+        let around = Footprint::along_axes(envelope.lower().into(), envelope.upper().into());
         around.entry(self.radius_m, self.a, self.b).is_some()
     }
 

@@ -2,7 +2,9 @@
 
 use nalgebra::Point3;
 
-use ambidex_model::{Location, ObjectId, PlaceId, ResourceId, RobotSpec, WorldSpec, WorldState};
+use ambidex_model::{
+    Approach, Location, MissionSpec, ObjectId, PlaceId, Pose, ResourceId, RobotSpec, WorldSpec, WorldState,
+};
 
 /// The robot's body in the fixed part of the world.
 #[derive(Debug, Clone, Copy)]
@@ -13,38 +15,49 @@ pub struct Geometry<'a> {
     pub world: &'a WorldSpec,
 }
 
-impl Geometry<'_> {
-    /// Where an object lies, map frame, meters; none while it is in a gripper or nobody knows where.
-    pub fn object(&self, world_state: &WorldState, object: ObjectId) -> Option<Point3<f64>> {
-        match world_state.objects[object.index()] {
-            Location::At(place) => Some(self.spot(object, place)),
-            Location::In(_) | Location::Unknown => None,
-        }
-    }
-
-    /// Where an object lies, or would lie, at a place, map frame, meters.
-    pub fn spot(&self, object: ObjectId, place: PlaceId) -> Point3<f64> {
-        let place = &self.world.places[place.index()];
-        place.stand.to_map(place.surface + self.world.object_offsets[object.index()])
-    }
-
-    /// The middle of a place's surface, map frame, meters.
-    pub fn surface(&self, place: PlaceId) -> Point3<f64> {
-        let place = &self.world.places[place.index()];
-        place.stand.to_map(place.surface)
+impl<'a> Geometry<'a> {
+    /// Of a mission.
+    pub fn of(mission: &'a MissionSpec) -> Self {
+        Self { robot: &mission.robot, world: &mission.world }
     }
 
     /// How far the resource reaches out for the object, meters; none where it cannot.
     ///
     /// What is held is where it is carried. A resource that is no arm reaches at no cost whatever is somewhere.
     pub fn reach_m(&self, world_state: &WorldState, resource: ResourceId, object: ObjectId) -> Option<f64> {
-        let lying = self.object(world_state, object).map(|at| world_state.base.to_local(at));
+        if let Location::At(place) = world_state.objects[object.index()] {
+            let at = self.world.object(world_state, object)?;
+            return self.reach_from(&world_state.base, resource, at, self.world.approach(object, place), 0.0);
+        }
         let holders = world_state.objects[object.index()].holders().iter().filter(|holder| **holder != resource);
-        let spots = lying.into_iter().chain(holders.filter_map(|holder| self.robot.carried_at(*holder)));
-        let reached = spots.filter_map(|spot| match self.robot.arm(resource) {
-            Some(arm) => Some((spot - arm.shoulder).norm()).filter(|distance_m| *distance_m <= arm.reach_m),
-            None => Some(0.0),
-        });
+        let spots = holders.filter_map(|holder| self.robot.carried_at(*holder));
+        let reached = spots.filter_map(|spot| self.robot.reach_m(resource, spot, Approach::ANY, 0.0));
         reached.min_by(f64::total_cmp)
+    }
+
+    /// How far the resource reaches out from a stand for a point of the map to which a hand comes as it may, or so much nearer,
+    /// meters; none where it cannot.
+    pub fn reach_from(
+        &self,
+        stand: &Pose,
+        resource: ResourceId,
+        at: Point3<f64>,
+        approach: Approach<'_>,
+        slack_m: f64,
+    ) -> Option<f64> {
+        self.robot.reach_m(resource, stand.to_local(at), approach.in_frame_of(stand), slack_m)
+    }
+
+    /// Whether the resource reaches from a stand some spot of a place where an object may be put down.
+    pub fn puts_from(
+        &self,
+        stand: &Pose,
+        resource: ResourceId,
+        (object, place): (ObjectId, PlaceId),
+        slack_m: f64,
+    ) -> bool {
+        let approach = self.world.approach(object, place).to_put();
+        let mut spots = self.world.spots(object, place);
+        spots.any(|at| self.reach_from(stand, resource, at, approach, slack_m).is_some())
     }
 }

@@ -1,12 +1,15 @@
-//! Free paths of the base among upright boxes: a straight line, else A* over the corners that stand in the way.
+//! Free paths of the base among upright boxes: a straight line, else A* over legs between the corners that stand in the way.
 //!
-//! A corner is asked for only when its box stops a leg, and a leg is tested only when it would lead to the shortest
-//! path; so work grows with what lies between two poses, and not with what lies elsewhere. It is counted and bounded.
+//! A state of the search is a leg that nobody has tested. Tested and free it leads on from its corner; stopped by a box it
+//! leads to the legs past that box on both sides. So a corner is asked for only when its box stops a leg, and a leg is
+//! tested only when it would lead to the shortest path: work grows with what lies between two poses, and not with what lies
+//! elsewhere. It is counted and bounded.
 
-use std::cmp::{Ordering, Reverse};
-use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Point2;
+use pathfinding::directed::astar::astar;
 
 use super::footprint::{TURNS, outermost};
 use super::free_space::{FreeSpace, Steps};
@@ -71,8 +74,8 @@ fn from_both_ends(
         for is_reversed in [false, true] {
             let limit = steps.count().saturating_add(share).min(MOST_STEPS);
             let (begin, end) = if is_reversed { (to, from) } else { (from, to) };
-            let mut search = Search::new(space, begin, end, steps);
-            let corners = search.run(limit);
+            let mut search = Search::new(space, (begin, end), steps, limit);
+            let corners = search.run();
             *expansions += search.expansions;
             match corners {
                 Ok(mut corners) => {
@@ -112,198 +115,187 @@ fn tighten(
     corners
 }
 
-struct Search<'a> {
-    space: &'a FreeSpace,
-    to: Point2<f64>,
-    steps: &'a Steps,
-    stops: Vec<Stop>,
-    /// Of the corners that were reached.
-    known: BTreeMap<Target, usize>,
-    legs: BinaryHeap<Reverse<Leg>>,
-    expansions: u32,
-}
-
-/// A point that free legs lead to.
-struct Stop {
-    at: Point2<f64>,
-    target: Option<Target>,
-    cost_m: f64,
-    before: Option<usize>,
-    /// Obstacles whose outermost corners were asked for from here.
-    passed: BTreeSet<usize>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Target {
+/// Where a leg begins or ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+enum End {
+    Begin,
     Goal,
     Corner { obstacle: usize, turn: usize },
 }
 
-/// A leg that has not been tested.
-struct Leg {
-    /// No path that begins with it is shorter, meters.
-    least_m: f64,
-    from: usize,
-    target: Target,
-    at: Point2<f64>,
+/// What A* goes over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+enum Step {
+    /// A leg; to get there costs what it costs to come to its beginning.
+    Leg(End, End),
+    Arrived,
+}
+
+impl End {
+    fn obstacle(&self) -> Option<usize> {
+        match *self {
+            Self::Corner { obstacle, .. } => Some(obstacle),
+            Self::Begin | Self::Goal => None,
+        }
+    }
+}
+
+impl Step {
+    fn begins(self) -> Option<End> {
+        match self {
+            Self::Leg(from, _) => Some(from),
+            Self::Arrived => None,
+        }
+    }
+}
+
+struct Search<'a> {
+    space: &'a FreeSpace,
+    begin: Point2<f64>,
+    goal: Point2<f64>,
+    steps: &'a Steps,
+    limit: u32,
+    /// Way points around the obstacles that were asked for.
+    turns: BTreeMap<usize, [Point2<f64>; TURNS]>,
+    /// What stops the legs that were tested.
+    tested: BTreeMap<(End, End), Option<usize>>,
+    /// The cheapest way so far to what was reached, micrometers.
+    reached: BTreeMap<End, u64>,
+    /// Obstacles whose corners are asked for from everywhere: what stands in the way of one leg may be the way round for
+    /// another.
+    asked: BTreeSet<usize>,
+    /// Those that are asked for from one corner.
+    asked_from: BTreeMap<End, BTreeSet<usize>>,
+    expansions: u32,
 }
 
 impl<'a> Search<'a> {
-    fn new(space: &'a FreeSpace, from: Point2<f64>, to: Point2<f64>, steps: &'a Steps) -> Self {
-        let (known, legs) = (BTreeMap::new(), BinaryHeap::new());
-        let mut search = Self { space, to, steps, stops: Vec::new(), known, legs, expansions: 0 };
-        search.stops.push(Stop { at: from, target: None, cost_m: 0.0, before: None, passed: BTreeSet::new() });
-        search.expand(0);
-        search
+    fn new(space: &'a FreeSpace, (begin, goal): (Point2<f64>, Point2<f64>), steps: &'a Steps, limit: u32) -> Self {
+        let (turns, tested, reached) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+        let (asked, asked_from) = (BTreeSet::new(), BTreeMap::new());
+        Self { space, begin, goal, steps, limit, turns, tested, reached, asked, asked_from, expansions: 0 }
     }
 
-    /// The corners between both ends.
-    fn run(&mut self, limit: u32) -> Result<Vec<Point2<f64>>, NoPath> {
+    /// The corners between both ends. What stands in the way of one leg may be the way round for another: the obstacles that
+    /// the way turns at are asked for from everywhere, until it turns at no others; where there is none, all that were seen.
+    fn run(&mut self) -> Result<Vec<Point2<f64>>, NoPath> {
         loop {
-            while let Some(Reverse(leg)) = self.legs.pop() {
-                if self.steps.count() >= limit {
-                    return Err(NoPath::Beyond(limit));
-                }
-                if !self.is_shorter(&leg, leg.from) {
-                    continue;
-                }
-                match self.space.stopped_by(self.stops[leg.from].at, leg.at, self.steps) {
-                    Some(obstacle) => self.pass(leg.from, obstacle),
-                    None if leg.target == Target::Goal => return Ok(self.corners_to(leg.from)),
-                    None => self.reach(&leg),
-                }
+            self.reached = BTreeMap::from([(End::Begin, 0)]);
+            let found = self.search();
+            if self.is_over() {
+                return Err(NoPath::Beyond(self.limit));
             }
-            if !self.pass_all(limit) {
-                return Err(if self.steps.count() >= limit { NoPath::Beyond(limit) } else { NoPath::Closed });
-            }
-        }
-    }
-
-    /// A free leg: it becomes the way to its corner, but from an earlier stop where that can be seen from the corner.
-    fn reach(&mut self, leg: &Leg) {
-        let mut from = leg.from;
-        while let Some(before) = self.stops[from].before
-            && !self.is_taut(before, from, leg.at)
-        {
-            match self.space.stopped_by(self.stops[before].at, leg.at, self.steps) {
-                Some(obstacle) => {
-                    self.pass(before, obstacle);
-                    break;
+            let is_all_asked = match &found {
+                Some(ends) => !self.ask_along(ends),
+                None => {
+                    let seen: BTreeSet<usize> = self.turns.keys().copied().collect();
+                    std::mem::replace(&mut self.asked, seen) == self.asked
                 }
-                None => from = before,
-            }
-        }
-        if !self.is_shorter(leg, from) {
-            return;
-        }
-        let cost_m = self.cost_m(from, leg.at);
-        let next = self.stops.len();
-        let id = *self.known.entry(leg.target).or_insert(next);
-        if id == next {
-            let (at, target) = (leg.at, Some(leg.target));
-            self.stops.push(Stop { at, target, cost_m, before: Some(from), passed: BTreeSet::new() });
-            self.expand(id);
-        } else {
-            let stop = &mut self.stops[id];
-            (stop.cost_m, stop.before) = (cost_m, Some(from));
-            let passed = std::mem::take(&mut stop.passed);
-            self.expand(id);
-            for obstacle in passed {
-                self.pass(id, obstacle);
+            };
+            if is_all_asked {
+                let ends = found.ok_or(NoPath::Closed)?;
+                return Ok(ends.into_iter().map(|end| self.at(end)).collect());
             }
         }
     }
 
-    fn expand(&mut self, id: usize) {
-        self.expansions += 1;
-        self.push(id, Target::Goal, self.to);
+    /// Asks from each corner of a way for the obstacles at which it turns later; whether one of them was not asked for.
+    fn ask_along(&mut self, ends: &[End]) -> bool {
+        let mut is_new = false;
+        for (index, end) in [End::Begin].iter().chain(ends).enumerate() {
+            let later = ends[index..].iter().filter_map(End::obstacle);
+            let asked = self.asked_from.entry(*end).or_default();
+            later.for_each(|obstacle| is_new |= asked.insert(obstacle));
+        }
+        is_new
     }
 
-    /// Asks for the ways past an obstacle on both sides.
-    fn pass(&mut self, from: usize, obstacle: usize) {
-        if !self.stops[from].passed.insert(obstacle) {
-            return;
+    /// The corners of the shortest way there is with what is asked for; none where there is none.
+    fn search(&mut self) -> Option<Vec<End>> {
+        let goal = self.goal;
+        let search = RefCell::new(self);
+        let least = |step: &Step| match *step {
+            Step::Leg(from, to) => {
+                let search = search.borrow();
+                let (from, to) = (search.at(from), search.at(to));
+                micrometers(from, to) + micrometers(to, goal)
+            }
+            Step::Arrived => 0,
+        };
+        let first = Step::Leg(End::Begin, End::Goal);
+        let next = |step: &Step| search.borrow_mut().next(step);
+        let (steps, _) = astar(&first, next, least, |step| *step == Step::Arrived)?;
+        let mut ends: Vec<End> = steps.into_iter().filter_map(Step::begins).collect();
+        ends.dedup();
+        ends.retain(|end| *end != End::Begin);
+        Some(ends)
+    }
+
+    /// What a leg leads to, and what more that costs.
+    fn next(&mut self, step: &Step) -> Vec<(Step, u64)> {
+        let Step::Leg(from, to) = *step else { return Vec::new() };
+        let length = micrometers(self.at(from), self.at(to));
+        let come = self.reached.get(&from).map_or(u64::MAX, |come| come.saturating_add(length));
+        if self.is_over() || self.reached.get(&to).is_some_and(|known| *known <= come) {
+            return Vec::new();
         }
+        match self.stopped_by(from, to) {
+            Some(obstacle) if (from, to) == (End::Begin, End::Goal) => {
+                let all = self.asked_at(from).into_iter().chain([obstacle]);
+                all.flat_map(|obstacle| self.past(from, obstacle)).collect()
+            }
+            Some(obstacle) => self.past(from, obstacle),
+            None if to == End::Goal => vec![(Step::Arrived, length)],
+            None => {
+                self.reached.insert(to, come);
+                self.expansions += 1;
+                let mut next = vec![(Step::Leg(to, End::Goal), length)];
+                for obstacle in self.asked_at(to) {
+                    let past = self.past(to, obstacle).into_iter();
+                    next.extend(past.map(|(step, _)| (step, length)));
+                }
+                next
+            }
+        }
+    }
+
+    /// The obstacles that are asked for from a corner, whether they stop a leg of it or not.
+    fn asked_at(&self, end: End) -> BTreeSet<usize> {
+        let own = self.asked_from.get(&end).into_iter().flatten();
+        self.asked.iter().chain(own).copied().collect()
+    }
+
+    /// The legs past an obstacle on both sides.
+    fn past(&mut self, from: End, obstacle: usize) -> Vec<(Step, u64)> {
         self.steps.add(TURNS as u32);
-        let turns = self.space.turns(obstacle);
-        for turn in outermost(&turns, self.stops[from].at) {
-            self.push(from, Target::Corner { obstacle, turn }, turns[turn]);
+        let turns = *self.turns.entry(obstacle).or_insert_with(|| self.space.turns(obstacle));
+        let corners = outermost(&turns, self.at(from)).into_iter();
+        let legs = corners.map(|turn| Step::Leg(from, End::Corner { obstacle, turn }));
+        legs.filter(|leg| !matches!(leg, Step::Leg(from, to) if from == to)).map(|leg| (leg, 0)).collect()
+    }
+
+    fn stopped_by(&mut self, from: End, to: End) -> Option<usize> {
+        if let Some(known) = self.tested.get(&(from, to)) {
+            return *known;
+        }
+        let found = self.space.stopped_by(self.at(from), self.at(to), self.steps);
+        self.tested.insert((from, to), found);
+        found
+    }
+
+    fn at(&self, end: End) -> Point2<f64> {
+        match end {
+            End::Begin => self.begin,
+            End::Goal => self.goal,
+            End::Corner { obstacle, turn } => self.turns[&obstacle][turn],
         }
     }
 
-    /// Asks for every obstacle from everywhere: what stands in the way of one leg may be the way round for another.
-    /// False where all that has been asked for.
-    fn pass_all(&mut self, limit: u32) -> bool {
-        let all: BTreeSet<_> = self.stops.iter().flat_map(|stop| &stop.passed).copied().collect();
-        for from in 0..self.stops.len() {
-            let others: Vec<_> = all.difference(&self.stops[from].passed).copied().collect();
-            for obstacle in others {
-                if self.steps.count() >= limit {
-                    return false;
-                }
-                self.pass(from, obstacle);
-            }
-        }
-        !self.legs.is_empty()
-    }
-
-    fn push(&mut self, from: usize, target: Target, at: Point2<f64>) {
-        let least_m = self.cost_m(from, at) + nalgebra::distance(&at, &self.to);
-        let leg = Leg { least_m, from, target, at };
-        if self.is_shorter(&leg, from) {
-            self.legs.push(Reverse(leg));
-        }
-    }
-
-    /// Whether the leg's end is farther by all legs so far than from there.
-    fn is_shorter(&self, leg: &Leg, from: usize) -> bool {
-        match self.known.get(&leg.target) {
-            Some(&known) => self.cost_m(from, leg.at) < self.stops[known].cost_m,
-            None => true,
-        }
-    }
-
-    /// Whether a string from one stop to the next and on to a point would be held by the corner between.
-    fn is_taut(&self, before: usize, corner: usize, after: Point2<f64>) -> bool {
-        let (a, b) = (self.stops[before].at, self.stops[corner].at);
-        match self.stops[corner].target {
-            Some(Target::Corner { obstacle, .. }) => {
-                let inward = self.space.middle(obstacle) - b;
-                (b - a).perp(&(after - b)) * (b - a).perp(&inward) > 0.0
-            }
-            Some(Target::Goal) | None => true,
-        }
-    }
-
-    fn cost_m(&self, from: usize, to: Point2<f64>) -> f64 {
-        self.stops[from].cost_m + nalgebra::distance(&self.stops[from].at, &to)
-    }
-
-    fn corners_to(&self, last: usize) -> Vec<Point2<f64>> {
-        let before = |id: &usize| self.stops[*id].before;
-        let mut ids: Vec<_> = std::iter::successors(Some(last), before).filter(|&id| id != 0).collect();
-        ids.reverse();
-        ids.into_iter().map(|id| self.stops[id].at).collect()
+    fn is_over(&self) -> bool {
+        self.steps.count() >= self.limit
     }
 }
 
-impl Ord for Leg {
-    fn cmp(&self, other: &Self) -> Ordering {
-        let ids = (self.from, self.target).cmp(&(other.from, other.target));
-        self.least_m.total_cmp(&other.least_m).then(ids)
-    }
+fn micrometers(from: Point2<f64>, to: Point2<f64>) -> u64 {
+    (nalgebra::distance(&from, &to) * 1e6).round() as u64
 }
-
-impl PartialOrd for Leg {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Leg {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Leg {}

@@ -4,10 +4,13 @@ use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use super::{FreeSpace, Geometry};
+use nalgebra::Point3;
+
+use super::{Geometry, Ways};
 use ambidex_model::state::State;
 use ambidex_model::{
-    BehaviorSpec, LeaseKind, Lineage, MissionSpec, NodeId, Reason, ResourceId, Task, Time, TreeSpec, WorldState,
+    BehaviorSpec, LeaseKind, Lineage, MissionSpec, NodeId, ObjectId, PlaceId, Reason, Request, ResourceId, Task, Time,
+    TreeSpec,
 };
 
 /// The state of the run at the opening of a round.
@@ -26,8 +29,8 @@ pub struct View {
     pub barred: Arc<BTreeMap<NodeId, Reason>>,
     /// Robot, tree and the fixed part of the world.
     pub mission: Arc<MissionSpec>,
-    /// The obstacles of the mission as the base sees them.
-    pub free_space: Arc<FreeSpace>,
+    /// Where the base can drive from where it is.
+    pub ways: Arc<Ways>,
     /// What may go on at once beyond resources and objects.
     pub rules: Arc<dyn Compatible>,
 }
@@ -40,7 +43,7 @@ impl View {
 
     /// The robot in the fixed part of the world.
     pub fn geometry(&self) -> Geometry<'_> {
-        Geometry { robot: &self.mission.robot, world: &self.mission.world }
+        Geometry::of(&self.mission)
     }
 
     /// How urgent a node is: as it is told, or as who waits for what it or one above it holds.
@@ -51,6 +54,16 @@ impl View {
     /// The behavior of a leaf as the world is.
     pub fn behavior(&self, leaf: NodeId) -> Option<&BehaviorSpec> {
         self.mission.tree.behavior_in(leaf, self.state.world())
+    }
+
+    /// What a behavior puts down, as it asked: where, and in which point of the map.
+    pub fn puts(&self, request: &Request) -> Vec<(ObjectId, PlaceId, Point3<f64>)> {
+        let spec = self.mission.tree.behavior(request.leaf).map(|spec| spec.asked(request));
+        let puts = spec.into_iter().flat_map(|spec| &spec.commands).filter_map(|term| {
+            let (object, place) = term.task.put().zip(term.task.put_at())?;
+            Some((object, place, self.mission.world.spot(object, place, request.spot(object))))
+        });
+        puts.collect()
     }
 
     /// The running behavior that moves the base, if any does.
@@ -79,12 +92,16 @@ pub(crate) fn priority(tree: &TreeSpec, urged: &BTreeMap<NodeId, i32>, node: Nod
 }
 
 /// A behavior on a resource.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Use {
-    /// The behavior that would use it.
-    pub leaf: NodeId,
-    /// The resource that it would get.
+#[derive(Debug, Clone, Copy)]
+pub struct Use<'a> {
+    /// The behavior that uses it or would use it, as it asked.
+    pub request: &'a Request,
+    /// For which of its claims; none where an allocator added it.
+    pub claim: Option<usize>,
+    /// The resource that it has or would get.
     pub resource: ResourceId,
+    /// Whether it runs.
+    pub is_running: bool,
 }
 
 /// Says whether behaviors can go on at once on the resources they would get.
@@ -93,10 +110,11 @@ pub trait Compatible: Debug + Send + Sync {
     ///
     /// # Errors
     /// Why the last one cannot join.
-    fn check(&self, world_state: &WorldState, uses: &[Use]) -> Result<(), Reason>;
+    fn check(&self, view: &View, uses: &[Use<'_>]) -> Result<(), Reason>;
 
-    /// Whether it never refuses anything, whatever the world is like.
-    fn is_unconstrained(&self) -> bool {
+    /// Whether root alone asks it, who sees all of a round: what an AND passes up depends on the requests then, and on
+    /// nothing else.
+    fn is_for_root(&self) -> bool {
         false
     }
 }
@@ -106,11 +124,11 @@ pub trait Compatible: Debug + Send + Sync {
 pub struct Unconstrained;
 
 impl Compatible for Unconstrained {
-    fn check(&self, _: &WorldState, _: &[Use]) -> Result<(), Reason> {
+    fn check(&self, _: &View, _: &[Use<'_>]) -> Result<(), Reason> {
         Ok(())
     }
 
-    fn is_unconstrained(&self) -> bool {
+    fn is_for_root(&self) -> bool {
         true
     }
 }

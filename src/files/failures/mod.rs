@@ -10,12 +10,14 @@ use crate::fault::Faults;
 use crate::names::Register;
 use crate::quantity::DURATION;
 use crate::reader::{Item, Name};
+use crate::room::{OBSTACLE, ON_THE_MAP};
 use crate::shape::Form;
 pub use written::failures_text;
 use written::word;
 
 use ambidex_model::{
-    Change, ControllerId, Disk, Failures, Flaw, FlawKind, Location, Mishap, MissionSpec, NodeId, Time, nearest,
+    Change, ControllerId, Disk, Failures, Flaw, FlawKind, Location, Mishap, MissionSpec, NodeId, Obstacle, Pose, Time,
+    nearest,
 };
 
 /// The key of all that goes wrong.
@@ -77,6 +79,8 @@ described! {
         ),
         Cancel(()) = ("cancel", "`true`: the mission is told to end, as by Ctrl-C.", HAPPENS),
         Lies(ObjectAt) = ("lies", "Somebody has laid the object there.", Map::<ObjectAt>::new()),
+        Block(Obstacle) = ("block", "Something has come to stand there, which the base must not drive into.", OBSTACLE),
+        Unblock([f64; 2]) = ("unblock", "What came to stand around that point is gone.", ON_THE_MAP),
     }
 }
 
@@ -268,6 +272,8 @@ impl<'a> Names<'a> {
             Event::Disk(disk) => Mishap::Disk(*disk),
             Event::Set(name) => fact(name, true, faults)?,
             Event::Clear(name) => fact(name, false, faults)?,
+            Event::Block(obstacle) => Mishap::World(Change::Blocked(*obstacle)),
+            Event::Unblock([x, y]) => Mishap::World(Change::Cleared(Pose::new(*x, *y, 0.0))),
             Event::Lies(ObjectAt { object, place }) => {
                 let (object, place) = (self.objects.find(object, faults), self.places.find(place, faults));
                 Mishap::World(Change::Object(object?.into(), Location::At(place?.into())))

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use ambidex_model::{Change, Disk, Failures, Flaw, FlawKind, Location, Mishap, Names, Time};
+use ambidex_model::{Change, Disk, Failures, Flaw, FlawKind, Location, Mishap, Names, Obstacle, Time};
 
 use super::{ALL, FAILURES};
 
@@ -27,9 +27,14 @@ fn of_mishap(at: Time, mishap: Mishap, names: &Names) -> Option<String> {
         Mishap::Return(id) => controller("return", id),
         Mishap::World(Change::Fact(fact, true)) => format!("set: {}", quoted(names.fact(fact))),
         Mishap::World(Change::Fact(fact, false)) => format!("clear: {}", quoted(names.fact(fact))),
-        Mishap::World(Change::Object(object, Location::At(place))) => {
+        Mishap::World(Change::Object(object, Location::At(place)) | Change::Laid(object, place, _)) => {
             format!("lies: {{object: {}, at: {}}}", quoted(names.object(object)), quoted(names.place(place)))
         }
+        Mishap::World(Change::Blocked(Obstacle { middle, size, heading })) => {
+            let (at, size) = (format!("[{}, {}]", middle.x, middle.y), format!("[{}, {}]", size.x, size.y));
+            format!("block: {{at: {at}, size: {size}, heading: {heading}}}")
+        }
+        Mishap::World(Change::Cleared(around)) => format!("unblock: [{}, {}]", around.at.x, around.at.y),
         Mishap::World(
             Change::Object(_, Location::In(_) | Location::Unknown)
             | Change::Taken(..)

@@ -5,9 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::entry::{Entry, Kind, Param};
 use super::form::POTENTIAL_KEY;
 use super::notes::{Note, is_template, line};
-use crate::reader::MAX_NAME_BYTES;
 use crate::task::node_shape;
-use ambidex_model::is_obeyed;
+use ambidex_model::{NAME_MAX, is_obeyed};
 
 /// Longest name of a kind, so that its label has room for parameters.
 const MAX_KIND_BYTES: usize = 48;
@@ -131,7 +130,7 @@ impl KindDraft {
     /// A parameter stands in the label, so that it is of some use; one too many is not declared.
     fn add(&mut self, key: &str) {
         let longer = format!("{} ${key}", self.label);
-        if longer.len() <= MAX_NAME_BYTES && self.texts.iter().all(|text| text.name != key) {
+        if longer.len() <= NAME_MAX && self.texts.iter().all(|text| text.name != key) {
             self.label = longer;
             self.texts.push(TextDraft { name: key.to_owned(), is_told: true });
         }
@@ -144,8 +143,8 @@ fn misfit(Param { key, value, .. }: &Param) -> Option<String> {
         Some("the name of a parameter is made of letters, digits and `_`".to_owned())
     } else if is_template(value) {
         Some("`$` stands for an argument, which the file does not give".to_owned())
-    } else if value.len() > MAX_NAME_BYTES || value.chars().any(is_obeyed) {
-        Some(format!("an argument is one line of at most {MAX_NAME_BYTES} bytes"))
+    } else if value.len() > NAME_MAX || value.chars().any(is_obeyed) {
+        Some(format!("an argument is one line of at most {NAME_MAX} bytes"))
     } else {
         None
     }

@@ -23,11 +23,11 @@ use crate::document::{MAX_BYTES, SourceSpan};
 use crate::fault::{Fault, Faults, FilesError};
 use crate::files::Files;
 use crate::format::{Format, Mission};
-use crate::reader::{Item, MAX_NAME_BYTES};
+use crate::reader::Item;
 use crate::robot::RobotFile;
 use crate::sources::Sources;
-use crate::with_robot;
-use ambidex_model::{MissionSpec, is_obeyed};
+use crate::whole::{robot_of as robot_in, with_robot};
+use ambidex_model::{MissionSpec, NAME_MAX, is_obeyed};
 use form::Task;
 use mission::Title;
 use notes::Note;
@@ -134,6 +134,8 @@ pub fn import(
         Some((What::Ours(format), main)) => {
             let what = match format {
                 Format::Mission => "this is a mission of Ambidex already",
+                Format::World => "this is a world of Ambidex already",
+                Format::Task => "this is a task of Ambidex already",
                 Format::Robot => "this is a robot file of Ambidex already",
                 Format::Behaviors => "this is a library of Ambidex already",
                 Format::Failures => "this is a failure file of Ambidex already",
@@ -179,10 +181,9 @@ fn robot_of(sources: &dyn Sources, path: Option<&Path>, faults: &mut Faults) -> 
     let main = files.main()?;
     match what(main, faults)? {
         What::Robot => RobotDraft::read(main, &file_name(path), &stem(path), faults).map(Robot::New),
-        What::Ours(Format::Robot) => {
-            crate::robot_of(main, faults).map(|robot| Robot::There(Box::new(robot), path.to_owned()))
-        }
-        What::Task | What::Ours(Format::Mission | Format::Behaviors | Format::Failures) => {
+        What::Ours(Format::Robot) => robot_in(main, faults).map(|robot| Robot::There(Box::new(robot), path.to_owned())),
+        What::Task
+        | What::Ours(Format::Mission | Format::World | Format::Task | Format::Behaviors | Format::Failures) => {
             faults.push((main.span, ""), "this is no robot file");
             None
         }
@@ -249,7 +250,7 @@ fn mission_file(
 fn load_robot(sources: &dyn Sources, text: &str) -> Result<RobotFile, FilesError> {
     let mut faults = Faults::default();
     let files = Files::of_text(sources, MADE, text.to_owned(), &mut faults);
-    let robot = files.main().and_then(|main| crate::robot_of(main, &mut faults));
+    let robot = files.main().and_then(|main| robot_in(main, &mut faults));
     faults.into_result(robot).map(|(robot, _)| robot)
 }
 
@@ -262,7 +263,7 @@ fn load(sources: &dyn Sources, text: &str, robot: RobotFile, draft: &Draft) -> R
     let mission = file.and_then(|file| with_robot(&files, file, Some(robot), &[], &mut faults));
     let span = main.map_or_else(SourceSpan::default, |main| main.span);
     if let Some(mission) = &mission
-        && mission.names.nodes[1..] != draft.top.names()
+        && mission.names.nodes.iter().skip(1).ne(draft.top.names())
     {
         faults.push((span, ""), "its nodes are called otherwise");
     }
@@ -283,7 +284,7 @@ fn whole_stem(path: &Path) -> String {
 /// The same without its ending, as a name.
 fn stem(path: &Path) -> String {
     let stem = notes::line(&path.file_stem().unwrap_or_default().to_string_lossy());
-    let mut end = stem.len().min(MAX_NAME_BYTES);
+    let mut end = stem.len().min(NAME_MAX);
     while !stem.is_char_boundary(end) {
         end -= 1;
     }

@@ -3,8 +3,7 @@
 use crate::document::{Node, SourceSpan, Value};
 use crate::fault::Faults;
 use crate::reader::Fields;
-use crate::template::{Piece, pieces};
-use ambidex_model::{is_obeyed, suggestion};
+use ambidex_model::{is_obeyed, split_argument, suggestion};
 
 /// Longest piece of a foreign file in one line, letters.
 const MAX_SHOWN: usize = 200;
@@ -71,7 +70,7 @@ pub(super) fn suggested<'a>(
 
 /// Whether a `$` in it stands for an argument.
 pub(super) fn is_template(text: &str) -> bool {
-    pieces(text).iter().any(|piece| matches!(piece, Piece::Parameter(_)))
+    split_argument(text).is_some()
 }
 
 /// A text as one line of bounded length.

@@ -19,7 +19,7 @@ use crate::types::Type;
 use crate::world::Built;
 use ambidex_model::{
     BehaviorSpec, ChannelId, Condition, EffectTerm, Elsewhere, FactId, ObjectId, PlaceId, Pose, Potential, RobotSpec,
-    TypeId, suggestion,
+    StandId, TypeId, suggestion,
 };
 
 /// Binds behaviors to a robot in a world.
@@ -27,9 +27,10 @@ pub(crate) struct Binder<'a> {
     pub(super) robot: &'a RobotFile,
     world: &'a Built,
     pub(super) known: Known<'a>,
-    /// The stand of each place.
-    pub(crate) stands: Vec<Pose>,
-    channels: Register,
+    /// Channels that there are already.
+    channels: &'a Register,
+    /// Further ones, whose ids follow.
+    more_channels: Register,
     /// Facts that some behavior needs and that nobody declared, each told already.
     undeclared: BTreeSet<String>,
     /// Behaviors that were bound for each place, all together.
@@ -50,13 +51,10 @@ pub(crate) struct Site<'a> {
 }
 
 impl<'a> Binder<'a> {
-    /// A binder whose channels are at first those of being at a place, in the order of the places.
-    pub(crate) fn new(robot: &'a RobotFile, world: &'a Built, known: Known<'a>) -> Self {
-        let places = known.world.map(|names| names.places.names()).unwrap_or_default();
-        let channels: Vec<String> = places.iter().map(|place| format!("at {place}")).collect();
+    pub(crate) fn new(robot: &'a RobotFile, world: &'a Built, known: Known<'a>, channels: &'a Register) -> Self {
         Self {
-            stands: world.spec.places.iter().map(|place| place.stand).collect(),
-            channels: Register::of("channel", channels.iter().map(String::as_str)),
+            channels,
+            more_channels: Register::new("channel"),
             undeclared: BTreeSet::new(),
             variants: 0,
             robot,
@@ -65,21 +63,23 @@ impl<'a> Binder<'a> {
         }
     }
 
-    /// What channels are called, by id.
+    /// The channels that there were not, by id behind those that there were.
     pub(crate) fn into_channels(self) -> Vec<String> {
-        self.channels.into_names()
+        self.more_channels.into_names()
     }
 
     /// The behavior of a node; `None` when it has faults. One that is about the place of an object is bound for each place
     /// where that may lie.
     pub(crate) fn bind(&mut self, kind: &Declared, site: &Site<'_>, faults: &mut Faults) -> Option<BehaviorSpec> {
         let told = site.arguments.iter().flatten().find_map(|argument| argument.value.followed());
-        let Some(object) = told.or_else(|| site.before?.follows) else { return self.bind_one(kind, site, faults) };
+        let Some(object) = told.or_else(|| site.before?.follows) else {
+            return self.bind_at_stands(kind, site, faults);
+        };
         // What is held at the start lies nowhere: any place will do until it does.
         let start = self.world.starts.get(object.index())?.unwrap_or(PlaceId(0));
-        self.stands.get(start.index())?;
+        self.world.spec.places.get(start.index())?;
         let mut behavior = self.bind_at(kind, site, object, start, faults)?;
-        let places = (0..self.stands.len()).map(PlaceId::from);
+        let places = (0..self.world.spec.places.len()).map(PlaceId::from);
         let mut at = places.map(|place| self.bind_at(kind, site, object, place, faults)).collect::<Option<Vec<_>>>()?;
         if at.iter().all(|other| *other == behavior) {
             return Some(behavior);
@@ -92,12 +92,10 @@ impl<'a> Binder<'a> {
         }
         // Wherever it lies it may be there already; where it lies nowhere, nobody is there.
         if at.iter().any(|other| other.satisfied != behavior.satisfied) {
-            let own = std::mem::replace(&mut behavior.satisfied, Condition::Never);
-            behavior.satisfied = Condition::All(vec![Condition::Somewhere(object), own]);
+            only_somewhere(&mut behavior, object, |one| &mut one.satisfied);
         }
         for one in at.iter_mut().chain([&mut behavior]) {
-            let own = std::mem::replace(&mut one.precondition, Condition::Never);
-            one.precondition = Condition::All(vec![Condition::Somewhere(object), own]);
+            only_somewhere(one, object, |one| &mut one.precondition);
         }
         behavior.elsewhere = Some(Arc::new(Elsewhere { object, at }));
         Some(behavior)
@@ -116,16 +114,36 @@ impl<'a> Binder<'a> {
         let there = |argument: Argument| if follows(&argument) { self.place(place) } else { Some(argument) };
         let arguments: Vec<_> = site.arguments.iter().cloned().map(|argument| argument.and_then(there)).collect();
         let before = site.before.map(|before| match before.follows == Some(object) {
-            true => before.moved_to(place, &self.stands),
+            true => Stop { place, ..before },
             false => before,
         });
-        self.bind_one(kind, &Site { arguments: &arguments, before, ..*site }, faults)
+        self.bind_at_stands(kind, &Site { arguments: &arguments, before, ..*site }, faults)
     }
 
-    fn bind_one(&mut self, kind: &Declared, site: &Site<'_>, faults: &mut Faults) -> Option<BehaviorSpec> {
+    /// The behavior, which is bound for each stand where the place that it is about has several.
+    fn bind_at_stands(&mut self, kind: &Declared, site: &Site<'_>, faults: &mut Faults) -> Option<BehaviorSpec> {
+        let (mut behavior, several) = self.bind_one(kind, site, None, faults)?;
+        let Some(place) = several else { return Some(behavior) };
+        let stands = (0..self.world.spec.places[place.index()].stands().len()).map(StandId::from);
+        let bound = stands.map(|stand| Some(self.bind_one(kind, site, Some((place, stand)), faults)?.0));
+        let stands = bound.collect::<Option<Arc<[_]>>>()?;
+        self.variants += stands.len();
+        behavior.stands = Some(stands);
+        Some(behavior)
+    }
+
+    /// The behavior at one stand of a place, or at any; with the place of several stands that it is about.
+    fn bind_one(
+        &mut self,
+        kind: &Declared,
+        site: &Site<'_>,
+        stand: Option<(PlaceId, StandId)>,
+        faults: &mut Faults,
+    ) -> Option<(BehaviorSpec, Option<PlaceId>)> {
         let before = faults.errors();
         let arguments = self.with_defaults(kind, site, faults)?;
-        let mut bound = Bound { binder: self, kind, site, arguments, claims: Vec::new(), faults };
+        let claims = Vec::new();
+        let mut bound = Bound { binder: self, kind, site, arguments, claims, stand, several: None, faults };
         let claims = bound.claims()?;
         let (effects, changes) = bound.effects();
         let mut behavior = BehaviorSpec {
@@ -144,6 +162,7 @@ impl<'a> Binder<'a> {
             retries: kind.retries,
             backoff: kind.backoff,
             elsewhere: None,
+            stands: None,
         };
         bound.commands(&mut behavior);
         if bound.faults.errors() == before {
@@ -152,7 +171,8 @@ impl<'a> Binder<'a> {
         bound.check_claims(&behavior.claims);
         let uses_hands = || !behavior.changes.is_empty() || behavior.claims.iter().any(|claim| bound.is_hand(claim));
         behavior.is_interruptible = kind.interruptible.unwrap_or_else(|| !uses_hands());
-        (faults.errors() == before).then_some(behavior)
+        let several = bound.several;
+        (faults.errors() == before).then_some((behavior, several))
     }
 
     fn with_defaults(&self, kind: &Declared, site: &Site<'_>, faults: &mut Faults) -> Option<Vec<Option<Argument>>> {
@@ -204,6 +224,10 @@ pub(super) struct Bound<'a, 'b> {
     pub(super) arguments: Vec<Option<Argument>>,
     /// Where each declared claim stands among those of the robot; none for one that it leaves out.
     pub(super) claims: Vec<Option<usize>>,
+    /// The stand that is meant, where a place has several.
+    stand: Option<(PlaceId, StandId)>,
+    /// The place of several stands that it is about.
+    several: Option<PlaceId>,
     pub(super) faults: &'b mut Faults,
 }
 
@@ -227,17 +251,20 @@ impl Bound<'_, '_> {
         self.meaning(name, Type::Place)?.place()
     }
 
-    /// A place with the stand that is meant: where the move before went, if it went there and nothing else is told.
-    pub(super) fn stop(&mut self, stand: &Stand) -> Option<Stop> {
+    /// A place with the stands that are meant, the first of which it is unless one is as good: where the move before went, if
+    /// it went there and nothing else is told.
+    pub(super) fn stop(&mut self, stand: &Stand) -> Option<(PlaceId, Vec<Pose>)> {
         let place = self.place(&stand.place)?;
-        let own = self.binder.stands[place.index()];
-        Some(match (stand.offset(&self.arguments), self.site.before) {
-            (Some(offset), _) => {
-                Stop { place, stand: Pose { at: own.at + Vector2::from(offset), ..own }, follows: None }
-            }
-            (None, Some(before)) if before.place == place => before,
-            (None, _) => Stop { place, stand: own, follows: None },
-        })
+        let before = self.site.before.filter(|before| before.place == place);
+        let offset = stand.offset(&self.arguments).or(before.and_then(|before| before.offset));
+        let spec = &self.binder.world.spec.places[place.index()];
+        let stands: Vec<_> = match self.stand {
+            Some((at, stand)) if at == place => vec![spec.stand(stand)],
+            Some(_) | None => spec.stands().collect(),
+        };
+        self.several = self.several.or(Some(place).filter(|_| stands.len() > 1));
+        let offset = Vector2::from(offset.unwrap_or_default());
+        Some((place, stands.into_iter().map(|stand| Pose { at: stand.at + offset, ..stand }).collect()))
     }
 
     /// A fact; the first time that one is not declared, that is a fault with the line to add.
@@ -265,7 +292,23 @@ impl Bound<'_, '_> {
     }
 
     pub(super) fn channel(&mut self, text: &Text) -> ChannelId {
-        self.binder.channels.intern(&text.filled(&self.arguments)).into()
+        let name = match self.stand {
+            Some((place, stand)) => text.filled(&self.at_stand(place, stand)),
+            None => text.filled(&self.arguments),
+        };
+        let further = || self.binder.channels.names().len() + self.binder.more_channels.intern(&name);
+        self.binder.channels.id(&name).unwrap_or_else(further).into()
+    }
+
+    /// Its arguments, with the stand behind the place that it is about: who stands at another one is somewhere else.
+    fn at_stand(&self, place: PlaceId, stand: StandId) -> Vec<Option<Argument>> {
+        let names = self.binder.known.world.and_then(|world| world.stands.get(place.index()));
+        let name = names.and_then(|names| names.get(stand.index())).map_or("", String::as_str);
+        let mut arguments = self.arguments.clone();
+        for argument in arguments.iter_mut().flatten().filter(|argument| argument.value.place() == Some(place)) {
+            argument.text = format!("{} ({name})", argument.text);
+        }
+        arguments
     }
 
     /// The type of a name; a robot may well have none, but then the name may be misspelt.
@@ -290,7 +333,7 @@ impl Bound<'_, '_> {
         };
         let value = match &term.base {
             Base::Nearness(stand) => {
-                let to = self.stop(stand)?.stand;
+                let to = self.stop(stand)?.1[0];
                 let scale_by = scale_by.filter(|of| (self.site.is_claimed_after)(*of));
                 return Some(Potential::Nearness { to, floor_m: self.binder.world.tolerance_m, scale_by });
             }
@@ -333,12 +376,12 @@ impl Bound<'_, '_> {
     pub(super) fn condition(&mut self, term: &ConditionTerm) -> Option<Condition> {
         Some(match term {
             ConditionTerm::At(stand) => {
-                let Stop { place, stand, .. } = self.stop(stand)?;
-                Condition::At { place, stand, tolerance_m: self.binder.world.tolerance_m }
+                let (place, stands) = self.stop(stand)?;
+                Condition::At { place, stands, tolerance_m: self.binder.world.tolerance_m }
             }
             ConditionTerm::Path(stand) => {
-                let Stop { place, stand, .. } = self.stop(stand)?;
-                Condition::Path { place, stand }
+                let (place, stands) = self.stop(stand)?;
+                Condition::Path { place, stands }
             }
             ConditionTerm::Held(held) => Condition::Held(self.hold(held)?),
             ConditionTerm::Free(object) => Condition::Free(self.object(object)?),
@@ -386,6 +429,15 @@ impl Bound<'_, '_> {
             Effect::Clear(fact) => EffectTerm::Fact(self.fact(fact)?, false),
         })
     }
+}
+
+/// A condition of a behavior, at whichever stand, is met only while an object lies somewhere.
+fn only_somewhere(behavior: &mut BehaviorSpec, object: ObjectId, condition: fn(&mut BehaviorSpec) -> &mut Condition) {
+    let stands = behavior.stands.iter_mut().flat_map(|stands| Arc::make_mut(stands).iter_mut());
+    stands.for_each(|one| only_somewhere(one, object, condition));
+    let condition = condition(behavior);
+    let own = std::mem::replace(condition, Condition::Never);
+    *condition = Condition::All(vec![Condition::Somewhere(object), own]);
 }
 
 fn all(parts: Vec<Condition>) -> Condition {

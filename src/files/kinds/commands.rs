@@ -1,6 +1,5 @@
 //! What the controllers of a robot do for a behavior.
 
-use super::Stop;
 use super::bind::Bound;
 use super::terms::{Action, Command, Doing, TaskTerm};
 use ambidex_model::{BehaviorSpec, Claim, CommandTerm, ControllerKind, EffectTerm, Mode, Task};
@@ -29,8 +28,8 @@ impl Bound<'_, '_> {
         let Some(Doing { action, with }) = term else { return Some(Task::Stand) };
         Some(match action {
             Action::DriveTo(stand) => {
-                let Stop { place, stand, .. } = self.stop(stand)?;
-                Task::DriveTo(place, stand)
+                let (place, stands) = self.stop(stand)?;
+                Task::DriveTo(place, stands[0])
             }
             Action::Grasp(grasped) => self.grasp(grasped, own, claims)?,
             Action::Put(put) => self.put(put, own, claims)?,

@@ -142,6 +142,7 @@ impl Declared {
             timeout: Duration::from_secs_f64(read.timeout_s?),
             retries: read.retries?,
             backoff: Duration::from_secs_f64(read.backoff_s?),
+            written: item.node(),
             name,
             parameters: read.parameters,
         };

@@ -12,36 +12,44 @@ mod named;
 mod terms;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 use std::time::Duration;
 
 pub(crate) use bind::{Binder, Site};
 pub(crate) use declare::{BACKOFF_S, MAX_RETRIES, behavior_shape};
 
-use crate::document::PAPER_FILE;
+use crate::document::{Node, PAPER_FILE};
 use crate::fault::Faults;
 use crate::names::refuse_argument;
 use crate::parameter::{Argument, Known, Parameter};
 use crate::reader::{Item, Name};
 use crate::types::Type;
-use ambidex_model::{ObjectId, PlaceId, Pose, TypeId};
+use ambidex_model::{ObjectId, PlaceId, TypeId};
 use terms::{
     Action, Base, ClaimTarget, ClaimTerm, Command, ConditionTerm, Doing, Effect, Offset, PotentialTerm, Stand, Table,
 };
 
 /// Every kind that the files declare, by name.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Kinds {
-    by_name: BTreeMap<String, Declared>,
+    by_name: BTreeMap<String, Arc<Declared>>,
     /// Kinds whose faults are told.
     broken: BTreeSet<String>,
     /// What no kind can be called.
     reserved: Vec<&'static str>,
+    /// So many files were read before: what they declare may be declared again, if it is the same.
+    known_files: usize,
 }
+
+/// Where a task declares what the world has already, otherwise.
+pub(crate) const OF_THE_WORLD: &str =
+    "the files of the world declare another one: choose another name, or write it as they do";
 
 /// A kind whose terms are known to make sense.
 #[derive(Debug)]
 pub(crate) struct Declared {
     pub(crate) name: Name,
+    written: Node,
     pub(crate) parameters: Vec<Parameter>,
     label: Option<Text>,
     claims: Claims,
@@ -84,27 +92,25 @@ enum Claims {
     Some(Vec<(Name, ClaimTerm)>),
 }
 
-/// A stand of a place, map frame.
+/// Where the base stands at a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Stop {
     pub(crate) place: PlaceId,
-    pub(crate) stand: Pose,
+    /// How far from one of its stands, map frame, meters; none where nothing tells.
+    pub(crate) offset: Option<[f64; 2]>,
     /// The object whose place it is, wherever that lies; `place` is where it lies at the start.
     pub(crate) follows: Option<ObjectId>,
-}
-
-impl Stop {
-    /// The same at another place.
-    pub(crate) fn moved_to(self, place: PlaceId, stands: &[Pose]) -> Self {
-        let (from, to) = (stands[self.place.index()], stands[place.index()]);
-        Self { place, stand: Pose { at: to.at + (self.stand.at - from.at), ..to }, ..self }
-    }
 }
 
 impl Kinds {
     /// None yet; some names mean something else.
     pub(crate) fn new(reserved: impl IntoIterator<Item = &'static str>) -> Self {
         Self { reserved: reserved.into_iter().collect(), ..Self::default() }
+    }
+
+    /// The same, to which those of further files are added.
+    pub(crate) fn beside(&self, known_files: usize) -> Self {
+        Self { known_files, ..self.clone() }
     }
 
     /// Adds what stands under `behaviors`.
@@ -119,6 +125,10 @@ impl Kinds {
                 faults.push_with(&name, format!("a behavior cannot be called `{}`", name.value), help);
                 continue;
             }
+            let known = self.get(&name.value).filter(|kind| kind.name.span.file < self.known_files);
+            if known.is_some_and(|kind| item.is_like(&kind.written)) {
+                continue;
+            }
             if self.by_name.contains_key(&name.value) || self.broken.contains(&name.value) {
                 let message = format!("there is a behavior `{}` already", name.value);
                 faults.push_with(&name, message, self.declared_twice(&name.value));
@@ -126,7 +136,7 @@ impl Kinds {
             }
             refuse_argument(&name, faults);
             match Declared::read(name.clone(), item, faults) {
-                Some(declared) => drop(self.by_name.insert(name.value, declared)),
+                Some(declared) => drop(self.by_name.insert(name.value, Arc::new(declared))),
                 None => drop(self.broken.insert(name.value)),
             }
         }
@@ -134,22 +144,25 @@ impl Kinds {
 
     /// Where the name was used first, as far as that can be told.
     fn declared_twice(&self, name: &str) -> &'static str {
-        match self.get(name).is_some_and(|kind| kind.name.span.file == PAPER_FILE) {
-            true => "`move`, `pick` and `place` are those of the paper, and always there: choose another name",
-            false => "each name is declared once in all the files of a mission: choose another name",
+        match self.get(name).map(|kind| kind.name.span.file) {
+            Some(PAPER_FILE) => {
+                "`move`, `pick` and `place` are those of the paper, and always there: choose another name"
+            }
+            Some(file) if file < self.known_files => OF_THE_WORLD,
+            Some(_) | None => "each name is declared once in all the files of a mission: choose another name",
         }
     }
 
-    /// Warns or refuses where a table of potentials speaks of what is not there.
+    /// Warns or refuses where a table of potentials speaks of what is not there, in files that were not read before.
     pub(crate) fn check_tables(&self, known: &Known<'_>, own_file: usize, faults: &mut Faults) {
-        for kind in self.by_name.values() {
+        for kind in self.by_name.values().filter(|kind| kind.name.span.file >= self.known_files) {
             kind.check_table(known, own_file, faults);
         }
     }
 
     /// The kind of a name.
     pub(crate) fn get(&self, name: &str) -> Option<&Declared> {
-        self.by_name.get(name)
+        self.by_name.get(name).map(Arc::as_ref)
     }
 
     /// Whether a kind of that name has faults of its own.
@@ -195,12 +208,7 @@ impl Declared {
     }
 
     /// Where a node of it drives to; none where it does not, or where nothing tells the place.
-    pub(crate) fn stop(
-        &self,
-        arguments: &[Option<Argument>],
-        stands: &[Pose],
-        starts: &[Option<PlaceId>],
-    ) -> Option<Stop> {
+    pub(crate) fn stop(&self, arguments: &[Option<Argument>], starts: &[Option<PlaceId>]) -> Option<Stop> {
         let drive = self.commands.iter().find_map(|command| match &command.order.task().value {
             Some(Doing { action: Action::DriveTo(stand), .. }) => Some(stand),
             None | Some(_) => None,
@@ -209,10 +217,7 @@ impl Declared {
         let follows = told.followed();
         // What is held at the start lies nowhere: any place will do until it does.
         let start = || starts.get(follows?.index())?.or(Some(PlaceId(0)));
-        let place = told.place().or_else(start)?;
-        let mut stand = *stands.get(place.index())?;
-        stand.at += nalgebra::Vector2::from(drive.offset(arguments).unwrap_or_default());
-        Some(Stop { place, stand, follows })
+        Some(Stop { place: told.place().or_else(start)?, offset: drive.offset(arguments), follows })
     }
 
     /// Types that its claims name, as far as they are told.

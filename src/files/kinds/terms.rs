@@ -10,9 +10,9 @@ use crate::quantity::{NEAR, POTENTIAL};
 use crate::reader::{Item, Name, Written};
 use crate::scope::Reading;
 use crate::shape::Form;
-use crate::template::{self, Piece::Parameter};
+use crate::template;
 use crate::types::Type;
-use ambidex_model::Mode;
+use ambidex_model::{Mode, split_argument};
 
 const HIGH: [&str; 1] = ["high"];
 const PHYSICAL: [&str; 1] = ["physical"];
@@ -407,17 +407,14 @@ const TO_MAINTAIN: Custom<TaskTerm> = Custom(
 /// A value of any type, which the call knows.
 const CALL_VALUE: Custom<CallValue> = Custom(
     || Form::Arguments,
-    |item, reading| {
-        let has_parameter = |text| template::pieces(text).iter().any(|piece| matches!(piece, Parameter(_)));
-        match item.text() {
-            Some(text) if template::parameter(text).is_some() => {
-                let written = item.name("a parameter", reading.faults)?;
-                let index = reading.parameter(template::parameter(text)?, &written)?;
-                Some(CallValue::Told(index, written))
-            }
-            Some(text) if has_parameter(text) => TEMPLATE.read(item, reading).map(CallValue::Made),
-            Some(_) | None => Some(CallValue::Written(item.node())),
+    |item, reading| match item.text() {
+        Some(text) if template::parameter(text).is_some() => {
+            let written = item.name("a parameter", reading.faults)?;
+            let index = reading.parameter(template::parameter(text)?, &written)?;
+            Some(CallValue::Told(index, written))
         }
+        Some(text) if split_argument(text).is_some() => TEMPLATE.read(item, reading).map(CallValue::Made),
+        Some(_) | None => Some(CallValue::Written(item.node())),
     },
 );
 

@@ -2,12 +2,8 @@
 
 use ambidex_core::tree::{Unfinishable, can_finish};
 
-use super::Seen;
+use super::{Seen, TOP};
 use crate::fault::Faults;
-use ambidex_model::NodeId;
-
-/// The top of the task.
-const TOP: NodeId = NodeId(1);
 
 pub(super) fn check(seen: &Seen<'_>, faults: &mut Faults) {
     let Err(Unfinishable { waiting, needs, kept }) = can_finish(seen.mission) else { return };

@@ -2,13 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use ambidex_core::behavior::stands;
 use ambidex_core::world::Geometry;
 
 use super::Seen;
 use crate::fault::Faults;
-use ambidex_model::{
-    Condition, ControllerKind, EffectTerm, Location, NodeId, ObjectId, PlaceId, Pose, ResourceId, Task,
-};
+use ambidex_model::{EffectTerm, Location, NodeId, ObjectId, PlaceId, Pose, ResourceId, Task};
 
 pub(super) fn check(seen: &Seen<'_>, faults: &mut Faults) {
     let takers = takers(seen);
@@ -22,7 +21,7 @@ fn check_leaf(seen: &Seen<'_>, leaf: NodeId, takers: &BTreeMap<ObjectId, BTreeSe
     for command in &behavior.commands {
         let Task::Put(object, place) = command.task else { continue };
         let Some(takers) = takers.get(&object) else { continue };
-        let reaches = |hand: &ResourceId| reaches(seen, *hand, object, place, stand(&behavior.precondition));
+        let reaches = |hand: &ResourceId| reaches(seen, *hand, object, place, stands(&behavior.precondition));
         if takers.iter().any(reaches) {
             continue;
         }
@@ -50,7 +49,7 @@ fn takers(seen: &Seen<'_>) -> BTreeMap<ObjectId, BTreeSet<ResourceId>> {
         for command in &behavior.commands {
             let Some(object) = command.task.grasped() else { continue };
             let hands = seen.mission.robot.could_serve(behavior.claims[command.claim].selector);
-            let from = stand(&behavior.precondition);
+            let from = stands(&behavior.precondition);
             // What is held can be anywhere: whoever takes it from there is a taker.
             let is_held = matches!(command.task, Task::GraspFrom(..));
             let can = |hand: &ResourceId| {
@@ -78,25 +77,13 @@ fn places(seen: &Seen<'_>) -> Vec<BTreeSet<PlaceId>> {
     places
 }
 
-/// Whether a hand reaches an object at a place from a stand; of an unknown stand, and of what is no arm, so it seems.
-fn reaches(seen: &Seen<'_>, hand: ResourceId, object: ObjectId, place: PlaceId, from: Option<(Pose, f64)>) -> bool {
-    let robot = &seen.mission.robot;
-    let controller = robot.resources[hand.index()].controller.map(|id| robot.controllers[id.index()].kind);
-    let (Some(ControllerKind::Arm(arm)), Some((stand, tolerance_m))) = (controller, from) else { return true };
-    let spot = Geometry { robot, world: &seen.mission.world }.spot(object, place);
-    (stand.to_local(spot) - arm.shoulder).norm() <= arm.reach_m + tolerance_m
-}
-
-/// Where the base stands for a behavior, and how near to it counts, meters; none where nothing tells.
-fn stand(condition: &Condition) -> Option<(Pose, f64)> {
-    match condition {
-        Condition::All(parts) => parts.iter().find_map(stand),
-        Condition::At { stand, tolerance_m, .. } => Some((*stand, *tolerance_m)),
-        Condition::Never
-        | Condition::Path { .. }
-        | Condition::Held(_)
-        | Condition::Free(_)
-        | Condition::Somewhere(_) => None,
-        Condition::Lies(..) | Condition::Fact(..) => None,
-    }
+/// Whether a hand reaches an object at a place from one of some stands; of an unknown one, and of what is no arm, so it seems.
+fn reaches(seen: &Seen<'_>, hand: ResourceId, object: ObjectId, place: PlaceId, from: Option<(&[Pose], f64)>) -> bool {
+    let Some((stands, tolerance_m)) = from else { return true };
+    let (geometry, thing) = (Geometry::of(seen.mission), (object, place));
+    let (own, approach) = (geometry.world.own_spot(object, place), geometry.world.approach(object, place));
+    stands.iter().any(|stand| {
+        geometry.puts_from(stand, hand, thing, tolerance_m)
+            || geometry.reach_from(stand, hand, own, approach, tolerance_m).is_some()
+    })
 }

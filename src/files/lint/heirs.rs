@@ -22,7 +22,7 @@ fn check_leaf(seen: &Seen<'_>, leaf: NodeId, faults: &mut Faults) {
     let mut node = leaf;
     while node.0 > 0 {
         let parent = tree.topology.parent(node);
-        let has_heirs = tree.topology.end(node) < tree.topology.end(parent);
+        let has_heirs = tree.topology.children(parent).last() != Some(node);
         if matches!(tree.nodes[parent.index()], NodeKind::Then) && has_heirs {
             return;
         }

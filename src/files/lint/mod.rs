@@ -13,23 +13,39 @@ use crate::document::SourceSpan;
 use crate::fault::Faults;
 use ambidex_model::{Access, BehaviorSpec, Claim, MissionSpec, NodeId, ResourceId, Retention, Selector, TypeId};
 
-/// Checks a mission; `spans` has the place of each node.
-pub(crate) fn check(mission: &MissionSpec, spans: &[SourceSpan], faults: &mut Faults) {
-    let seen = Seen { mission, spans };
+/// The top of the task.
+const TOP: NodeId = NodeId(1);
+
+/// What is checked, of all that a robot may do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// All of it.
+    Mission,
+    /// A task beside others that nobody knows here.
+    Task,
+    /// A part of a task: what comes before it and stands beside it nobody knows here.
+    Branch,
+}
+
+/// Checks a mission, or a task as if it were one; `spans` has the place of each node below root.
+pub(crate) fn check(mission: &MissionSpec, spans: &[SourceSpan], part: Part, faults: &mut Faults) {
+    let seen = Seen { mission, spans, part };
     heirs::check(&seen, faults);
-    infeasible::check(&seen, faults);
     stands::check(&seen, faults);
     hands::check(&seen, faults);
-    if shortage::check(&seen, faults) {
-        return;
+    if part != Part::Branch {
+        infeasible::check(&seen, faults);
     }
-    deadlock::check(&seen, faults);
+    if !shortage::check(&seen, faults) && part != Part::Branch {
+        deadlock::check(&seen, faults);
+    }
 }
 
 /// A mission as the checks see it.
 struct Seen<'a> {
     mission: &'a MissionSpec,
     spans: &'a [SourceSpan],
+    part: Part,
 }
 
 /// What behaviors keep for good: a resource, or any of a type.
@@ -50,7 +66,12 @@ impl Seen<'_> {
 
     fn warn(&self, node: NodeId, message: String, help: &str, faults: &mut Faults) {
         let name = self.mission.names.node(node);
-        faults.warn((self.spans[node.index()], name), message, Some(help.to_owned()));
+        faults.warn((self.span(node), name), message, Some(help.to_owned()));
+    }
+
+    /// Where a node stands; root where its task does.
+    fn span(&self, node: NodeId) -> SourceSpan {
+        self.spans[node.index().saturating_sub(1)]
     }
 
     /// What a claim takes from; none for what holds an object, since that depends on who took it.

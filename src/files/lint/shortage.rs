@@ -2,9 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use super::{Seen, Supply, keeps_alone};
+use super::{Part, Seen, Supply, TOP, keeps_alone};
 use crate::fault::Faults;
-use ambidex_model::{BehaviorSpec, Claim, EffectTerm, NodeId, NodeKind, ResourceId, Retention, Selector, TypeId};
+use ambidex_model::{
+    BehaviorSpec, Claim, EffectTerm, NodeId, NodeKind, ObjectId, ResourceId, Retention, Selector, TypeId,
+};
 
 /// How many of a supply a node needs at once at least, how many more are kept when it is done, and how many of these
 /// are still empty, so that whoever inherits them needs no other.
@@ -28,26 +30,32 @@ pub(super) fn check(seen: &Seen<'_>, faults: &mut Faults) -> bool {
 fn check_supply(seen: &Seen<'_>, supply: Supply, faults: &mut Faults) -> bool {
     let tree = &seen.mission.tree;
     let is_taker = is_taker(seen, supply);
-    let (there, full) = (count(seen, supply), full_at_start(seen, supply));
+    let there = count(seen, supply);
+    let (full, for_good) = full_at_start(seen, supply);
     let mut demands = vec![Demand::default(); tree.nodes.len()];
     let mut is_told = vec![false; tree.nodes.len()];
-    for node in (0..tree.nodes.len()).rev().map(NodeId::from) {
+    for node in tree.topology.nodes().rev() {
         let children: Vec<NodeId> = tree.topology.children(node).collect();
         let below: Vec<Demand> = children.iter().map(|child| demands[child.index()]).collect();
         demands[node.index()] = match &tree.nodes[node.index()] {
             NodeKind::Behavior(behavior) => demand(seen, behavior, supply, is_taker),
             NodeKind::Then => in_order(&below),
-            NodeKind::And | NodeKind::Root => in_any_order(&below),
+            NodeKind::And | NodeKind::Tasks | NodeKind::Root => in_any_order(&below),
             NodeKind::Or => either(&below),
             // Its cleanup may be left out.
             NodeKind::Cleanup => below.first().copied().unwrap_or_default(),
         };
         let is_told_below = children.iter().any(|child| is_told[child.index()]);
         is_told[node.index()] = is_told_below;
-        let needed = demands[node.index()].peak + full;
-        if !is_told_below && needed > there && demands[node.index()].peak > 0 {
+        let peak = demands[node.index()].peak;
+        // What is let go somewhere may be so before anything below this begins.
+        let full = if node == TOP { full } else { for_good };
+        if !is_told_below && peak + full > there && peak > 0 {
             is_told[node.index()] = true;
-            tell(seen, supply, node, needed, faults);
+            match seen.part == Part::Task && peak + full - for_good <= there {
+                true => tell_of_others(seen, supply, node, for_good, faults),
+                false => tell(seen, supply, node, peak + full, faults),
+            }
         }
     }
     is_told.contains(&true)
@@ -66,14 +74,32 @@ fn count(seen: &Seen<'_>, supply: Supply) -> i64 {
     }
 }
 
-/// How many of a supply hold something at the start.
-fn full_at_start(seen: &Seen<'_>, supply: Supply) -> i64 {
+/// How many of a supply hold something at the start, and how many of these something that nothing here lets go. Of what
+/// comes before a branch nothing is known.
+fn full_at_start(seen: &Seen<'_>, supply: Supply) -> (i64, i64) {
+    if seen.part == Part::Branch {
+        return (0, 0);
+    }
     let is_of_it = |id: &&ResourceId| match supply {
         Supply::One(one) => **id == one,
         Supply::Any(of) => ty(seen, **id) == of,
     };
-    let holders = seen.mission.start.objects.iter().flat_map(|at| at.holders());
-    holders.filter(is_of_it).count() as i64
+    let let_go: BTreeSet<ObjectId> = seen.behaviors().flat_map(let_go).collect();
+    let (mut full, mut for_good) = (0, 0);
+    for (object, at) in seen.mission.start.objects.iter().enumerate() {
+        let holders = at.holders().iter().filter(is_of_it).count() as i64;
+        full += holders;
+        for_good += if let_go.contains(&ObjectId::from(object)) { 0 } else { holders };
+    }
+    (full, for_good)
+}
+
+/// Objects that a behavior puts down or gives away.
+fn let_go(behavior: &BehaviorSpec) -> impl Iterator<Item = ObjectId> {
+    behavior.effects.iter().filter_map(|effect| match effect {
+        EffectTerm::LetGo(object, _) | EffectTerm::Lies(object, _) => Some(*object),
+        EffectTerm::Taken(..) | EffectTerm::Stands(_) | EffectTerm::Fact(..) => None,
+    })
 }
 
 fn ty(seen: &Seen<'_>, resource: ResourceId) -> TypeId {
@@ -128,17 +154,28 @@ fn tell(seen: &Seen<'_>, supply: Supply, node: NodeId, needed: i64, faults: &mut
                 "`{one}` and `{other}` can only ever exclude each other: whichever comes first keeps {resource} for good"
             );
             let help = "give it back between the two, as `place` does, or claim another resource".to_owned();
-            faults.push_with((seen.spans[node.index()], names.node(node)), message, help);
+            faults.push_with((seen.span(node), names.node(node)), message, help);
         }
         (supply, ..) => {
-            let what = match supply {
-                Supply::One(resource) => names.resource(resource).to_owned(),
-                Supply::Any(of) => names.ty(of).to_owned(),
-            };
-            let has = count(seen, supply);
+            let (what, has) = (name(seen, supply), count(seen, supply));
             let message = format!("it must run out: {needed} of `{what}` would be in use, and the robot has {has}");
             seen.warn(node, message, "give some back in between, as `place` does", faults);
         }
+    }
+}
+
+/// What is full now may be given back by another task.
+fn tell_of_others(seen: &Seen<'_>, supply: Supply, node: NodeId, full: i64, faults: &mut Faults) {
+    let (what, has) = (name(seen, supply), count(seen, supply));
+    let message =
+        format!("it waits for `{what}`: {full} of {has} hold something now that nothing in the task puts down");
+    seen.warn(node, message, "it goes on once another task puts that down", faults);
+}
+
+fn name<'a>(seen: &Seen<'a>, supply: Supply) -> &'a str {
+    match supply {
+        Supply::One(resource) => seen.mission.names.resource(resource),
+        Supply::Any(of) => seen.mission.names.ty(of),
     }
 }
 

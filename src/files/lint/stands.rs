@@ -1,12 +1,20 @@
-//! Who must stand somewhere claims what could drive the base away.
+//! Who must stand somewhere claims what could drive the base away, and stands where it reaches.
 
 use std::collections::BTreeSet;
 
+use ambidex_core::behavior::stands;
+use ambidex_core::tree::split_stands;
+
 use super::Seen;
 use crate::fault::Faults;
-use ambidex_model::{Condition, EffectTerm, NodeId, ResourceId, Task};
+use ambidex_model::{EffectTerm, NodeId, ResourceId, Task};
 
 pub(super) fn check(seen: &Seen<'_>, faults: &mut Faults) {
+    for (drive, leaf) in split_stands(seen.mission) {
+        let drive = seen.mission.names.node(drive);
+        let message = format!("no stand to which {drive} goes reaches both this and all else that comes behind it");
+        seen.warn(leaf, message, "give it a `move` of its own", faults);
+    }
     let driven = driven(seen);
     for leaf in seen.mission.tree.leaves() {
         check_leaf(seen, leaf, &driven, faults);
@@ -17,7 +25,7 @@ pub(super) fn check(seen: &Seen<'_>, faults: &mut Faults) {
 fn check_leaf(seen: &Seen<'_>, leaf: NodeId, driven: &BTreeSet<ResourceId>, faults: &mut Faults) {
     let behavior = seen.behavior(leaf);
     let claims_it = behavior.claims.iter().any(|claim| seen.resource(claim).is_some_and(|id| driven.contains(&id)));
-    if driven.is_empty() || claims_it || !must_stand(&behavior.precondition) {
+    if driven.is_empty() || claims_it || stands(&behavior.precondition).is_none() {
         return;
     }
     let message = "it must stand somewhere and does not claim the base, which may drive away meanwhile".to_owned();
@@ -31,18 +39,4 @@ fn driven(seen: &Seen<'_>) -> BTreeSet<ResourceId> {
         drives || behavior.effects.iter().any(|effect| matches!(effect, EffectTerm::Stands(_)))
     });
     drivers.flat_map(|behavior| &behavior.claims).filter_map(|claim| seen.resource(claim)).collect()
-}
-
-/// Whether a condition says where the base stands.
-fn must_stand(condition: &Condition) -> bool {
-    match condition {
-        Condition::All(parts) => parts.iter().any(must_stand),
-        Condition::At { .. } => true,
-        Condition::Never
-        | Condition::Path { .. }
-        | Condition::Held(_)
-        | Condition::Free(_)
-        | Condition::Somewhere(_) => false,
-        Condition::Lies(..) | Condition::Fact(..) => false,
-    }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::Item;
-use crate::document::{Located, Node, SourceSpan};
+use crate::document::{Entry, Located, SourceSpan};
 use crate::fault::Faults;
 use crate::shape::Shape;
 use crate::text::shortened;
@@ -14,7 +14,7 @@ use ambidex_model::suggestion;
 pub(crate) struct Fields<'a> {
     pub(crate) shape: &'static Shape,
     pub(super) at: Item<'a>,
-    pub(super) entries: &'a [(Located<String>, Node)],
+    pub(super) entries: &'a [Entry],
 }
 
 impl<'a> Fields<'a> {

@@ -7,15 +7,12 @@ use std::ops::RangeInclusive;
 
 pub(crate) use fields::Fields;
 
-use crate::document::{Located, Node, SourceSpan, Value};
+use crate::document::{Entry, Located, Node, SourceSpan, Value};
 use crate::fault::{At, Faults};
 use crate::quantity::Quantity;
 use crate::shape::Shape;
 use crate::text::shortened;
-use ambidex_model::{is_obeyed, suggestion};
-
-/// Longest name, bytes of UTF-8.
-pub(crate) const MAX_NAME_BYTES: usize = 64;
+use ambidex_model::{Misnamed, suggestion};
 
 /// A value with the key that it stands under.
 #[derive(Debug, Clone, Copy)]
@@ -133,6 +130,11 @@ impl<'a> Item<'a> {
     /// A copy of the value, to be kept beyond the file.
     pub(crate) fn node(&self) -> Node {
         Located { value: self.value.clone(), span: self.span }
+    }
+
+    /// Whether the same is written there, wherever it stands.
+    pub(crate) fn is_like(&self, other: &Node) -> bool {
+        self.value.is_like(&other.value)
     }
 
     /// A path: any text of one line.
@@ -351,7 +353,7 @@ fn after(meant: Option<String>, allowed: String) -> String {
 }
 
 /// A key stands in a map once, however it is quoted.
-fn refuse_repeated(entries: &[(Located<String>, Node)], faults: &mut Faults) {
+fn refuse_repeated(entries: &[Entry], faults: &mut Faults) {
     let mut seen = BTreeMap::new();
     for (key, _) in entries {
         if let Some(line) = seen.insert(&key.value, key.span.line) {
@@ -361,16 +363,9 @@ fn refuse_repeated(entries: &[(Located<String>, Node)], faults: &mut Faults) {
 }
 
 fn is_name(name: &Name, faults: &mut Faults) -> bool {
-    let text = &name.value;
-    let message = if text.trim().is_empty() {
-        "a name cannot be empty".to_owned()
-    } else if text.len() > MAX_NAME_BYTES {
-        format!("a name has at most {MAX_NAME_BYTES} bytes")
-    } else if text.chars().any(is_obeyed) {
-        "a name is one line of printable letters".to_owned()
-    } else {
-        return true;
-    };
-    faults.push(name, message);
+    match Misnamed::by_letters(&name.value) {
+        Some(misnamed) => faults.push(name, misnamed.to_string()),
+        None => return true,
+    }
     false
 }

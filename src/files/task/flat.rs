@@ -1,21 +1,21 @@
 //! The task as written, to nodes in preorder: kinds and subtrees looked up, arguments filled in.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
-use std::time::Duration;
 
-use super::node::{AND, MAY_RUN, NAMED, Node, OR, OfAll, PERIOD, RETRIES, THEN, TIMES, URGENT, USE, WAITS, word_for};
-use super::subtrees::{Filled, Named, Scope, Subtrees};
-use super::{Call, Draft, DraftKind, MAX_NODES, Surroundings};
+use super::node::{AND, NAMED, Node, OR, OfAll, THEN, USE, word_for};
+use super::subtrees::{Filled, Part, Scope, Subtrees};
+use super::told::Told;
+use super::{Call, Draft, DraftKind, Surroundings};
 use crate::describe::{Described, Reads};
 use crate::document::SourceSpan;
 use crate::fault::Faults;
-use crate::kinds::{BACKOFF_S, Declared, Kinds};
+use crate::kinds::{Declared, Kinds};
 use crate::parameter::{Argument, Known, Parameter, assign, example, warn_of_unused};
 use crate::reader::{Fields, Item, Name};
 use crate::scope::Reading;
+use crate::settings::Given;
 use crate::types::Type;
-use ambidex_model::{BehaviorSpec, Limits, NodeId, PlaceId, Pose, Repeat, nearest, suggestion};
+use ambidex_model::{NodeId, PlaceId, nearest, suggestion};
 
 /// Deepest tree: what files can nest.
 const MAX_LEVELS: usize = 64;
@@ -23,9 +23,8 @@ const MAX_LEVELS: usize = 64;
 /// The nodes read so far, in preorder.
 pub(super) struct Flat<'a> {
     pub(super) kinds: &'a Kinds,
-    pub(super) subtrees: &'a Subtrees<'a>,
+    pub(super) subtrees: &'a Subtrees,
     pub(super) known: Known<'a>,
-    pub(super) stands: &'a [Pose],
     /// Where each object lies at the start.
     pub(super) starts: &'a [Option<PlaceId>],
     pub(super) drafts: Vec<Draft<'a>>,
@@ -34,6 +33,9 @@ pub(super) struct Flat<'a> {
     pub(super) used: BTreeSet<usize>,
     /// Subtrees that the one at hand uses; while it is only checked they are not read.
     pub(super) uses: Option<Vec<(String, SourceSpan)>>,
+    /// Whether there may be kinds and subtrees that nobody knows here.
+    is_open: bool,
+    most_nodes: usize,
 }
 
 /// Where a node goes.
@@ -46,79 +48,6 @@ pub(super) struct Under<'s> {
     wish: Option<&'s Name>,
     /// What that `use` tells of it, which wins over its own.
     told: Told,
-}
-
-/// How long a node may take, and how often it is tried, as far as that is told.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Told {
-    pub(super) retries: Option<u32>,
-    pub(super) backoff_s: Option<f64>,
-    pub(super) timeout_s: Option<f64>,
-    pub(super) priority: Option<i32>,
-    pub(super) repeat: Option<Repeat>,
-}
-
-impl Told {
-    fn of(written: &OfAll<'_>, faults: &mut Faults) -> Self {
-        Self {
-            priority: written.priority.and_then(|item| URGENT.take(item, faults)),
-            repeat: repeat(written, faults),
-            retries: written.retries.and_then(|item| RETRIES.take(item, faults)),
-            backoff_s: written.backoff.and_then(|item| WAITS.take(item, faults)),
-            timeout_s: written.timeout.and_then(|item| MAY_RUN.take(item, faults)),
-        }
-    }
-
-    /// The same, but for what is told by something that wins.
-    fn or(self, winner: Self) -> Self {
-        Self {
-            retries: winner.retries.or(self.retries),
-            backoff_s: winner.backoff_s.or(self.backoff_s),
-            timeout_s: winner.timeout_s.or(self.timeout_s),
-            priority: winner.priority.or(self.priority),
-            repeat: winner.repeat.or(self.repeat),
-        }
-    }
-
-    /// What it makes of a behavior, wherever an object lies that this follows.
-    pub(super) fn tell(self, behavior: &mut BehaviorSpec) {
-        behavior.timeout = self.timeout_s.map_or(behavior.timeout, Duration::from_secs_f64);
-        behavior.retries = self.retries.unwrap_or(behavior.retries);
-        behavior.backoff = self.backoff_s.map_or(behavior.backoff, Duration::from_secs_f64);
-        if let Some(followed) = &mut behavior.elsewhere {
-            Arc::make_mut(followed).at.iter_mut().for_each(|other| self.tell(other));
-        }
-    }
-
-    /// What it makes of a task node; none where nothing is told.
-    pub(super) fn limits(self) -> Option<Limits> {
-        let is_told = self.retries.is_some() || self.backoff_s.is_some() || self.timeout_s.is_some();
-        is_told.then(|| Limits {
-            timeout: self.timeout_s.map(Duration::from_secs_f64),
-            retries: self.retries.unwrap_or_default(),
-            backoff: Duration::from_secs_f64(self.backoff_s.unwrap_or(BACKOFF_S)),
-        })
-    }
-}
-
-/// How often a node is done, and when; none where that is once.
-fn repeat(written: &OfAll<'_>, faults: &mut Faults) -> Option<Repeat> {
-    let every = written.every.and_then(|item| PERIOD.take(item, faults)).map(Duration::from_secs_f64);
-    let Some(item) = written.repeat else {
-        if let Some(every) = &written.every {
-            faults.push_with(every, "nothing is repeated here", "write `repeat: forever`, or how often, beside it");
-        }
-        return None;
-    };
-    let times = TIMES.take(item, faults)?;
-    if times.is_none() && written.every.is_none() {
-        faults.push_with(
-            &item,
-            "repeated without end, it never rests",
-            "write how often beside it, such as `every: 60 s`",
-        );
-    }
-    Some(Repeat { times, every })
 }
 
 /// What a node turned out to be.
@@ -136,24 +65,36 @@ impl<'s> Under<'s> {
 }
 
 impl<'a> Flat<'a> {
-    pub(super) fn new(subtrees: &'a Subtrees<'a>, around: &'a Surroundings<'a>, stands: &'a [Pose]) -> Self {
+    pub(super) fn new(subtrees: &'a Subtrees, around: &'a Surroundings<'a>) -> Self {
         let starts = around.world.map_or(&[][..], |world| &world.starts);
         Self {
             kinds: around.kinds,
             subtrees,
             known: around.known,
-            stands,
             starts,
             drafts: Vec::new(),
             parents: Vec::new(),
             used: BTreeSet::new(),
             uses: None,
+            is_open: around.is_open,
+            most_nodes: around.most_nodes,
+        }
+    }
+
+    /// Reads a whole task; one that is a subtree has a label.
+    pub(super) fn add_task(&mut self, task: Item<'_>, label: Option<&Name>, given: &Given, faults: &mut Faults) {
+        let before = faults.errors();
+        let scope = Scope::of_task(given, label.is_some());
+        self.add(task, Under { wish: label, ..Under::root(&scope) }, faults);
+        warn_of_unused(&given.parameters, &self.used, before, faults);
+        if self.drafts.len() > self.most_nodes {
+            faults.push(&task, format!("more than {} nodes", self.most_nodes));
         }
     }
 
     /// Reads a node and what is below it.
     pub(super) fn add(&mut self, item: Item<'_>, under: Under<'_>, faults: &mut Faults) {
-        if self.drafts.len() > MAX_NODES {
+        if self.drafts.len() > self.most_nodes {
             return;
         }
         if under.level > MAX_LEVELS {
@@ -167,6 +108,9 @@ impl<'a> Flat<'a> {
         let Some(fields) = item.fields(Node::shape(), faults) else { return };
         let Some(written) = Node::from_map(&fields, &mut Reading::new(faults)) else { return };
         let is = self.is(&written, &fields, faults);
+        if self.is_open && is.is_none() {
+            fields.others().for_each(|(_, item)| self.look_through(item, under.scope, faults));
+        }
         let name = written.of_all.name.and_then(|item| self.name(item, under.scope, faults));
         let told = Told::of(&written.of_all, faults).or(under.told);
         match written.of_all.cleanup {
@@ -206,7 +150,10 @@ impl<'a> Flat<'a> {
             return;
         };
         let Some(kind) = kinds.get(&word.value) else {
-            let subtree = self.subtrees.get(&word.value).map(|(_, subtree)| &subtree.parameters);
+            let subtree = self.subtrees.get(&word.value).map(|subtree| &subtree.parameters);
+            if self.is_open && subtree.is_none() {
+                return self.suspect((word.span, &word.key), no_kind(&word.value), &word.value, faults);
+            }
             let help = || match subtree {
                 Some(parameters) => format!("write `{{{USE}: {}}}`", example(&word.value, parameters)),
                 None => self.kind_meant(&word.value),
@@ -280,6 +227,7 @@ impl<'a> Flat<'a> {
         found.extend(known.into_iter().filter_map(|(key, item)| Some(Is::Behavior(kinds.get(&key.value)?, item))));
         for (key, _) in &unknown {
             match found.first() {
+                None if self.is_open => self.suspect((key.span, &key.value), no_kind(&key.value), &key.value, faults),
                 None => faults.push_with((key.span, &key.value), no_kind(&key.value), || self.kind_meant(&key.value)),
                 Some(_) => fields.unknown(key, OfAll::shape().keys(), faults),
             }
@@ -302,6 +250,22 @@ impl<'a> Flat<'a> {
         match word {
             Some(word) => format!("did you mean `{word}`? Allowed: {}", listed(self.words())),
             None => suggestion(found, "kind of node", self.words()),
+        }
+    }
+
+    /// Parameters that the arguments of something use that nobody knows here.
+    fn look_through(&mut self, item: Item<'_>, scope: &Scope<'_>, faults: &mut Faults) {
+        if item.is_scalar() {
+            scope.fill(item, Type::Text, &mut self.used, faults);
+        }
+        let values: Vec<_> = item.keys().filter_map(|key| item.value_of(key)).chain(item.each()).collect();
+        values.into_iter().for_each(|value| self.look_through(value, scope, faults));
+    }
+
+    /// Warns of what nobody knows here and is nearly something that is known.
+    fn suspect(&self, at: (SourceSpan, &str), message: String, found: &str, faults: &mut Faults) {
+        if let Some(meant) = nearest(found, self.words()) {
+            faults.warn(at, message, Some(format!("did you mean `{meant}`?")));
         }
     }
 
@@ -350,17 +314,18 @@ impl<'a> Flat<'a> {
         let arguments: Vec<_> = arguments.into_iter().map(|given| given.map(|(argument, _)| argument)).collect();
         let types = self.known.robot.map(|names| &names.types);
         let find = |word: &str| types.and_then(|types| types.id(word)).map(Into::into);
-        Some(Call {
-            stop: kind.stop(&arguments, self.stands, self.starts),
-            types: kind.types(&arguments, find),
-            kind,
-            arguments,
-        })
+        Some(Call { stop: kind.stop(&arguments, self.starts), types: kind.types(&arguments, find), kind, arguments })
     }
 
     /// Reads a subtree where it is used.
     fn insert(&mut self, item: Item<'_>, span: SourceSpan, wish: Option<&Name>, under: Under<'_>, faults: &mut Faults) {
-        let Some(((declared, subtree), values)) = self.used_subtree(item, span, faults) else { return };
+        let Some((subtree, values)) = self.used_subtree(item, span, faults) else {
+            if self.is_open {
+                self.look_through(item, under.scope, faults);
+            }
+            return;
+        };
+        let declared = &subtree.name;
         let given = self.arguments(&subtree.parameters, &values, under.scope, faults);
         if let Some(uses) = &mut self.uses {
             uses.push((declared.value.clone(), item.span));
@@ -379,12 +344,11 @@ impl<'a> Flat<'a> {
                 Some((_, Filled::Open)) | None => default(),
             });
         }
-        let value = [Some(declared.value.clone()), first].into_iter().flatten().collect::<Vec<_>>().join(" ");
-        let label = Name { value, ..declared.clone() };
+        let label = subtree.label(first);
         let scope = Scope::of(&subtree.parameters, nodes);
         let saved = std::mem::take(&mut self.used);
         let inner = Under { scope: &scope, level: under.level + 1, wish: Some(wish.unwrap_or(&label)), ..under };
-        self.add(subtree.task, inner, faults);
+        self.add(subtree.task(), inner, faults);
         self.used = saved;
     }
 
@@ -394,7 +358,7 @@ impl<'a> Flat<'a> {
         item: Item<'i>,
         span: SourceSpan,
         faults: &mut Faults,
-    ) -> Option<(&'a Named<'a>, Vec<Option<Item<'i>>>)> {
+    ) -> Option<(&'a Part, Vec<Option<Item<'i>>>)> {
         let (name, arguments) = if item.is_map() {
             let mut entries = item.named("a subtree and its arguments", faults)?;
             if entries.len() != 1 {
@@ -409,13 +373,24 @@ impl<'a> Flat<'a> {
             return None;
         }
         let Some(found) = self.subtrees.get(&name.value) else {
-            let message = format!("there is no subtree `{}`", name.value);
-            faults.push_with((name.span, USE), message, || suggestion(&name.value, "subtree", self.subtrees.names()));
+            let message = no_subtree(&name.value);
+            if self.is_open {
+                if let Some(meant) = nearest(&name.value, self.subtrees.names()) {
+                    faults.warn((name.span, USE), message, Some(format!("did you mean `{meant}`?")));
+                }
+                return None;
+            }
+            faults.push_with((name.span, USE), message, || self.subtrees.suggestion(&name.value));
             return None;
         };
-        let values = assign(&found.0, &found.1.parameters, arguments, name.span, faults)?;
+        let values = assign(&found.name, &found.parameters, arguments, name.span, faults)?;
         Some((found, values))
     }
+}
+
+/// That there is no subtree of a name.
+pub(crate) fn no_subtree(found: &str) -> String {
+    format!("there is no subtree `{found}`")
 }
 
 fn no_kind(found: &str) -> String {
@@ -430,14 +405,14 @@ fn listed<'a>(words: impl Iterator<Item = &'a str>) -> String {
 pub(super) fn check_subtrees(flat: &mut Flat<'_>, faults: &mut Faults) -> BTreeMap<String, Vec<(String, SourceSpan)>> {
     let mut uses = BTreeMap::new();
     let subtrees = flat.subtrees;
-    for (name, subtree) in subtrees.iter() {
+    for subtree in subtrees.unchecked() {
         flat.uses = Some(Vec::new());
         flat.used.clear();
         let before = faults.errors();
         let scope = Scope::open(&subtree.parameters);
-        flat.add(subtree.task, Under::root(&scope), faults);
+        flat.add(subtree.task(), Under::root(&scope), faults);
         warn_of_unused(&subtree.parameters, &flat.used, before, faults);
-        uses.insert(name.value.clone(), flat.uses.take().unwrap_or_default());
+        uses.insert(subtree.name.value.clone(), flat.uses.take().unwrap_or_default());
     }
     uses
 }

@@ -6,8 +6,8 @@ use super::node::{AND, CLEANUP, NAME, OR, THEN};
 use super::{Draft, DraftKind};
 use crate::fault::Faults;
 
-/// What stands above the task.
-const ROOT: &str = "root";
+/// What stands above every task.
+pub(crate) const ROOT: &str = "root";
 
 /// Gives every node a name of its own, in preorder.
 pub(super) fn label(drafts: &[Draft], faults: &mut Faults) -> Vec<String> {
@@ -33,9 +33,6 @@ pub(super) fn label(drafts: &[Draft], faults: &mut Faults) -> Vec<String> {
         body.and_then(|body| body.name.as_ref()).map(|name| format!("{} with cleanup", name.value))
     };
     let name = |(index, draft): (usize, &Draft)| {
-        if let Some(DraftKind::Root) = draft.kind {
-            return ROOT.to_owned();
-        }
         let written = draft.name.as_ref().map(|name| &name.value);
         if let Some(name) = written.filter(|_| !draft.is_used) {
             return name.clone();
@@ -71,6 +68,6 @@ fn composite(draft: &Draft) -> Option<&'static str> {
         DraftKind::Or => Some(OR),
         DraftKind::Then => Some(THEN),
         DraftKind::Cleanup => Some(CLEANUP),
-        DraftKind::Root | DraftKind::Behavior(_) => None,
+        DraftKind::Behavior(_) => None,
     }
 }

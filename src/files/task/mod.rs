@@ -5,10 +5,12 @@ mod labels;
 mod node;
 mod siblings;
 mod subtrees;
+mod told;
 
 use std::collections::BTreeSet;
 use std::time::Duration;
 
+pub(crate) use flat::no_subtree;
 pub(crate) use node::{AND, OR, THEN, node_form};
 pub(crate) use subtrees::{Subtree, Subtrees};
 
@@ -16,21 +18,25 @@ use crate::describe::Described;
 use crate::document::SourceSpan;
 use crate::fault::Faults;
 use crate::kinds::{Binder, Declared, Kinds, Site, Stop};
-use crate::parameter::{Argument, Known, warn_of_unused};
+use crate::names::Register;
+use crate::parameter::{Argument, Known};
 use crate::reader::{Item, Name};
 use crate::robot::RobotFile;
 use crate::settings::Given;
 use crate::shape::Shape;
 use crate::world::Built;
-use ambidex_model::{NodeId, NodeKind, Topology, TreeSpec, TypeId};
-use flat::{Flat, Told, Under, check_subtrees};
+use ambidex_model::{Fragment, NodeId, NodeKind, Topology, TypeId};
+use flat::{Flat, check_subtrees};
+pub(crate) use labels::ROOT;
 use labels::label;
 use node::{MAX_AT_ONCE, Node, REPEAT, TIMEOUT_KEY};
 use siblings::{Afters, moves_before};
-use subtrees::Scope;
+use told::Told;
 
-/// Most nodes of a task.
+/// Most nodes of the task of a mission.
 pub(crate) const MAX_NODES: usize = 100_000;
+/// Most nodes of a task that is submitted: nobody else's work may wait long for it to be read.
+pub(crate) const MAX_SUBMITTED: usize = 10_000;
 
 /// The description of a node.
 pub(crate) fn node_shape() -> &'static Shape {
@@ -43,13 +49,35 @@ pub(crate) struct Surroundings<'a> {
     pub(crate) known: Known<'a>,
     pub(crate) robot: Option<&'a RobotFile>,
     pub(crate) world: Option<&'a Built>,
+    /// Channels that there are already.
+    pub(crate) channels: &'a Register,
+    /// Whether there may be kinds and subtrees that nobody knows here.
+    pub(crate) is_open: bool,
+    pub(crate) most_nodes: usize,
+}
+
+/// No channels.
+static NO_CHANNELS: Register = Register::new("channel");
+
+impl<'a> Surroundings<'a> {
+    /// Those of what is checked by itself: of robot and world nothing is known.
+    pub(crate) fn of_nowhere(kinds: &'a Kinds) -> Self {
+        let known = Known { world: None, robot: None };
+        Self { kinds, known, robot: None, world: None, channels: &NO_CHANNELS, is_open: false, most_nodes: MAX_NODES }
+    }
+}
+
+/// What is to be done, and what it is called.
+pub(crate) struct Written<'a> {
+    pub(crate) name: String,
+    pub(crate) task: Item<'a>,
+    /// What its top is called where nothing is told, if it is a subtree that is used.
+    pub(crate) label: Option<Name>,
 }
 
 /// A task that can be run, with the span of each node.
 pub(crate) struct BuiltTask {
-    pub(crate) tree: TreeSpec,
-    pub(crate) names: Vec<String>,
-    pub(crate) channels: Vec<String>,
+    pub(crate) fragment: Fragment,
     pub(crate) spans: Vec<SourceSpan>,
 }
 
@@ -68,7 +96,6 @@ struct Draft<'a> {
 /// What a node is.
 #[derive(Debug)]
 enum DraftKind<'a> {
-    Root,
     And,
     Or,
     Then,
@@ -88,17 +115,11 @@ struct Call<'a> {
 }
 
 impl Draft<'_> {
-    fn root(span: SourceSpan) -> Self {
-        Self { span, name: None, is_used: false, kind: Some(DraftKind::Root), told: Told::default() }
-    }
-
     /// The behavior, if it is one.
     fn call(&self) -> Option<&Call<'_>> {
         match &self.kind {
             Some(DraftKind::Behavior(call)) => Some(call),
-            Some(DraftKind::Root | DraftKind::And | DraftKind::Or | DraftKind::Then | DraftKind::Cleanup) | None => {
-                None
-            }
+            Some(DraftKind::And | DraftKind::Or | DraftKind::Then | DraftKind::Cleanup) | None => None,
         }
     }
 
@@ -114,44 +135,47 @@ impl Draft<'_> {
     fn label(&self) -> String {
         match &self.kind {
             Some(DraftKind::Behavior(call)) => call.kind.label(&call.arguments),
-            Some(DraftKind::Root | DraftKind::And | DraftKind::Or | DraftKind::Then | DraftKind::Cleanup) | None => {
-                "node".to_owned()
-            }
+            Some(DraftKind::And | DraftKind::Or | DraftKind::Then | DraftKind::Cleanup) | None => "node".to_owned(),
         }
     }
 }
 
 /// Checks every subtree by itself, and that none uses itself.
-pub(crate) fn check_all(subtrees: &mut Subtrees<'_>, around: &Surroundings<'_>, faults: &mut Faults) {
-    let mut flat = Flat::new(subtrees, around, &[]);
+pub(crate) fn check_all(subtrees: &mut Subtrees, around: &Surroundings<'_>, faults: &mut Faults) {
+    let mut flat = Flat::new(subtrees, around);
     let uses = check_subtrees(&mut flat, faults);
     subtrees.refuse_cycles(&uses, faults);
 }
 
-/// The tree and the names of its nodes; `None` when it has faults.
-pub(crate) fn build(
+/// Checks a task whose robot and world are not known.
+pub(crate) fn check_alone(
     task: Item<'_>,
-    subtrees: &Subtrees<'_>,
+    subtrees: &Subtrees,
+    around: &Surroundings<'_>,
+    given: &Given,
+    faults: &mut Faults,
+) {
+    Flat::new(subtrees, around).add_task(task, None, given, faults);
+}
+
+/// The nodes and what they are called; `None` when there are faults.
+pub(crate) fn build(
+    Written { name, task, label: used_as }: Written<'_>,
+    subtrees: &Subtrees,
     around: &Surroundings<'_>,
     given: &Given,
     faults: &mut Faults,
 ) -> Option<BuiltTask> {
-    let before = faults.errors();
-    let stands: Vec<_> = around.world.iter().flat_map(|world| &world.spec.places).map(|place| place.stand).collect();
-    let mut flat = Flat::new(subtrees, around, &stands);
-    flat.drafts.push(Draft::root(task.span));
-    flat.parents.push(NodeId(0));
-    flat.add(task, Under::root(&Scope::of_mission(given)), faults);
-    let Flat { drafts, parents, used, .. } = flat;
-    warn_of_unused(&given.parameters, &used, before, faults);
-    if drafts.len() > MAX_NODES {
-        faults.push((drafts[0].span, task.key), format!("more than {MAX_NODES} nodes"));
+    let mut flat = Flat::new(subtrees, around);
+    flat.add_task(task, used_as.as_ref(), given, faults);
+    let Flat { drafts, parents, .. } = flat;
+    if drafts.is_empty() || drafts.len() > around.most_nodes {
         return None;
     }
-    let topology = Topology::new(parents);
+    let topology = Topology::new(parents.clone());
     check_repeats(&drafts, &topology, faults);
     let names = label(&drafts, faults);
-    let mut binder = Binder::new(around.robot?, around.world?, around.known);
+    let mut binder = Binder::new(around.robot?, around.world?, around.known, around.channels);
     let nodes = bind_all(&drafts, &topology, &mut binder, faults)?;
     let spans = drafts.iter().map(|draft| draft.span).collect();
     let tasks = drafts.iter().enumerate().filter(|(_, draft)| draft.call().is_none());
@@ -159,9 +183,9 @@ pub(crate) fn build(
     let told = || drafts.iter().enumerate().map(|(index, draft)| (NodeId::from(index), draft.told));
     let priorities = told().filter_map(|(node, told)| Some((node, told.priority?))).collect();
     let repeats = told().filter_map(|(node, told)| Some((node, told.repeat?))).collect();
-    let mut tree = TreeSpec::new(nodes, topology).with_priorities(&priorities);
-    (tree.limits, tree.repeats) = (limits, repeats);
-    Some(BuiltTask { tree, names, channels: binder.into_channels(), spans })
+    let channels = binder.into_channels();
+    let fragment = Fragment { name, nodes, parents, limits, repeats, priorities, names, channels };
+    Some(BuiltTask { fragment, spans })
 }
 
 /// What is done again at once may take no time at all: all its rounds are then at one moment, and so many are bounded.
@@ -175,7 +199,7 @@ fn check_repeats(drafts: &[Draft<'_>], topology: &Topology, faults: &mut Faults)
         // Above one with `every` time passes.
         let above = topology.path(node).take_while(|above| {
             let repeat = drafts[above.index()].told.repeat;
-            above.index() > 0 && repeat.is_none_or(|repeat| repeat.every.is_none())
+            repeat.is_none_or(|repeat| repeat.every.is_none())
         });
         let times =
             above.filter_map(|above| at_once(above)?.times).fold(1_u64, |all, own| all.saturating_mul(own.into()));
@@ -202,7 +226,6 @@ fn bind_all(
     for (index, draft) in drafts.iter().enumerate() {
         let call = match &draft.kind {
             None => None,
-            Some(DraftKind::Root) => Some(NodeKind::Root),
             Some(DraftKind::And) => Some(NodeKind::And),
             Some(DraftKind::Or) => Some(NodeKind::Or),
             Some(DraftKind::Then) => Some(NodeKind::Then),

@@ -1,13 +1,15 @@
 //! Subtrees that are written once and used with arguments.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::Arc;
 
 use super::node::{self, USE};
 use crate::describe::{Described, Later, described};
 use crate::document::{Located, Node, SourceSpan, Value};
 use crate::fault::Faults;
+use crate::kinds::OF_THE_WORLD;
 use crate::names::refuse_argument;
-use crate::parameter::{PARAMETERS, Parameter, refuse_open_defaults};
+use crate::parameter::{Known, PARAMETERS, Parameter, refuse_open_defaults};
 use crate::reader::{Item, Name};
 use crate::settings::Given;
 use crate::template::{Piece, parameter, pieces};
@@ -24,22 +26,46 @@ described! {
             PARAMETERS,
             Vec::new()
         ),
-        task: Item<'a> = required("task", "What it does.", Later(node::node_form)),
+        /// Read where it is used.
+        _task: Item<'a> = required(TASK, "What it does.", Later(node::node_form)),
     }
 }
 
+const TASK: &str = "task";
+
 /// Every subtree of the files, by name.
-#[derive(Debug, Default)]
-pub(crate) struct Subtrees<'a> {
-    by_name: BTreeMap<String, Named<'a>>,
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Subtrees {
+    by_name: BTreeMap<String, Arc<Part>>,
     /// Subtrees whose faults are told.
     broken: BTreeSet<String>,
     /// Those that use themselves, whatever lies between.
     endless: BTreeSet<String>,
+    /// So many files were read before, and what they declare was checked: it may be declared again, if it is the same.
+    known_files: usize,
 }
 
 /// A subtree with its name.
-pub(super) type Named<'a> = (Name, Subtree<'a>);
+#[derive(Debug)]
+pub(crate) struct Part {
+    pub(crate) name: Name,
+    pub(crate) parameters: Vec<Parameter>,
+    written: Node,
+}
+
+impl Part {
+    /// What it does.
+    pub(crate) fn task(&self) -> Item<'_> {
+        let whole = Item::of(&self.name.value, &self.written);
+        whole.value_of(TASK).unwrap_or(whole)
+    }
+
+    /// What its top is called where nothing is told: after it and its first argument.
+    pub(crate) fn label(&self, first: Option<String>) -> Name {
+        let value = [Some(self.name.value.clone()), first].into_iter().flatten().collect::<Vec<_>>().join(" ");
+        Name { value, ..self.name.clone() }
+    }
+}
 
 /// Which subtrees each one uses, and where.
 pub(super) type Uses = BTreeMap<String, Vec<(String, SourceSpan)>>;
@@ -63,15 +89,24 @@ pub(super) enum Filled {
     Open,
 }
 
-impl<'a> Subtrees<'a> {
+impl Subtrees {
+    /// The same, to which those of further files are added.
+    pub(crate) fn beside(&self, known_files: usize) -> Self {
+        Self { known_files, ..self.clone() }
+    }
+
     /// Adds what stands under `subtrees`.
-    pub(crate) fn declare(&mut self, subtrees: Option<Item<'a>>, faults: &mut Faults) {
+    pub(crate) fn declare(&mut self, subtrees: Option<Item<'_>>, faults: &mut Faults) {
         let Some(entries) = subtrees.and_then(|item| item.named("a map of subtrees", faults)) else {
             return;
         };
         for (name, item) in entries {
-            if self.by_name.contains_key(&name.value) {
-                faults.push(&name, format!("there is a subtree `{}` already", name.value));
+            if let Some(first) = self.by_name.get(&name.value) {
+                let is_known = first.name.span.file < self.known_files;
+                if !is_known || !item.is_like(&first.written) {
+                    let help = is_known.then(|| OF_THE_WORLD.to_owned());
+                    faults.push_or_with(&name, format!("there is a subtree `{}` already", name.value), help);
+                }
                 continue;
             }
             refuse_argument(&name, faults);
@@ -79,15 +114,18 @@ impl<'a> Subtrees<'a> {
             let read = Subtree::take(item, faults);
             refuse_open_defaults("a subtree", read.iter().flat_map(|subtree| &subtree.parameters), faults);
             match read.filter(|_| faults.errors() == before) {
-                Some(subtree) => drop(self.by_name.insert(name.value.clone(), (name, subtree))),
+                Some(Subtree { parameters, .. }) => {
+                    let part = Part { name, parameters, written: item.node() };
+                    self.by_name.insert(part.name.value.clone(), Arc::new(part));
+                }
                 None => drop(self.broken.insert(name.value)),
             }
         }
     }
 
     /// The subtree of a name.
-    pub(super) fn get(&self, name: &str) -> Option<&Named<'a>> {
-        self.by_name.get(name)
+    pub(crate) fn get(&self, name: &str) -> Option<&Part> {
+        self.by_name.get(name).map(Arc::as_ref)
     }
 
     /// Whether a subtree of that name has faults of its own.
@@ -95,14 +133,25 @@ impl<'a> Subtrees<'a> {
         self.broken.contains(name)
     }
 
-    /// All of them in the order of their names.
-    pub(super) fn iter(&self) -> impl Iterator<Item = &Named<'a>> {
-        self.by_name.values()
+    /// Those that were not checked before, in the order of their names.
+    pub(super) fn unchecked(&self) -> impl Iterator<Item = &Part> {
+        self.by_name.values().map(Arc::as_ref).filter(|part| part.name.span.file >= self.known_files)
     }
 
     /// All names in order.
     pub(super) fn names(&self) -> impl Iterator<Item = &str> {
         self.by_name.keys().map(String::as_str)
+    }
+
+    /// Warns of defaults in one file that name nothing: what uses the subtree may tell another value, or be missed.
+    pub(crate) fn check_defaults(&self, known: &Known<'_>, own_file: usize, faults: &mut Faults) {
+        let own = self.unchecked().filter(|part| part.name.span.file == own_file);
+        own.flat_map(|part| &part.parameters).for_each(|parameter| known.warn_of_default(parameter, faults));
+    }
+
+    /// What was probably meant by a name that no subtree has, and what is allowed.
+    pub(crate) fn suggestion(&self, name: &str) -> String {
+        suggestion(name, "subtree", self.names())
     }
 
     /// Whether using it would never end.
@@ -197,9 +246,9 @@ impl<'a> Scope<'a> {
         Self { parameters, values, is_subtree: true }
     }
 
-    /// The task of a mission with the mission's parameters.
-    pub(super) fn of_mission(given: &'a Given) -> Self {
-        Self { parameters: &given.parameters, values: given.values.clone(), is_subtree: false }
+    /// A whole task, which may be a subtree, with its parameters.
+    pub(super) fn of_task(given: &'a Given, is_subtree: bool) -> Self {
+        Self { parameters: &given.parameters, values: given.values.clone(), is_subtree }
     }
 
     /// A subtree that is only checked.
@@ -221,7 +270,9 @@ impl<'a> Scope<'a> {
         if let Some(name) = parameter(text) {
             let index = self.find(name, &item, used, faults)?;
             let found = self.parameters[index].ty;
-            if found != ty && ty != Type::Text {
+            // The place of an object is where that lies.
+            let is_place_of = (found, ty) == (Type::Object, Type::Place);
+            if found != ty && ty != Type::Text && !is_place_of {
                 faults.push(&item, format!("`${name}` is {}, not {}", found.what(), ty.what()));
                 return None;
             }

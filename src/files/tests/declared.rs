@@ -74,8 +74,8 @@ fn load(mission: &str, library: &str) -> Result<Arc<MissionSpec>, FilesError> {
 fn a_declared_behavior_is_bound_with_its_arguments() {
     let spec = load(MISSION, LIBRARY).unwrap_or_else(|error| panic!("{:?}", error.faults()));
     let names = ["root", "then", "twice shelf", "one of table", "scan table with effort 2"];
-    assert_eq!(spec.names.nodes[..5], names);
-    assert_eq!(spec.names.nodes[5..], ["again", "one of shelf", "scan shelf with effort 2", "rest"]);
+    assert_eq!(spec.names.nodes.to_vec()[..5], names);
+    assert_eq!(spec.names.nodes.to_vec()[5..], ["again", "one of shelf", "scan shelf with effort 2", "rest"]);
     let shelf = spec.tree.behavior(NodeId(3)).unwrap();
     let (wanted, at_shelf) = (Selector::Named(ResourceId(0)), Access::Shared(ChannelId(0)));
     assert_eq!((shelf.claims.len(), shelf.claims[0].selector, shelf.claims[0].access), (1, wanted, at_shelf));
@@ -175,7 +175,7 @@ const MISTAKES: &[Mistake<'_>] = &[
         "it claims 2 of type `gripper`; the robot has 1",
     ),
     ("mission.yaml", "- {scan: $first,", "- {scan: $fist,", 24, "no parameter `fist` here did you mean `first`?"),
-    ("mission.yaml", "first: place, second", "first: object, second", 24, "`$first` is an object, not a place"),
+    ("mission.yaml", "first: place, second", "first: resource, second", 24, "`$first` is a resource, not a place"),
     ("mission.yaml", "area: $second, with: wheel", "area: $second, by: wheel", 25, "`scan` has no parameter `by`"),
     ("mission.yaml", "with: wheel", "with: weel", 25, "did you mean `wheel`?"),
     ("mission.yaml", "    - use: {twice: shelf}", "    - use: {thrice: shelf}", 33, "no subtree `thrice`"),
@@ -269,9 +269,22 @@ fn a_library_is_checked_by_itself() {
     let path = Path::new("library.yaml");
     let Checked::Library(names, _) = check(&files, path, &[]).unwrap() else { panic!("it is a library") };
     assert_eq!(names, ["rest"]);
-    files.insert(path, format!("{LIBRARY}subtrees:\n  a:\n    parameters: {{x: object}}\n    task: {{move: $x}}\n"));
+    files.insert(path, format!("{LIBRARY}subtrees:\n  a:\n    parameters: {{x: number}}\n    task: {{move: $x}}\n"));
     let error = check(&files, path, &[]).unwrap_err();
-    assert_eq!(error.faults()[0].message(), "`$x` is an object, not a place");
+    assert_eq!(error.faults()[0].message(), "`$x` is a number, not a place");
+}
+
+#[test]
+fn an_object_stands_for_its_place_in_a_subtree_too() {
+    let place_of = |task: &str| {
+        let bring = "  bring:\n    parameters: {what: object}\n    task: {then: [{move: $what}, {pick: $what}]}\n";
+        let text = MISSION.replace("subtrees:\n", &format!("subtrees:\n{bring}"));
+        let task_at = text.find("task:\n  then").unwrap();
+        load(&format!("{}task: {task}\n", &text[..task_at]), LIBRARY).unwrap().tree.behavior(NodeId(2)).unwrap().clone()
+    };
+    let (used, plain) = (place_of("{use: {bring: cup}}"), place_of("{then: [{move: cup}, {pick: cup}]}"));
+    assert_eq!(used, plain);
+    assert_eq!(used.elsewhere.map(|elsewhere| elsewhere.object), Some(ObjectId(0)));
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::super::document::{Located, Node, Value, parse};
 use super::super::format::Format;
 use super::super::shape::{Form, Shape};
-use super::super::{InMemory, check};
+use super::super::{InMemory, check, load_task, load_world};
 
 const MISSION: &str = "\
 mission: everything
@@ -63,12 +63,19 @@ subtrees:
   twice: {parameters: {first: place}, task: {and: [{move: $first}, {move: $first}]}}
 world:
   tolerance: 0.3 m
+  distance: path
   robot: {at: [0, 0], heading: 90 deg}
   places:
     shelf: {stand: [1, 2], heading: 0 deg, surface: [0.5, 0, 0.7]}
     table: {stand: [3, 2]}
-  objects: {cup: {at: shelf, offset: [0, 0.1, 0]}, pot: {held: [left, tray]}}
-  obstacles: [{min: [5, 5], max: [6, 6]}]
+    desk: {table: {at: [-3, 2], heading: 90 deg, size: [1, 0.5, 0.7], side: left}}
+    bench: {table: {at: [-3, 5], size: [1, 0.5, 0.7], stands: {near: {side: front}, far: {side: back, along: 0.1}}}}
+  objects:
+    cup: {at: shelf, offset: [0, 0.1, 0], heading: 10 deg, shape: {cylinder: {radius: 4 cm, height: 8 cm}}, grasps: [above]}
+    pot: {held: [left, tray]}
+    box: {at: desk, shape: {box: [0.1, 0.1, 0.1]}}
+  walls: [{from: [9, -9], to: [9, 9], thickness: 20 cm}]
+  obstacles: [{min: [5, 5], max: [6, 6]}, {at: [7, 7], size: [1, 1], heading: 10 deg}]
   facts: {clean: {holds: false, outside: yes}, dusty: true}
 task:
   then:
@@ -76,6 +83,33 @@ task:
     - or: [{move: shelf}, {wait: , name: rest, retries: 2, backoff: 2 s, timeout: 1 min}]
     - {pick: $thing, priority: 2, cleanup: {wait: }}
     - {place: {object: cup, at: table}, repeat: 2, every: 5 s}
+";
+const WORLD: &str = "\
+mission: room
+robot: robot.yaml
+bypass: 3
+include: [library.yaml]
+parameters: {thing: object}
+behaviors: {wipe: {potential: 1}}
+subtrees: {tidy: {task: {wipe: }}}
+world:
+  robot: {at: [0, 0]}
+  places: {shelf: {stand: [1, 2]}}
+  objects: {cup: {at: shelf}}
+task: nothing
+";
+const TASK: &str = "\
+mission: errand
+robot: robot.yaml
+bypass: 3
+include: [library.yaml]
+parameters: {thing: {type: object, default: cup}}
+behaviors: {dust: {potential: 1}}
+subtrees: {clean: {task: {dust: }}}
+world:
+  robot: {at: [0, 0]}
+  places: {shelf: {stand: [5, 5]}}
+task: {then: [{use: tidy}, {use: clean}, {move: shelf}, {pick: $thing}]}
 ";
 const LIBRARY: &str = "\
 library: small
@@ -97,7 +131,7 @@ controllers:
   left_arm:
     arm: {shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9], reach: 0.9, speed: 0.5, acceleration: 1, grip: 1 s, lift: 10 cm, cancel_grace: 2 s, calls: {wave: {takes: 1 s}}, reports: {facts: [clean], objects: [cup]}}
   right_arm:
-    arm: {shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9], reach: 0.9, speed: 0.5, acceleration: 1, grip: 1 s, lift: 10 cm, cancel_grace: 2 s}
+    arm: {shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9], hand: 0.1, reach: 0.9, speed: 0.5, acceleration: 1, grip: 1 s, lift: 10 cm, radius: 5 cm, cancel_grace: 2 s}
   neck: {head: {neck: [0, 0, 1.2], speed: 90 deg/s, acceleration: 90 deg/s^2, cancel_grace: 2 s, calls: {nod: {takes: 1 s}}, reports: {facts: [clean]}}}
   wheels: {base: {speed: 1, acceleration: 1, turn_speed: 1, turn_acceleration: 1, cancel_grace: 2 s, calls: {honk: {takes: 1 s}}, reports: {objects: [cup]}}}
   reader: {device: {cancel_grace: 2 s, reports: {facts: [clean]}, calls: {read: {parameters: {what: object, how: number}, takes: 2 s}}}}
@@ -114,6 +148,8 @@ failures:
   - {at: 4 s, set: clean}
   - {at: 5 s, clear: dusty}
   - {at: 6 s, lies: {object: cup, at: shelf}}
+  - {at: 6 s, block: {min: [2, 4], max: [3, 5]}}
+  - {at: 6 s, unblock: [2.5, 4.5]}
   - {behavior: rest, attempt: every, fails: aborted}
   - {behavior: rest, attempt: 2, hangs: true}
   - {behavior: rest, drops: all}
@@ -136,6 +172,7 @@ fn files() -> InMemory {
         ("mission.yaml", MISSION),
         ("library.yaml", LIBRARY),
         ("robot.yaml", ROBOT),
+        ("world.yaml", WORLD),
         ("more.yaml", "library: more\nbehaviors: {more: {potential: 1}}\n"),
     ] {
         files.insert(path, text);
@@ -229,11 +266,17 @@ fn described_by(form: &Form, found: &mut BTreeSet<(&'static str, &'static str)>)
     }
 }
 
-/// What is said of a file: each fault with its key.
-fn said(path: &Path, text: String) -> Vec<(String, String)> {
+/// What is said of a file where it is used: each fault with its key.
+fn said(path: &Path, format: Format, text: String) -> Vec<(String, String)> {
     let mut files = files();
+    let robot = Path::new("robot.yaml");
+    let base = (format == Format::Task).then(|| load_world(&files, robot, "world.yaml".as_ref(), &[]).unwrap().mission);
     files.insert(path, text);
-    let error = check(&files, path, &[]).err();
+    let error = match (format, base) {
+        (Format::World, _) => load_world(&files, robot, path, &[]).err(),
+        (_, Some(base)) => load_task(&files, path, &[], &base, &base.start).err(),
+        (_, None) => check(&files, path, &[]).err(),
+    };
     let faults = error.iter().flat_map(|error| error.faults());
     faults.map(|fault| (fault.key().to_owned(), fault.to_string())).collect()
 }
@@ -244,17 +287,21 @@ fn every_described_key_is_read() {
     let mut wrong = Vec::new();
     for (path, text, format) in [
         ("mission.yaml", MISSION, Format::Mission),
+        ("world.yaml", WORLD, Format::World),
+        ("task.yaml", TASK, Format::Task),
         ("library.yaml", LIBRARY, Format::Behaviors),
         ("robot.yaml", ROBOT, Format::Robot),
         ("failures.yaml", FAILURES, Format::Failures),
     ] {
         described(format.shape(), &mut all);
         let (path, node) = (Path::new(path), parse(0, text).unwrap());
-        assert_eq!(said(path, with(&node, &[], &|_, _| None)), [], "{path:?}");
+        assert_eq!(said(path, format, with(&node, &[], &|_, _| None)), [], "{path:?}");
         let mut found = Vec::new();
         uses(
             &Form::Map(match format {
                 Format::Mission => || Format::Mission.shape(),
+                Format::World => || Format::World.shape(),
+                Format::Task => || Format::Task.shape(),
                 Format::Behaviors => || Format::Behaviors.shape(),
                 Format::Robot => || Format::Robot.shape(),
                 Format::Failures => || Format::Failures.shape(),
@@ -264,16 +311,16 @@ fn every_described_key_is_read() {
             &mut found,
         );
         for Use { what, key, is_required, way } in &found {
-            let misspelt = said(path, with(&node, way, &|key, value| Some(format!("{key}zz: {value}"))));
+            let misspelt = said(path, format, with(&node, way, &|key, value| Some(format!("{key}zz: {value}"))));
             if !misspelt.iter().any(|(found, _)| *found == format!("{key}zz")) {
                 wrong.push(format!("{what}: {key} misspelt: {misspelt:?}"));
             }
-            let bad = said(path, with(&node, way, &|key, _| Some(format!("{key}: [[1]]"))));
+            let bad = said(path, format, with(&node, way, &|key, _| Some(format!("{key}: [[1]]"))));
             if !bad.iter().any(|(found, _)| found == key) {
                 wrong.push(format!("{what}: {key} with a wrong value: {bad:?}"));
             }
             let lacks = format!("{what} lacks the key `{key}`");
-            let left_out = said(path, with(&node, way, &|_, _| None));
+            let left_out = said(path, format, with(&node, way, &|_, _| None));
             // Without that key nobody can tell what the file is.
             let is_sign = ["library", "failures"].contains(key);
             let lacks = if is_sign { "a mission lacks the key `mission`" } else { &lacks };

@@ -129,7 +129,8 @@ fn a_hand_that_takes_and_does_not_reach() {
     assert_eq!(said(&robot(1), "[0.5, 0, 0.75]"), "");
     assert_eq!(
         said(&robot(1), "[1.5, 0, 0.75]"),
-        "place cup: it can never run: no hand that can take cup reaches table"
+        "pick cup: it can never run: nothing that could take cup reaches what place cup asks of it later; \
+         place cup: it can never run: no hand that can take cup reaches table"
     );
     let other = |robot: String| {
         robot.replacen("shoulder: [0, 0, 0.8], tuck: [0.3, 0, 0.9]", "shoulder: [1, 0, 0.8], tuck: [1, 0, 0.9]", 1)

@@ -7,6 +7,7 @@ mod holding;
 mod hostile;
 mod keys;
 mod lint;
+mod live;
 mod mistakes;
 mod mutations;
 mod parameters;

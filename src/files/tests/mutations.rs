@@ -3,13 +3,18 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::super::document::{Node, SourceSpan, Value, parse};
-use super::super::{Fault, InMemory, check};
+use super::super::{Fault, InMemory, TaskLoader, check, load_world};
+use ambidex_model::MissionSpec;
+
+const ROBOT: &str = "robots/pr2.yaml";
 
 /// Keys below which the writer chooses the names: another name is only missed where the old one is used.
-const NAMING: [&str; 11] = [
+const NAMING: [&str; 12] = [
     "places",
+    "stands",
     "objects",
     "facts",
     "resources",
@@ -56,7 +61,7 @@ fn targets(node: &Node, keys: &[String; 2], found: &mut Vec<Target>) {
 fn shipped() -> BTreeMap<PathBuf, String> {
     let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config");
     let mut files = BTreeMap::new();
-    for part in ["missions", "robots", "behaviors"] {
+    for part in ["missions", "worlds", "tasks", "robots", "behaviors"] {
         for entry in fs::read_dir(config.join(part)).unwrap() {
             let path = entry.unwrap().path();
             let mut text = fs::read_to_string(&path).unwrap();
@@ -73,12 +78,15 @@ fn shipped() -> BTreeMap<PathBuf, String> {
     files
 }
 
-/// Everything that is said of a file.
-fn said(files: &InMemory, path: &Path) -> (bool, Vec<Fault>) {
-    match check(files, path, &[]) {
-        Ok(_) => (true, Vec::new()),
-        Err(error) => (false, error.faults().to_vec()),
-    }
+/// Everything that is said of a file: of a world for a robot, of a task in that world.
+fn said(files: &InMemory, path: &Path, loader: &mut (Arc<MissionSpec>, TaskLoader)) -> (bool, Vec<Fault>) {
+    let (base, loader) = loader;
+    let error = match path.parent().and_then(Path::to_str) {
+        Some("worlds") => load_world(files, ROBOT.as_ref(), path, &[]).err(),
+        Some("tasks") => loader.load_task(files, path, &[], base, &base.start).err(),
+        _ => check(files, path, &[]).err(),
+    };
+    error.map_or((true, Vec::new()), |error| (false, error.faults().to_vec()))
 }
 
 fn is_on(faults: &[Fault], file: &Path, line: usize) -> bool {
@@ -95,7 +103,9 @@ fn mutants(target: &Target, old: &str, file: &Path) -> Vec<(String, bool)> {
         return vec![(misspelt, NAMING.contains(&key))];
     }
     let in_world = is_library && (OF_A_WORLD.contains(&key) || old.contains('$'));
-    let is_free = FREE.contains(&key) || in_world || ["values", "reports"].contains(&above);
+    // What uses a subtree may tell another value.
+    let is_default = key == "default" && file.starts_with("worlds");
+    let is_free = FREE.contains(&key) || in_world || is_default || ["values", "reports"].contains(&above);
     // Each of the others at every fourth value.
     let others = ["[[1]]", "{zz: {zz: 1}}", "[.nan, .inf]", "1e999"];
     let other = others[(target.span.line + target.span.column) % others.len()];
@@ -107,10 +117,13 @@ fn every_mistake_is_found_on_its_line() {
     let shipped = shipped();
     let mut files = InMemory::default();
     shipped.iter().for_each(|(path, text)| files.insert(path, text.as_str()));
+    let base = load_world(&files, ROBOT.as_ref(), "worlds/kitchen.yaml".as_ref(), &[]).unwrap().mission;
+    let mut loader = (Arc::clone(&base), TaskLoader::new(&base).unwrap());
     let mut missed = Vec::new();
     let mut count = 0;
     for (file, text) in &shipped {
-        assert!(said(&files, file).0, "{}: {:?}", file.display(), said(&files, file).1);
+        let (is_sound, faults) = said(&files, file, &mut loader);
+        assert!(is_sound, "{}: {faults:?}", file.display());
         let mut found = Vec::new();
         targets(&parse(0, text).unwrap(), &Default::default(), &mut found);
         for target in found {
@@ -119,7 +132,7 @@ fn every_mistake_is_found_on_its_line() {
             for (new, may_pass) in mutants(&target, old, file) {
                 count += 1;
                 files.insert(file, format!("{}{new}{}", &text[..from], &text[to..]));
-                let (is_sound, faults) = said(&files, file);
+                let (is_sound, faults) = said(&files, file, &mut loader);
                 let is_seen = is_on(&faults, file, target.span.line);
                 let is_named = faults.iter().any(|fault| fault.message().contains(old.trim_start_matches('$')));
                 let is_fine = if may_pass { is_sound || is_seen || is_named } else { is_seen };

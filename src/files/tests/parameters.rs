@@ -32,7 +32,7 @@ fn load(mission: &str, settings: &[&str]) -> Result<Arc<MissionSpec>, FilesError
 fn what_is_set_stands_in_the_task() {
     let names = |settings: &[&str]| {
         let mission = load(&fetching(), settings).unwrap_or_else(|error| panic!("{:?}", error.faults()));
-        (mission.names.nodes[2..].join(", "), mission.tree.behavior(NodeId(6)).unwrap().potential)
+        (mission.names.nodes.to_vec()[2..].join(", "), mission.tree.behavior(NodeId(6)).unwrap().potential)
     };
     let of_cup = "go for cup, pick cup, move to table, bring cup, wave 2";
     let of_pot = "go for pot, pick pot, move to shelf, bring pot, wave 4.5";

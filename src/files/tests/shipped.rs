@@ -21,7 +21,7 @@ fn experiment_1() -> Arc<MissionSpec> {
 }
 
 fn stop(place: u32, x: f64, y: f64) -> Condition {
-    Condition::At { place: PlaceId(place), stand: Pose::new(x, y, 0.0), tolerance_m: 0.25 }
+    Condition::At { place: PlaceId(place), stands: vec![Pose::new(x, y, 0.0)], tolerance_m: 0.25 }
 }
 
 fn claim(resource: u32, access: Access, keep: Retention) -> Claim {
@@ -47,8 +47,8 @@ fn every_shipped_mission_loads() {
             .collect();
         let names = spec.tree.leaves().map(|leaf| spec.names.node(leaf));
         assert_eq!(names.collect::<Vec<_>>(), expected);
-        let offsets = &spec.world.object_offsets;
-        assert!(offsets.windows(2).all(|pair| (pair[0] - pair[1]).norm() > 0.13));
+        let objects = &spec.world.objects;
+        assert!(objects.windows(2).all(|pair| (pair[0].offset - pair[1].offset).norm() > 0.13));
     }
 }
 
@@ -80,8 +80,8 @@ fn experiment_1_has_its_world_and_tree() {
     assert_eq!(spec.names.channels[1], "at counter");
     let starts = [0, 0, 2, 4].map(|place| Location::At(PlaceId(place)));
     assert_eq!(spec.start.objects, starts);
-    assert_eq!(spec.names.nodes[..4], ["root", "and", "object 1", "move 1-1"]);
-    assert_eq!(spec.tree.nodes[..3], [NodeKind::Root, NodeKind::And, NodeKind::Then]);
+    assert_eq!(spec.names.nodes.to_vec()[..4], ["root", "and", "object 1", "move 1-1"]);
+    assert_eq!(spec.tree.nodes.to_vec()[..3], [NodeKind::Root, NodeKind::And, NodeKind::Then]);
     assert_eq!(spec.tree.topology.parent(NodeId(3)), NodeId(2));
 }
 
@@ -95,7 +95,7 @@ fn a_move_is_as_the_paper_tells() {
     let stand = Pose::new(3.5 - 0.043, 1.5 - 0.025, 0.0);
     assert_eq!(drive.potential, Potential::Nearness { to: stand, floor_m: 0.25, scale_by: Some(TypeId(0)) });
     assert_eq!(drive.satisfied, stop(0, stand.at.x, stand.at.y));
-    assert_eq!(drive.precondition, Condition::Path { place: PlaceId(0), stand });
+    assert_eq!(drive.precondition, Condition::Path { place: PlaceId(0), stands: vec![stand] });
     assert_eq!(drive.effects, []);
     assert_eq!(commands(&spec, 3), [(0, Mode::Achieve, Task::DriveTo(PlaceId(0), stand))]);
     assert_eq!((drive.timeout, drive.retries), (Duration::from_secs(600), 2));
@@ -150,7 +150,7 @@ fn a_place_is_as_the_paper_tells() {
 fn a_robot_without_head_and_base_controller_is_bound_so() {
     let spec = load(GOOD, ROBOT).unwrap();
     let names = ["root", "then", "move to shelf", "pick cup", "move to table", "place cup"];
-    assert_eq!(spec.names.nodes, names);
+    assert_eq!(spec.names.nodes.to_vec(), names);
     let drive = spec.tree.behavior(NodeId(2)).unwrap();
     assert_eq!(drive.effects, [EffectTerm::Stands(Pose::new(1.0, 2.0, 0.0))]);
     assert_eq!(commands(&spec, 2), []);
@@ -195,7 +195,7 @@ task:
         "move to shelf #2",
         "move to shelf #3",
     ];
-    assert_eq!(spec.names.nodes, expected);
+    assert_eq!(spec.names.nodes.to_vec(), expected);
     let scale = |node| match spec.tree.behavior(NodeId(node)).unwrap().potential {
         Potential::Nearness { scale_by, .. } => scale_by,
         Potential::Constant(_) | Potential::Scaled { .. } => panic!("not a move"),

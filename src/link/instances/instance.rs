@@ -10,6 +10,11 @@ use crate::clock::monotonic_ns;
 use crate::error::IpcError;
 
 const NAME_MAX: usize = 32;
+const CONTROL_SOCKET: &str = "control.sock";
+
+/// What only a daemon has in the folder of its instance, beside its lock: where it is asked, half made and made, and what
+/// whoever asks has to know.
+pub(crate) const DAEMONS_FILES: [&str; 3] = [CONTROL_SOCKET, "control.new", "token"];
 
 /// One robot's runtime and controllers. Processes of two instances do not meet.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -50,7 +55,17 @@ impl Instance {
 
     /// Where the daemon of the instance can be asked, as long as there is one.
     pub fn control_socket(&self) -> PathBuf {
-        self.dir().join("control.sock")
+        self.dir().join(CONTROL_SOCKET)
+    }
+
+    /// What whoever changes something over that socket must know, as long as there is a daemon.
+    pub fn token_file(&self) -> PathBuf {
+        self.dir().join("token")
+    }
+
+    /// Where the daemon of the instance can be asked over TCP, if it can.
+    pub fn address_file(&self) -> PathBuf {
+        self.dir().join("http")
     }
 
     /// The folder of the instance. It is named by a tag, since paths of sockets are short.

@@ -17,7 +17,8 @@ const GLOBAL_WAIT: Duration = Duration::from_secs(5);
 const GLOBAL_POLL: Duration = Duration::from_millis(1);
 const GLOBAL_FILE: &str = ".gate";
 const NAME_FILE: &str = "name";
-const DAEMON_FILE: &str = "daemon.lock";
+/// The lock of a daemon.
+pub(crate) const DAEMON_FILE: &str = "daemon.lock";
 
 /// A daemon that lives, as its lock tells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -162,7 +163,7 @@ impl GlobalLock {
     }
 
     /// Enters by the global lock that is there; none where there is no gate, since then there is no instance.
-    fn join() -> Result<Option<Self>, IpcError> {
+    pub(crate) fn join() -> Result<Option<Self>, IpcError> {
         let path = base().join(GLOBAL_FILE);
         let begun = Instant::now();
         while path.exists() {
@@ -198,7 +199,7 @@ impl Drop for GlobalLock {
 }
 
 /// Whether no living process holds a lock in the folder. Ask under the global lock.
-pub(crate) fn is_abandoned(dir: &Path) -> bool {
+fn is_abandoned(dir: &Path) -> bool {
     let Ok(entries) = fs::read_dir(dir) else {
         return false;
     };
@@ -206,7 +207,16 @@ pub(crate) fn is_abandoned(dir: &Path) -> bool {
         .flatten()
         .map(|entry| entry.path())
         .filter(|path| path.extension() == Some(OsStr::new("lock")))
-        .all(|path| File::open(path).is_ok_and(|file| file.try_lock().is_ok()))
+        .all(|path| holder(&path).is_none())
+}
+
+/// Who holds a lock, 0 if that is not known; whose file cannot be opened is held. Ask under the global lock.
+pub(crate) fn holder(lock: &Path) -> Option<u32> {
+    let Ok(mut file) = File::open(lock) else { return Some(0) };
+    match file.try_lock_shared() {
+        Ok(()) => None,
+        Err(TryLockError::WouldBlock | TryLockError::Error(_)) => Some(read_pid(&mut file)),
+    }
 }
 
 /// Removes the folder and every segment of shared memory of an instance; returns how many segments. Call under the global lock.

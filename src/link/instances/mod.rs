@@ -8,10 +8,11 @@ mod private;
 use iceoryx2::prelude::ipc_threadsafe;
 
 pub use instance::Instance;
-pub(crate) use instance::check_controller_name;
-pub(crate) use lock::{GlobalLock, is_abandoned, name_in, remove_instance};
+pub(crate) use instance::{DAEMONS_FILES, check_controller_name};
+pub(crate) use lock::{DAEMON_FILE, GlobalLock, holder, name_in, remove_instance};
 pub use lock::{Lock, Present};
-pub(crate) use paths::{PREFIX, base, prefix_of, segments, shared_memory};
+pub use paths::shared_memory;
+pub(crate) use paths::{PREFIX, base, prefix_of, segments};
 pub(crate) use private::restrict;
 
 /// The transport: shared memory whose ports may be used from any thread.

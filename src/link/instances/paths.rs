@@ -16,7 +16,7 @@ pub(crate) fn base() -> PathBuf {
 }
 
 /// Where the system shows its segments of shared memory as files.
-pub(crate) fn shared_memory() -> &'static Path {
+pub fn shared_memory() -> &'static Path {
     Path::new("/dev/shm")
 }
 

@@ -19,16 +19,16 @@ const OTHERS: u32 = 0o077;
 /// [`IpcError::Foreign`] when it belongs to another user or is no folder, [`IpcError::File`] when it cannot be made.
 pub(crate) fn folder(path: &Path) -> Result<(), IpcError> {
     match DirBuilder::new().mode(FOLDER).create(path) {
-        Ok(()) => return Ok(()),
-        Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
-        Err(source) => return Err(IpcError::file(path)(source)),
+        Err(error) if error.kind() != ErrorKind::AlreadyExists => return Err(IpcError::file(path)(error)),
+        Ok(()) | Err(_) => {}
     }
     // The link itself is looked at, not what it leads to: another user may have laid it.
     let about = fs::symlink_metadata(path).map_err(IpcError::file(path))?;
     if !about.is_dir() || about.uid() != rustix::process::getuid().as_raw() {
         return Err(IpcError::Foreign { path: path.to_owned(), uid: about.uid() });
     }
-    if about.mode() & OTHERS != 0 {
+    // The mode may be too narrow as well: the transport changes the umask of the process while it binds a socket.
+    if about.mode() & (FOLDER | OTHERS) != FOLDER {
         fs::set_permissions(path, Permissions::from_mode(FOLDER)).map_err(IpcError::file(path))?;
     }
     Ok(())
@@ -63,10 +63,11 @@ mod tests {
         let base = std::env::temp_dir().join(format!("ambidex-private-{}", std::process::id()));
         folder(&base).unwrap();
         assert_eq!(mode(&base), 0o700);
-        // One that was made wider before is narrowed.
-        fs::set_permissions(&base, Permissions::from_mode(0o755)).unwrap();
-        folder(&base).unwrap();
-        assert_eq!(mode(&base), 0o700);
+        for (found, is) in [(0o755, "wider"), (0o600, "narrower")] {
+            fs::set_permissions(&base, Permissions::from_mode(found)).unwrap();
+            folder(&base).unwrap();
+            assert_eq!(mode(&base), 0o700, "one that was made {is} before");
+        }
         let file = base.join("lock");
         open(File::options().create(true).append(true), &file).unwrap();
         assert_eq!(mode(&file), 0o600);

@@ -256,14 +256,18 @@ impl DaemonPort {
         }
     }
 
-    fn tell_what_was_passed_over(&mut self) {
-        if let Some(count) = self.refusals.passed_over(monotonic_ns()) {
-            tracing::warn!(controller = self.controller, count, "as many more were refused");
-        }
+    fn tell_what_was_passed_over(&mut self) -> Option<Heard> {
+        let count = self.refusals.passed_over(monotonic_ns())?;
+        tracing::warn!(controller = self.controller, count, "as many more were refused");
+        Some(Heard::PassedOver(count))
     }
 }
 
 impl Link for DaemonPort {
+    fn know(&mut self, labels: &Arc<Labels>) {
+        self.labels = Arc::clone(labels);
+    }
+
     fn send(&mut self, message: &ToController) -> Result<(), LinkError> {
         if let ToController::Configure { generation, speed, .. } = message {
             self.forget();
@@ -281,8 +285,7 @@ impl Link for DaemonPort {
         if let Err(error) = self.listener.try_wait(|_| {}) {
             self.complain(&error, "cannot listen");
         }
-        self.tell_what_was_passed_over();
-        let mut heard = Vec::new();
+        let mut heard = Vec::from_iter(self.tell_what_was_passed_over());
         self.hear_streams(&mut heard);
         self.hear_pulses(&mut heard);
         self.hear_reports(&mut heard);
@@ -335,5 +338,40 @@ fn refused(error: RequestSendError) -> LinkError {
             LinkError::Full
         }
         RequestSendError::SendError(other) => LinkError::Transport(Box::new(other)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::thread;
+    use std::time::Instant;
+
+    use ambidex_model::Names;
+
+    use super::*;
+    use crate::clock::fresh_epoch;
+    use crate::instances::Instance;
+
+    #[test]
+    fn what_is_refused_beyond_the_pace_is_counted() {
+        let node = IpcNode::open(Instance::fresh().lock_daemon().unwrap()).unwrap();
+        let labels = Arc::new(Labels::new(&Names::default()));
+        let mut port = DaemonPort::open(&node, "arm", &labels, fresh_epoch(), ClockOrigin(monotonic_ns())).unwrap();
+        let mut told = 0;
+        for _ in 0..REFUSALS_MAX + 12 {
+            told += u32::from(port.refuse(None, Rejection::Version, "a pulse").is_some());
+        }
+        assert_eq!(told, REFUSALS_MAX);
+        let by = Instant::now() + 10 * REFUSALS_WINDOW;
+        let heard = loop {
+            let heard = port.drain();
+            assert!(Instant::now() < by, "it is never told");
+            if !heard.is_empty() {
+                break heard;
+            }
+            thread::sleep(REFUSALS_WINDOW / 10);
+        };
+        assert_eq!(heard, [Heard::PassedOver(12)]);
+        assert_eq!(port.drain(), [], "told once");
     }
 }

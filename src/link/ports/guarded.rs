@@ -1,7 +1,7 @@
 //! A daemon's port that is given up once what it lies in is damaged.
 
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, RawFd};
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::daemon::DaemonPort;
 use crate::damage;
@@ -24,15 +24,18 @@ impl GuardedPort {
         Self { epoch: port.epoch(), listener: port.as_raw_fd(), port: Some(port), is_told: false }
     }
 
-    /// What the work gives, unless the port is damaged.
+    /// What the work gives, unless it comes upon damage: what was truncated, or what the transport panics over since others
+    /// overwrote it.
     fn guarded<T>(&mut self, work: impl FnOnce(&mut DaemonPort) -> T) -> Option<T> {
         let port = self.port.as_mut()?;
         let before = damage::count();
         let done = catch_unwind(AssertUnwindSafe(|| work(port)));
-        if damage::count() == before {
-            return Some(done.unwrap_or_else(|panic| resume_unwind(panic)));
+        let is_truncated = damage::count() != before;
+        match done {
+            Ok(done) if !is_truncated => return Some(done),
+            _ if is_truncated => tracing::error!(controller = port.controller(), "a file of the link was truncated"),
+            Ok(_) | Err(_) => tracing::error!(controller = port.controller(), "the link panicked, and is given up"),
         }
-        tracing::error!(controller = port.controller(), "a file of the link was truncated");
         if let Some(port) = self.port.take() {
             port.abandon();
         }
@@ -71,12 +74,8 @@ impl Drop for GuardedPort {
     fn drop(&mut self) {
         // Its end touches what it lies in, too.
         if let Some(port) = self.port.take() {
-            let before = damage::count();
-            let ended = catch_unwind(AssertUnwindSafe(|| drop(port)));
-            if let Err(panic) = ended
-                && damage::count() == before
-            {
-                resume_unwind(panic);
+            if catch_unwind(AssertUnwindSafe(|| drop(port))).is_err() {
+                tracing::error!("the end of a link panicked");
             }
             damage::settle();
         }

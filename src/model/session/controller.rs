@@ -25,6 +25,8 @@ pub struct Session<C> {
     is_stopping: bool,
     /// Why it may not move, whatever its body says.
     inhibited: Option<Inhibition>,
+    /// Why its body may not move, as it said in the last turn: all that is told in a turn goes by one answer.
+    body_inhibited: Option<Inhibition>,
     /// When the last feedback was given.
     told_ns: u64,
     replies: Vec<Reply>,
@@ -65,8 +67,10 @@ struct Attachment {
 impl<C: Controller> Session<C> {
     /// A controller that serves nobody yet.
     pub fn new(body: C) -> Self {
+        let executor = Executor::new(body);
         Self {
-            executor: Executor::new(body),
+            body_inhibited: executor.inhibited(),
+            executor,
             daemon: None,
             attached: None,
             told_ns: 0,
@@ -104,7 +108,7 @@ impl<C: Controller> Session<C> {
 
     /// Why it may not move.
     pub fn inhibited(&self) -> Option<Inhibition> {
-        self.inhibited.or_else(|| self.executor.inhibited())
+        self.inhibited.or(self.body_inhibited)
     }
 
     /// The controller's process is started anew: it serves nobody and does nothing.
@@ -149,6 +153,7 @@ impl<C: Controller> Session<C> {
             self.executor.cancel();
         }
         let has_moved = self.run_steps(now_ns);
+        self.body_inhibited = self.executor.inhibited();
         if let Some(why) = self.inhibited() {
             self.halt(why);
         }

@@ -1,5 +1,7 @@
 //! The session alone, with time handed in.
 
+use std::cell::Cell;
+
 use nalgebra::Point3;
 
 use super::*;
@@ -248,5 +250,43 @@ fn at_hardly_any_speed_it_still_gives_signs_of_life() {
         take(&mut session, EPOCH, goal(1), 0);
         assert!(!session.is_at_rest(), "it moves");
         assert_eq!(session.rest(50 * MS), PULSE_EVERY);
+    }
+}
+
+/// A body that says something else each time it is asked.
+struct Fickle(Cell<bool>);
+
+impl Controller for Fickle {
+    fn configure(&mut self, _: &ControllerKind, start: ControllerState) -> ControllerState {
+        start
+    }
+
+    fn start(&mut self, _: &Command, _: Mode) -> Result<(), Rejection> {
+        Ok(())
+    }
+
+    fn cancel(&mut self) {}
+
+    fn step(&mut self) -> Progress {
+        Progress::Running(0.0)
+    }
+
+    fn state(&self) -> ControllerState {
+        state(0.0)
+    }
+
+    fn inhibited(&self) -> Option<Inhibition> {
+        let is_inhibited = self.0.replace(!self.0.get());
+        is_inhibited.then_some(Inhibition::Fault)
+    }
+}
+
+#[test]
+fn all_that_is_told_in_a_turn_goes_by_one_answer_of_the_body() {
+    let mut session = Session::new(Fickle(Cell::new(false)));
+    for turn in 0..4 {
+        session.tick(turn * MS);
+        let told = session.inhibited();
+        assert_eq!((session.inhibited(), session.pulse().inhibited), (told, told), "turn {turn}");
     }
 }

@@ -5,6 +5,7 @@
 
 mod clock;
 mod controller;
+mod monitor;
 mod pace;
 mod presence;
 mod reporter;
@@ -13,6 +14,7 @@ use std::time::Duration;
 
 pub use clock::ClockOrigin;
 pub use controller::{Reply, Session};
+pub use monitor::{DIAGNOSE_EVERY, Monitor};
 pub use pace::Pace;
 pub use presence::{Attendance, Hearing, Presence};
 pub use reporter::Reported;

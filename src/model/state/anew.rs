@@ -14,7 +14,7 @@ impl State {
         let topology = Arc::clone(&self.topology);
         self.gather(or, |holder| topology.is_within(holder, way));
         // What waits there for its next time goes on waiting: nobody hurries by leaving.
-        self.end_times(way..topology.end(way));
+        topology.below(way).for_each(|run| self.end_times(run));
         if self.phase(way) == Phase::Ending {
             self.status_mut(way).phase = Phase::Pending;
         }
@@ -23,7 +23,8 @@ impl State {
 
     /// Nothing below a node counts as granted since it began.
     pub(super) fn forget_begun(&mut self, top: NodeId) {
-        for node in (top.0..self.topology.end(top).0).map(NodeId) {
+        let topology = Arc::clone(&self.topology);
+        for node in topology.nodes_below(top) {
             if self.status(node).is_begun {
                 self.status_mut(node).is_begun = false;
             }
@@ -33,13 +34,12 @@ impl State {
     /// A node that is done more than once begins anew.
     pub(super) fn repeat(&mut self, reopened: &Reopened, since: Time, until: Option<Time>) {
         let top = reopened.node;
-        let below = top..self.topology.end(top);
-        self.forget_moments(below.clone());
-        self.forget_needs(below.clone());
+        let topology = Arc::clone(&self.topology);
+        self.forget_below(top);
         let times = self.iterations.get(&top).copied().unwrap_or_default() + 1;
-        (below.start.0..below.end.0).map(NodeId).for_each(|node| self.forget_all(node));
+        topology.nodes_below(top).for_each(|node| self.forget_all(node));
         Arc::make_mut(&mut self.iterations).insert(top, times);
-        self.gather(top, |holder| below.contains(&holder));
+        self.gather(top, |holder| topology.is_within(holder, top));
         if let Some(until) = until {
             Arc::make_mut(&mut self.pauses).insert(top, Pause { since, until });
         }
@@ -62,7 +62,7 @@ impl State {
 
     /// A node is canceled or about to be left.
     pub(super) fn end_node(&mut self, node: NodeId) -> bool {
-        let is_known = node.index() < self.topology.count();
+        let is_known = self.topology.has(node);
         if is_known && !matches!(self.phase(node), Phase::Done | Phase::Failed | Phase::Cleaning(_)) {
             self.status_mut(node).phase = Phase::Ending;
             self.end_times_of_body(node);
@@ -75,9 +75,10 @@ impl State {
         if !self.can_clean(node) {
             return false;
         }
-        let body = NodeId(node.0 + 1)..self.topology.end(NodeId(node.0 + 1));
-        self.forget_moments(body.clone());
-        self.gather(node, |holder| body.contains(&holder));
+        let topology = Arc::clone(&self.topology);
+        let body = topology.children(node).next().expect("it has a body and a cleanup");
+        topology.below(body).for_each(|run| self.forget_moments(run));
+        self.gather(node, |holder| topology.is_within(holder, body));
         let goes_on = match self.phase(node) {
             Phase::Failing(failing) => GoesOn::Failing(failing),
             Phase::Ending => GoesOn::Ending,
@@ -101,11 +102,10 @@ impl State {
     pub(super) fn end_cleaning(&mut self, node: NodeId) {
         Arc::make_mut(&mut self.cleaning).remove(&node);
         let cleanup = self.topology.children(node).last().unwrap_or(node);
-        let below = cleanup..self.topology.end(cleanup);
-        self.forget_moments(below.clone());
-        self.forget_needs(below.clone());
-        (below.start.0..below.end.0).map(NodeId).for_each(|node| self.forget_all(node));
-        self.gather(node, |holder| below.contains(&holder));
+        let topology = Arc::clone(&self.topology);
+        self.forget_below(cleanup);
+        topology.nodes_below(cleanup).for_each(|node| self.forget_all(node));
+        self.gather(node, |holder| topology.is_within(holder, cleanup));
         if let Phase::Cleaning(goes_on) = self.phase(node) {
             let is_ending = goes_on == GoesOn::Ending;
             self.status_mut(node).phase = if is_ending { Phase::Ending } else { Phase::Pending };

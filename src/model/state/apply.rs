@@ -16,27 +16,12 @@ impl State {
             Record::Began { world_state, .. } => self.begin(world_state),
             Record::Observed { change, .. } => self.change_world(&[*change]),
             Record::World { change, .. } => self.change(&[*change]),
-            Record::Decided { round, granted, reopened, deadlines, urged, overdue, .. } => {
-                self.round = *round;
-                if let Some(urged) = urged {
-                    self.urged = Arc::new(urged.iter().map(|urged| (urged.node, urged.priority)).collect());
-                }
-                if let Some(overdue) = overdue {
-                    self.overdue = Arc::new(overdue.iter().copied().collect());
-                }
-                if !granted.is_empty() {
-                    (self.is_awaiting, self.awaited_until) = (false, None);
-                    self.awaited_facts = Arc::default();
-                }
-                let are_granted = each(granted, |grant| self.grant(grant));
-                let are_timed = each(deadlines, |deadline| self.begin_time(*deadline));
-                reopened.iter().all(|reopened| self.reopen(reopened)) && are_granted && are_timed
-            }
+            Record::Decided { .. } => self.decided(record),
             Record::Reopened { reopened, .. } => self.reopen(reopened),
             Record::Infeasible { leaf, reason, consequences, .. } => self.give_up(*leaf, reason, *consequences),
             Record::TimedOut { node, consequences, .. } => self.time_out(*node, *consequences),
-            Record::Overtaken { leaf, skip, goal, consequences, .. } => {
-                self.overtake(*leaf, *skip, *goal, *consequences)
+            Record::Overtaken { leaf, skips, goal, consequences, .. } => {
+                self.overtake(*leaf, skips, *goal, *consequences)
             }
             Record::Stopped { leaves, cause, .. } => each(leaves, |leaf| self.stop(*leaf, cause)),
             Record::Ending { end, until, .. } => {
@@ -61,21 +46,28 @@ impl State {
                 (self.is_awaiting, self.awaited_until) = (false, None);
                 each(resources, |resource| self.serve(*resource, *service))
             }
-            Record::Awaited { until, facts, .. } => {
-                let are_known = facts.iter().all(|fact| fact.index() < self.world.facts.len());
-                match (facts.is_empty(), are_known) {
-                    (true, _) => (self.is_awaiting, self.awaited_until) = (true, *until),
-                    (false, true) => self.awaited_facts = Arc::new(facts.clone()),
-                    (false, false) => {}
-                }
-                are_known
-            }
+            Record::Awaited { until, facts, .. } => self.awaits(*until, facts),
             Record::Ended { end, .. } => {
                 self.finish(*end);
                 true
             }
-            Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Denied { .. } => true,
-            Record::Sent { .. } | Record::Resource { .. } | Record::Controller { .. } => true,
+            Record::Added { at, top, under, behind, nodes, task, .. } => {
+                self.add(*at, (*top, *under, *behind), nodes, task.as_ref())
+            }
+            Record::Removed { node, .. } => self.remove(*node),
+            Record::Granting { at, task, granting } => self.set_granting(*at, *task, *granting),
+            Record::Canceled { task, until, .. } => self.cancel(*task, *until),
+            Record::TaskEnded { task, .. } => self.end_task(*task),
+            Record::Stalled { tasks, .. } => self.stalled(tasks),
+            Record::ObjectAdded { object, place, .. } => self.add_object(*object, *place),
+            Record::ObjectRemoved { object, .. } => self.remove_object(*object),
+            Record::Denied { .. } | Record::Declined { .. } | Record::Checkpoint { .. } => true,
+            Record::Header(_)
+            | Record::Told { .. }
+            | Record::Turn { .. }
+            | Record::Sent { .. }
+            | Record::Resource { .. }
+            | Record::Controller { .. } => true,
         }
     }
 
@@ -107,8 +99,8 @@ impl State {
     }
 
     /// The time of a task node runs, unless it does already.
-    fn begin_time(&mut self, Deadline { node, until }: Deadline) -> bool {
-        let is_known = node.index() < self.topology.count();
+    pub(super) fn begin_time(&mut self, Deadline { node, until }: Deadline) -> bool {
+        let is_known = self.topology.has(node);
         if is_known && !self.timed.contains_key(&node) {
             Arc::make_mut(&mut self.timed).insert(node, until);
             Arc::make_mut(&mut self.deadlines).insert((until, node));
@@ -128,7 +120,7 @@ impl State {
         let topology = Arc::clone(&self.topology);
         let in_cleanup =
             |timed| topology.path(timed).take_while(|above| *above > node).any(|at| topology.is_cleanup(at));
-        let timed = self.timed.range(node..topology.end(node)).map(|(&timed, _)| timed);
+        let timed = topology.within(node, &self.timed).map(|(timed, _)| timed);
         let of_body: Vec<NodeId> = timed.filter(|timed| !in_cleanup(*timed)).collect();
         of_body.into_iter().for_each(|timed| self.end_time(timed));
     }
@@ -148,7 +140,7 @@ impl State {
 
     /// It waits no longer.
     pub(super) fn wake(&mut self, leaf: NodeId) -> bool {
-        if leaf.index() >= self.topology.count() {
+        if !self.topology.has(leaf) {
             return false;
         }
         if self.pauses.contains_key(&leaf) {
@@ -175,7 +167,7 @@ impl State {
     }
 
     /// What was skipped is done, the way to the behavior is chosen, and its leases move to it.
-    fn grant(&mut self, grant: &Grant) -> bool {
+    pub(super) fn grant(&mut self, grant: &Grant) -> bool {
         if !self.can_grant(grant) {
             return false;
         }
@@ -186,6 +178,7 @@ impl State {
         }
         Arc::make_mut(&mut self.table).take(&topology, grant);
         Arc::make_mut(&mut self.running).insert(leaf, grant.clone());
+        self.goes_on_again(leaf);
         let status = self.status_mut(leaf);
         (status.bar, status.is_stopping) = (None, false);
         let mut child = leaf;
@@ -220,6 +213,15 @@ impl State {
         self.end_times(nodes);
     }
 
+    /// Nothing at or below a node is needed, or waits for anything more.
+    pub(super) fn forget_below(&mut self, top: NodeId) {
+        let topology = Arc::clone(&self.topology);
+        for run in topology.below(top) {
+            self.forget_needs(run.clone());
+            self.forget_moments(run);
+        }
+    }
+
     /// Behaviors that were sent back are done again, or will not be.
     pub(super) fn forget_needs(&mut self, nodes: std::ops::Range<NodeId>) {
         let needed = |redone: &Redone| redone.leaf.is_some();
@@ -232,7 +234,7 @@ impl State {
         }
     }
 
-    fn reopen(&mut self, reopened: &Reopened) -> bool {
+    pub(super) fn reopen(&mut self, reopened: &Reopened) -> bool {
         if !self.can_reopen(reopened) {
             return false;
         }
@@ -332,7 +334,7 @@ impl State {
         // Nothing above can be complete any more either.
         let topology = Arc::clone(&self.topology);
         let mut child = failing.node;
-        for node in topology.path(failing.node).skip(1).take_while(|node| node.0 > 0) {
+        for node in topology.path(failing.node).skip(1).take_while(|node| *node > topology.stem()) {
             // What a cleanup comes to is nothing to those above.
             if topology.is_cleanup(child) {
                 break;
@@ -345,15 +347,16 @@ impl State {
     }
 
     /// Others did what a THEN was about to do.
-    fn overtake(&mut self, leaf: NodeId, skip: NodeRange, goal: NodeId, consequences: Consequences) -> bool {
-        if !self.can_overtake(leaf, skip, goal, consequences) {
+    fn overtake(&mut self, leaf: NodeId, skips: &[NodeRange], goal: NodeId, consequences: Consequences) -> bool {
+        if !self.can_overtake(leaf, skips, goal, consequences) {
             return false;
         }
-        self.skip(skip);
+        skips.iter().for_each(|skip| self.skip(*skip));
         if let Some(completed) = consequences.completed {
             let heir = Heir { node: completed.heir.unwrap_or(completed.node), goes_on: completed.heir.is_some() };
             let topology = Arc::clone(&self.topology);
-            let is_below = |holder| skip.contains(holder) || topology.is_within(holder, completed.node);
+            let is_skipped = |holder| skips.iter().any(|skip| skip.contains(holder));
+            let is_below = |holder| is_skipped(holder) || topology.is_within(holder, completed.node);
             Arc::make_mut(&mut self.table).move_up(is_below, heir);
             self.are_done(goal, completed.node);
         }
@@ -413,8 +416,7 @@ impl State {
         for node in self.topology.path(from).take_while(|node| *node >= top).collect::<Vec<_>>() {
             self.status_mut(node).phase = Phase::Done;
         }
-        self.forget_needs(top..self.topology.end(top));
-        self.forget_moments(top..self.topology.end(top));
+        self.forget_below(top);
     }
 
     /// The behavior has brought it about that all above it up to a node are done.
@@ -436,7 +438,8 @@ impl State {
         if self.status(parent).way == Some(top) {
             self.status_mut(parent).way = None;
         }
-        self.forget_moments(top..self.topology.end(top));
+        let topology = Arc::clone(&self.topology);
+        topology.below(top).for_each(|run| self.forget_moments(run));
     }
 
     fn change(&mut self, changes: &[Change]) -> bool {
@@ -487,7 +490,7 @@ impl State {
 const TOP: NodeId = NodeId(1);
 
 /// Does something with each, also behind one that fails; true if none does.
-fn each<T>(things: &[T], mut apply: impl FnMut(&T) -> bool) -> bool {
+pub(super) fn each<T>(things: &[T], mut apply: impl FnMut(&T) -> bool) -> bool {
     let mut are_sound = true;
     for thing in things {
         are_sound &= apply(thing);

@@ -16,18 +16,19 @@ impl State {
                 let has_run = self.running.contains_key(leaf);
                 has_run && outcome.changes.iter().all(|change| self.knows(*change))
             }
-            Told::Resumed | Told::Woke | Told::End { .. } => true,
+            Told::Resumed | Told::Woke | Told::Work { .. } | Told::End { .. } => true,
         }
     }
 
     pub(super) fn knows(&self, change: Change) -> bool {
         match change {
-            Change::Base(_) => true,
+            Change::Base(_) | Change::Blocked(_) | Change::Cleared(_) => true,
             Change::Emptied(resource) => resource.index() < self.table.count(),
             Change::Object(object, at) => {
                 let are_known = at.holders().iter().all(|by| by.index() < self.table.count());
                 object.index() < self.world.objects.len() && are_known
             }
+            Change::Laid(object, ..) => object.index() < self.world.objects.len(),
             Change::Taken(object, by) => object.index() < self.world.objects.len() && by.index() < self.table.count(),
             Change::Fact(fact, _) => fact.index() < self.world.facts.len(),
         }
@@ -36,10 +37,10 @@ impl State {
     /// Ids are known, the behavior does not run, and nobody stands in its way.
     pub(super) fn can_grant(&self, grant: &Grant) -> bool {
         let leaf = grant.leaf();
-        let is_skip = |skip: &crate::NodeRange| {
-            skip.from.0 > 0 && skip.from < skip.to && skip.to.index() <= self.topology.count()
-        };
-        if !self.has(leaf) || self.running.contains_key(&leaf) || !grant.request.skips.iter().all(is_skip) {
+        if !self.has(leaf)
+            || self.running.contains_key(&leaf)
+            || !grant.request.skips.iter().all(|skip| self.is_skip(skip))
+        {
             return false;
         }
         let line = Lineage { topology: &self.topology, node: leaf, skips: &grant.request.skips };
@@ -126,22 +127,33 @@ impl State {
     }
 
     /// Children of one THEN from the one with the leaf up to the goal, and nothing of them runs.
-    pub(super) fn can_overtake(&self, leaf: NodeId, skip: NodeRange, goal: NodeId, consequences: Consequences) -> bool {
-        let is_run = skip.from.0 > 0 && skip.from < skip.to && skip.to.index() <= self.topology.count();
+    pub(super) fn can_overtake(
+        &self,
+        leaf: NodeId,
+        skips: &[NodeRange],
+        goal: NodeId,
+        consequences: Consequences,
+    ) -> bool {
+        let contain = |node: NodeId| skips.iter().any(|skip| skip.contains(node));
+        let is_idle = |skip: &NodeRange| self.running.range(skip.from..skip.to).next().is_none();
         let is_above = |node: NodeId| node.0 > 0 && self.is_above(node, goal);
-        is_run
-            && skip.contains(leaf)
-            && skip.contains(goal)
-            && self.topology.parent(goal) == self.topology.parent(skip.from)
-            && (skip.from.0..skip.to.0).all(|node| !self.running.contains_key(&NodeId(node)))
+        skips.iter().all(|skip| self.is_skip(skip) && is_idle(skip))
+            && contain(leaf)
+            && contain(goal)
+            && self.has(goal)
+            && skips.first().is_some_and(|first| self.topology.parent(goal) == self.topology.parent(first.from))
             && consequences.completed.is_none_or(|completed| {
                 is_above(completed.node) && !self.is_busy(completed.node) && completed.heir.is_none_or(is_above)
             })
             && consequences.failed.is_none_or(|failed| is_above(failed) && !self.is_busy(failed))
     }
 
+    fn is_skip(&self, skip: &NodeRange) -> bool {
+        skip.from.0 > 0 && skip.from < skip.to && self.has(skip.from) && skip.to <= self.topology.next()
+    }
+
     fn has(&self, node: NodeId) -> bool {
-        node.index() < self.topology.count()
+        self.topology.has(node)
     }
 
     fn is_above(&self, top: NodeId, node: NodeId) -> bool {

@@ -5,20 +5,27 @@ mod anew;
 mod apply;
 mod check;
 mod chunks;
+mod decided;
+mod saved;
 mod status;
+mod tasks;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::{
-    FactId, Failing, Grant, MissionEnd, NodeId, Reason, ResourceId, ResourceTable, StopCause, Time, Topology,
+    FactId, Failing, Grant, Granting, MissionEnd, NodeId, Reason, ResourceId, ResourceTable, StopCause, Time, Topology,
     WorldState,
 };
 pub use chunks::Chunks;
+pub use saved::{Saved, SavedRoot};
 pub use status::{Bar, GoesOn, Pause, Phase, Redone, Status, Unfit, Wait};
+pub use tasks::Task;
 
 /// The state of a run. A clone is cheap: it shares everything that neither of the two changes afterwards.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
     topology: Arc<Topology>,
     nodes: Chunks<Status>,
@@ -52,10 +59,12 @@ pub struct State {
     round: u32,
     progress: u64,
     stage: Stage,
+    tasks: Arc<BTreeMap<NodeId, Task>>,
+    granting: Granting,
 }
 
 /// How far a mission is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Stage {
     /// It has not begun.
     Waiting,
@@ -69,7 +78,7 @@ impl State {
     /// Before the mission begins.
     pub fn new(topology: Arc<Topology>, resources: usize, world: WorldState) -> Self {
         Self {
-            nodes: Chunks::new(topology.count()),
+            nodes: Chunks::default(),
             topology,
             redone: Arc::default(),
             table: Arc::new(ResourceTable::new(resources)),
@@ -94,6 +103,8 @@ impl State {
             round: 0,
             progress: 0,
             stage: Stage::Waiting,
+            tasks: Arc::default(),
+            granting: Granting::Freely,
         }
     }
 
@@ -179,9 +190,10 @@ impl State {
 
     /// All of these.
     pub fn owed_cleanups(&self, top: NodeId, but: Option<NodeId>) -> impl Iterator<Item = NodeId> {
-        let below = top..self.topology.end(top);
-        let nodes = self.topology.cleanups().range(below).map(|cleanup| self.topology.parent(*cleanup));
-        let mut nodes: Vec<NodeId> = nodes.filter(|node| *node >= top && Some(*node) != but).collect();
+        let cleanups = self.topology.of_set(top, self.topology.cleanups());
+        let nodes = cleanups.map(|cleanup| self.topology.parent(cleanup));
+        let mut nodes: Vec<NodeId> =
+            nodes.filter(|node| self.topology.is_within(*node, top) && Some(*node) != but).collect();
         nodes.sort_unstable();
         nodes.into_iter().filter(move |node| {
             let mut up_to_top = self.topology.path(*node).take_while(|above| *above >= top);
@@ -274,7 +286,7 @@ impl State {
 
     /// What runs at or below a node.
     pub fn running_below(&self, node: NodeId) -> impl Iterator<Item = (NodeId, &Grant)> {
-        self.running.range(node..self.topology.end(node)).map(|(&leaf, grant)| (leaf, grant))
+        self.topology.within(node, &self.running)
     }
 
     /// Whether something at or below a node runs.

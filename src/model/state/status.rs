@@ -1,9 +1,11 @@
 //! What a node has come to.
 
+use serde::{Deserialize, Serialize};
+
 use crate::{Blocked, Failing, Fault, NodeId, Reason, ResourceId, Time};
 
 /// A node's part of the state.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Status {
     /// How far it is.
     pub phase: Phase,
@@ -26,7 +28,7 @@ pub struct Status {
 }
 
 /// How far a node is. Whether something below it runs, [`super::State::running`] says.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Phase {
     /// It is not done, nor has it failed.
     #[default]
@@ -44,7 +46,7 @@ pub enum Phase {
 }
 
 /// What a node goes on to when its cleanup is over.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum GoesOn {
     /// It has failed.
     Failing(Failing),
@@ -55,7 +57,7 @@ pub enum GoesOn {
 }
 
 /// A node that is done more than once waits for its next time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Pause {
     /// Since when, robot time.
     pub since: Time,
@@ -71,7 +73,7 @@ impl Pause {
 }
 
 /// A behavior was sent back, since a later one needs what it makes so.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Redone {
     /// The progress at which it was: it is sent back once in each.
     pub progress: u64,
@@ -80,7 +82,7 @@ pub struct Redone {
 }
 
 /// A node waits before it asks again.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Wait {
     /// Since when, robot time.
     pub since: Time,
@@ -98,7 +100,7 @@ impl Wait {
 }
 
 /// What would not do a behavior, for reach or kind.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Unfit {
     /// The progress at which that was.
     pub progress: u64,
@@ -107,7 +109,7 @@ pub struct Unfit {
 }
 
 /// A behavior whose lease lapsed does not ask before there is progress.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Bar {
     /// The progress at which it holds.
     pub progress: u64,

@@ -4,7 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::{
-    Claim, CommandTerm, Condition, EffectTerm, Location, ObjectId, PlaceId, Pose, Retention, TypeId, WorldState,
+    Claim, CommandTerm, Condition, EffectTerm, Location, ObjectId, PlaceId, Pose, Request, Retention, StandId, TypeId,
+    WorldState,
 };
 
 /// A behavior: its kind with every parameter filled in.
@@ -40,6 +41,8 @@ pub struct BehaviorSpec {
     pub backoff: Duration,
     /// The same behavior wherever an object lies that it follows; none where it follows none.
     pub elsewhere: Option<Arc<Elsewhere>>,
+    /// The same behavior at each stand of the place that it is about, by stand; none where that has only one.
+    pub stands: Option<Arc<[BehaviorSpec]>>,
 }
 
 /// A behavior that is about the place where an object lies.
@@ -70,6 +73,22 @@ impl BehaviorSpec {
     pub fn at(&self, place: Option<PlaceId>) -> &Self {
         let found = self.elsewhere.as_ref().zip(place).and_then(|(followed, place)| followed.at.get(place.index()));
         found.unwrap_or(self)
+    }
+
+    /// The behavior as it was asked for.
+    pub fn asked(&self, request: &Request) -> &Self {
+        self.at(request.place).at_stand(request.stand)
+    }
+
+    /// The behavior for a stand of the place that it is about.
+    pub fn at_stand(&self, stand: Option<StandId>) -> &Self {
+        let found = self.stands.as_ref().zip(stand).and_then(|(stands, stand)| stands.get(stand.index()));
+        found.unwrap_or(self)
+    }
+
+    /// The behavior for every place where an object may lie that it follows, itself last.
+    pub fn anywhere(&self) -> impl Iterator<Item = &Self> {
+        self.elsewhere.iter().flat_map(|followed| &followed.at).chain([self])
     }
 
     /// How long a behavior waits that wants to be tried again after so many failures, robot time.

@@ -16,6 +16,12 @@ pub struct ControllerSpec {
     pub kind: ControllerKind,
     /// How long it may take to end what it was told to end, wall time; past that it counts as hung.
     pub cancel_grace: Duration,
+    /// Of an arm, how thick it is: the radius of its links, meters; none where nothing tells.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radius_m: Option<f64>,
+    /// Of an arm, how long its hand is: from the wrist to what it takes, meters.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub hand_m: f64,
     /// What it may say of the world beyond what it moves.
     #[serde(default)]
     pub reports: Reportable,
@@ -76,4 +82,8 @@ pub struct HeadSpec {
     pub speed: f64,
     /// Top acceleration of each axis, radians per second squared.
     pub acceleration: f64,
+}
+
+fn is_none(length_m: &f64) -> bool {
+    *length_m == 0.0
 }

@@ -89,6 +89,7 @@ impl Display for Call {
 
 /// Whether a part ends its goal or lasts as long as it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
     /// The goal is reached when this is.
@@ -143,6 +144,8 @@ pub enum Fault {
     TimedOut,
     /// The controller is gone.
     Lost(ControllerId),
+    /// Something came to stand in its way.
+    Blocked,
 }
 
 impl Fault {
@@ -163,6 +166,7 @@ impl Fault {
             Self::Contradicted(gripper) => format!("{} does not hold what it should", names.resource(gripper)),
             Self::TimedOut => "it took too long".into(),
             Self::Lost(controller) => format!("{} was lost", names.controller(controller)),
+            Self::Blocked => "something came to stand in its way".into(),
         }
     }
 }
@@ -189,7 +193,7 @@ impl End {
             Self::Succeeded
             | Self::Canceled
             | Self::Interrupted
-            | Self::Failed(Fault::TimedOut | Fault::Contradicted(_)) => None,
+            | Self::Failed(Fault::TimedOut | Fault::Contradicted(_) | Fault::Blocked) => None,
             Self::Failed(
                 Fault::Rejected(controller, _)
                 | Fault::Refused(controller, _)

@@ -2,10 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{ControllerId, MissionSpec, Names, NodeId, NodeKind, Source, Topology, TypeId, WorldState, make_legible};
+use super::{
+    ControllerId, Granting, MissionSpec, Names, NodeId, NodeKind, Runs, Source, Topology, TypeId, WorldState,
+    make_legible,
+};
 
 /// Version of the journal's form; a reader refuses any other.
-pub const JOURNAL_VERSION: u32 = 7;
+pub const JOURNAL_VERSION: u32 = 10;
 
 /// What the ids of a journal stand for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -19,7 +22,7 @@ pub struct Header {
     /// How requests were chosen.
     pub allocator: String,
     /// Parent and kind of each node, by id.
-    pub nodes: Vec<NodeEntry>,
+    pub nodes: Runs<NodeEntry>,
     /// Type of each resource, by id.
     pub resource_types: Vec<TypeId>,
     /// Who moves each resource, by id; empty in a journal that does not tell.
@@ -73,20 +76,26 @@ impl Header {
         .legible()
     }
 
+    /// Whether tasks come and go in this run.
+    pub fn is_standing(&self) -> bool {
+        self.nodes.get(1).is_some_and(|node| node.kind == EntryKind::Tasks)
+    }
+
     /// The shape of its tree.
     ///
     /// # Panics
     /// When its nodes are no tree in preorder, as those of a header that was read always are.
     pub fn topology(&self) -> Topology {
         let topology = Topology::new(self.nodes.iter().map(|node| node.parent).collect());
-        topology.with_cleanups_of(|node| self.nodes[node.index()].kind == EntryKind::Cleanup)
+        let topology = topology.with_cleanups_of(|node| self.nodes[node.index()].kind == EntryKind::Cleanup);
+        topology.with_stem(NodeId(u32::from(self.is_standing())))
     }
 
     /// The same header, in which no name can speak to the terminal that shows it.
     #[must_use]
     pub fn legible(mut self) -> Self {
         [&mut self.mission, &mut self.robot, &mut self.allocator].into_iter().for_each(make_legible);
-        for node in &mut self.nodes {
+        for node in self.nodes.iter_mut() {
             if let EntryKind::Behavior(kind) = &mut node.kind {
                 make_legible(kind);
             }
@@ -108,6 +117,18 @@ pub struct NodeEntry {
     pub kind: EntryKind,
 }
 
+/// A task as a run that takes work tells of it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TaskEntry {
+    /// What it is called: no other that is there is called so.
+    pub name: String,
+    /// How urgent it is.
+    pub priority: i32,
+    /// How it is granted what it asks for.
+    #[serde(default)]
+    pub granting: Granting,
+}
+
 /// What a node in the header is.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "String", into = "String")]
@@ -116,6 +137,8 @@ pub enum EntryKind {
     Root,
     /// `and`.
     And,
+    /// `tasks`.
+    Tasks,
     /// `or`.
     Or,
     /// `then`.
@@ -132,6 +155,7 @@ impl EntryKind {
         match self {
             Self::Root => "root",
             Self::And => "and",
+            Self::Tasks => "tasks",
             Self::Or => "or",
             Self::Then => "then",
             Self::Cleanup => "cleanup",
@@ -150,6 +174,7 @@ impl From<String> for EntryKind {
         match word.as_str() {
             "root" => Self::Root,
             "and" => Self::And,
+            "tasks" => Self::Tasks,
             "or" => Self::Or,
             "then" => Self::Then,
             "cleanup" => Self::Cleanup,
@@ -162,9 +187,8 @@ impl From<EntryKind> for String {
     fn from(kind: EntryKind) -> Self {
         match kind {
             EntryKind::Behavior(word) => word,
-            EntryKind::Root | EntryKind::And | EntryKind::Or | EntryKind::Then | EntryKind::Cleanup => {
-                kind.word().to_owned()
-            }
+            EntryKind::Root | EntryKind::Tasks | EntryKind::And => kind.word().to_owned(),
+            EntryKind::Or | EntryKind::Then | EntryKind::Cleanup => kind.word().to_owned(),
         }
     }
 }
@@ -174,6 +198,7 @@ impl From<&NodeKind> for EntryKind {
         match kind {
             NodeKind::Root => Self::Root,
             NodeKind::And => Self::And,
+            NodeKind::Tasks => Self::Tasks,
             NodeKind::Or => Self::Or,
             NodeKind::Then => Self::Then,
             NodeKind::Cleanup => Self::Cleanup,

@@ -37,6 +37,10 @@ ids! {
     ObjectId,
     /// A place of the world.
     PlaceId,
+    /// A stand of a place, in their order.
+    StandId,
+    /// A spot on the surface of a place, in their order.
+    SpotId,
     /// A fact that behaviors set and clear.
     FactId,
     /// A controller process.

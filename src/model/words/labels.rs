@@ -143,8 +143,10 @@ fn with_held<A, B>(
     })
 }
 
+/// What is gone has no name.
 fn ids<I: From<usize>>(names: &[Name]) -> BTreeMap<Name, I> {
-    names.iter().enumerate().map(|(index, name)| (*name, I::from(index))).collect()
+    let named = names.iter().enumerate().filter(|(_, name)| !name.is_empty());
+    named.map(|(index, name)| (*name, I::from(index))).collect()
 }
 
 #[cfg(test)]

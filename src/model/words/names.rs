@@ -4,23 +4,26 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-use super::{ChannelId, ControllerId, FactId, NodeId, ObjectId, PlaceId, ResourceId, TypeId};
+use super::{ChannelId, ControllerId, FactId, NodeId, ObjectId, PlaceId, ResourceId, Runs, TypeId};
 
 /// The names behind the ids of a mission, each list by id.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Names {
     /// Nodes of the tree.
-    pub nodes: Vec<String>,
+    pub nodes: Runs<String>,
     /// Resources of the robot.
     pub resources: Vec<String>,
     /// Types of resources.
     pub types: Vec<String>,
     /// Channels, as they are made from texts like `at $place`.
     pub channels: Vec<String>,
-    /// Objects of the world.
+    /// Objects of the world; empty for one that is gone.
     pub objects: Vec<String>,
     /// Places of the world.
     pub places: Vec<String>,
+    /// What the stands of a place are called, by place; empty for one that has only one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stands: Vec<Vec<String>>,
     /// Facts of the world.
     pub facts: Vec<String>,
     /// Controllers of the robot, which are also names of processes.
@@ -30,9 +33,9 @@ pub struct Names {
 macro_rules! named {
     ($($name:ident, $list:ident, $id:ty;)+) => {
         impl Names {$(
-            #[doc = concat!("The name behind one id of `", stringify!($list), "`; `?` for one that is not of this mission.")]
+            #[doc = concat!("The name behind one id of `", stringify!($list), "`; `?` for one that is not of this mission, or no more.")]
             pub fn $name(&self, id: $id) -> &str {
-                self.$list.get(id.index()).map_or("?", String::as_str)
+                self.$list.get(id.index()).filter(|name| !name.is_empty()).map_or("?", String::as_str)
             }
         )+}
     };
@@ -53,8 +56,10 @@ impl Names {
     /// The same names without what a terminal obeys instead of showing it.
     #[must_use]
     pub fn legible(mut self) -> Self {
-        let Self { nodes, resources, types, channels, objects, places, facts, controllers } = &mut self;
-        for names in [nodes, resources, types, channels, objects, places, facts, controllers] {
+        let Self { nodes, resources, types, channels, objects, places, stands, facts, controllers } = &mut self;
+        nodes.iter_mut().for_each(make_legible);
+        stands.iter_mut().flatten().for_each(make_legible);
+        for names in [resources, types, channels, objects, places, facts, controllers] {
             names.iter_mut().for_each(make_legible);
         }
         self
@@ -91,8 +96,8 @@ mod tests {
     #[test]
     fn names_cannot_speak_to_the_terminal() {
         let check = |name: &str, expected: &str| {
-            let names = Names { nodes: vec![name.into()], ..Names::default() }.legible();
-            assert_eq!(names.nodes, [expected]);
+            let names = Names { nodes: vec![name.into()].into(), ..Names::default() }.legible();
+            assert_eq!(names.nodes[0], expected);
         };
         check("pick \"2\" * [é 物]", "pick \"2\" * [é 物]");
         check("\u{1b}[2Jpick\n\0", "\u{fffd}[2Jpick\u{fffd}\u{fffd}");

@@ -34,8 +34,9 @@ impl Origin {
         let by_operator = match change {
             Change::Fact(_, true) => "set by an operator",
             Change::Fact(_, false) => "cleared by an operator",
-            Change::Object(..) => "moved by an operator",
+            Change::Object(..) | Change::Laid(..) => "moved by an operator",
             Change::Taken(..) | Change::Base(_) | Change::Emptied(_) => "said by an operator",
+            Change::Blocked(_) | Change::Cleared(_) => "said by an operator",
         };
         match self {
             Self::Operator => by_operator.into(),
@@ -46,6 +47,9 @@ impl Origin {
         }
     }
 }
+
+/// Most obstacles that come to stand in a room: each search of a path is held against all of them.
+pub const OBSTACLES_MAX: usize = 1_000;
 
 /// Why what somebody says of the world is not taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -64,6 +68,8 @@ pub enum Objection {
     NotBegun,
     /// The mission is over.
     Over,
+    /// So much stands in the room already that no more is taken up.
+    Full,
 }
 
 impl Objection {
@@ -74,13 +80,14 @@ impl Objection {
                 format!("\"{}\" is not declared `outside`, so only behaviors change it", names.fact(*fact))
             }
             (Self::NotOutside, _) => "only behaviors change it".into(),
-            (Self::Held { by }, Change::Object(object, _)) => {
+            (Self::Held { by }, Change::Object(object, _) | Change::Laid(object, ..)) => {
                 format!("{} is held by {}", names.thing(*object), holders(by, names))
             }
             (Self::Held { by }, _) => format!("it is held by {}", holders(by, names)),
             (Self::NotTheirs, _) => "only the controller that moves it says so".into(),
             (Self::NotBegun, _) => "the mission has not begun yet".into(),
             (Self::Over, _) => "the mission is over".into(),
+            (Self::Full, _) => format!("at most {OBSTACLES_MAX} things come to stand in the room"),
         }
     }
 }

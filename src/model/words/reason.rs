@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    ChannelId, Deadlock, FactId, Fault, Hold, Loss, Misheld, Names, NodeId, ObjectId, PlaceId, Request, ResourceId,
-    TypeId,
+    ChannelId, Clash, Deadlock, FactId, Fault, Hold, Loss, Misheld, Names, NodeId, ObjectId, PlaceId, Request,
+    ResourceId, TypeId,
 };
 
 /// Why a request was refused or not made. It speaks of the behavior that it is said of.
@@ -46,6 +46,20 @@ pub enum Reason {
         /// What is to be reached from where the robot stands.
         object: ObjectId,
     },
+    /// There is nowhere to put something down from where the robot stands.
+    NoSpot {
+        /// Where it is to be put down.
+        place: PlaceId,
+        /// Whether there are some within reach, each of them taken.
+        is_taken: bool,
+    },
+    /// What could take the object does not reach where it is to be put later.
+    OutOfReachLater {
+        /// What is to be taken.
+        object: ObjectId,
+        /// The behavior that is to put it there.
+        by: NodeId,
+    },
     /// The object is in no gripper of its own line.
     NotHeld {
         /// What is needed and in no gripper of the line.
@@ -85,6 +99,11 @@ pub enum Reason {
     /// No free path leads to the place.
     NoPath {
         /// Where the base is to go.
+        place: PlaceId,
+    },
+    /// Something came to stand where the base was driving.
+    InTheWay {
+        /// Where it was going.
         place: PlaceId,
     },
     /// A search that is bounded in work found no free path to the place, which does not mean that there is none.
@@ -183,6 +202,9 @@ pub enum Reason {
     Clash {
         /// The other behavior.
         with: NodeId,
+        /// What of them would.
+        #[serde(default)]
+        over: Clash,
     },
     /// An OR above chose another way.
     Alternative {
@@ -299,26 +321,27 @@ impl Reason {
             }
             Self::TooFew { of, wanted, free } => format!("needs {wanted} {}s, {free} free", names.ty(*of)),
             Self::Missing { of } => format!("the robot has no {}", names.ty(*of)),
-            Self::OutOfReach { object } => {
-                format!("no free resource reaches {}", names.thing(*object))
+            Self::OutOfReach { object } => format!("no free resource reaches {}", names.thing(*object)),
+            Self::OutOfReachLater { object, by } => {
+                let object = names.thing(*object);
+                format!("nothing that could take {object} reaches what {} asks of it later", names.node(*by))
             }
-            Self::NotHeld { object } => {
-                format!("{} is not held by this branch of the task", names.thing(*object))
-            }
+            Self::NoSpot { place, is_taken } => no_spot(names.place(*place), *is_taken),
+            Self::NotHeld { object } => format!("{} is not held by this branch of the task", names.thing(*object)),
             Self::Taken { object, by } => format!("{} is in {} already", names.thing(*object), names.resource(*by)),
             Self::Misheld(misheld) => misheld.sentence(names),
-            Self::Elsewhere { object, place } => {
-                format!("{} is not at {}", names.thing(*object), names.place(*place))
-            }
+            Self::Elsewhere { object, place } => format!("{} is not at {}", names.thing(*object), names.place(*place)),
             Self::Nowhere { object } => format!("nobody knows where {} is", names.thing(*object)),
             Self::NotAt { place } => format!("the base does not stand at {}", names.place(*place)),
             Self::Driving { by } => format!("the base is being driven by {}", names.node(*by)),
             Self::NoPath { place } => format!("no free path leads to {}", names.place(*place)),
+            Self::InTheWay { place } => format!("something came to stand in the way to {}", names.place(*place)),
             Self::PathNotFound { place, steps } => {
                 format!("no free path to {} was found within {steps} steps of search", names.place(*place))
             }
-            Self::Fact { fact, holds: true } => format!("\"{}\" does not hold", names.fact(*fact)),
-            Self::Fact { fact, holds: false } => format!("\"{}\" holds", names.fact(*fact)),
+            Self::Fact { fact, holds } => {
+                format!("\"{}\" {}", names.fact(*fact), if *holds { "does not hold" } else { "holds" })
+            }
             Self::Unwanted => "its potential is 0, which means that it is not to run".into(),
             Self::NothingAvailable { of } => format!("no {} would be available to it there", names.ty(*of)),
             Self::AlreadyDone { heir, lacks } => {
@@ -363,8 +386,8 @@ impl Reason {
             format!("{} was asked for instead, and did not get what it needs", names.node(*by))
         } else if let Self::SameObject { object, with } = self {
             format!("{} changes {} too", names.node(*with), names.thing(*object))
-        } else if let Self::Clash { with } = self {
-            format!("it would be in the way of {}", names.node(*with))
+        } else if let Self::Clash { with, over } = self {
+            over.sentence(names.node(*with))
         } else if let Self::Alternative { chosen } = self {
             format!("{} was chosen instead", names.node(*chosen))
         } else if let Self::WholeRobot { by } = self {
@@ -404,6 +427,11 @@ impl Reason {
         )
     }
 
+    /// Whether it is why nothing goes on: whose goal is met, or whose turn comes after others, only goes with them.
+    pub fn is_telling(&self) -> bool {
+        !matches!(self, Self::Satisfied | Self::NotItsTurn { .. })
+    }
+
     /// Whether others are what it waits for: they have what it wants, or came before it.
     pub fn is_of_others(&self) -> bool {
         self.is_of_resources()
@@ -430,6 +458,13 @@ impl Reason {
         }
     }
 }
+fn no_spot(place: &str, is_taken: bool) -> String {
+    match is_taken {
+        true => format!("every spot of {place} within reach is taken"),
+        false => format!("the hand reaches no spot of {place} from here"),
+    }
+}
+
 /// How a controller is away, within a sentence.
 fn away(why: Loss) -> String {
     match why {

@@ -1,13 +1,11 @@
 //! What a run leaves behind: typed records, one per line of the journal.
 
-use std::sync::Arc;
-
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Blocked, Change, CommandId, Consequences, ControllerId, Deadline, End, FactId, FromController, Grant, Header, Loss,
-    Misreport, NodeId, NodeRange, Objection, Origin, Outcome, Reason, Rejection, Reopened, Report, Request, Resource,
-    ResourceId, Service, StopCause, Time, ToController, Urged, WorldState,
+    Blocked, Change, Consequences, ControllerId, ControllerMessage, Deadline, End, FactId, Grant, Granting, Header,
+    Hindrance, Message, MissionEnd, NodeEntry, NodeId, NodeRange, ObjectId, Objection, Origin, PlaceId, Reason,
+    Reopened, Resource, ResourceId, Service, StopCause, TaskEntry, Time, Told, Urged, WorldState,
 };
 
 /// One line of the journal.
@@ -112,7 +110,7 @@ pub enum Record {
         /// The behavior that cannot run, and need not.
         leaf: NodeId,
         /// Children of the THEN that count as done now; the last one is what others did.
-        skip: NodeRange,
+        skips: Vec<NodeRange>,
         /// That last one.
         goal: NodeId,
         /// What is complete with it.
@@ -229,6 +227,107 @@ pub enum Record {
         /// Why not.
         why: Objection,
     },
+    /// A part was added to the tree: a task that was submitted, or by an edit.
+    Added {
+        /// Robot time of the adding.
+        at: Time,
+        /// Its top, and the first of its ids, which follow each other.
+        top: NodeId,
+        /// Below which node.
+        under: NodeId,
+        /// Behind how many of its children.
+        behind: u32,
+        /// What it consists of, parents counted from its top.
+        nodes: Vec<NodeEntry>,
+        /// What its nodes are called.
+        names: Vec<String>,
+        /// Channels that the run did not have; their ids go on behind its own.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        channels: Vec<String>,
+        /// Of a task: what it is called, and how urgent it is.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        task: Option<TaskEntry>,
+    },
+    /// A part was taken out of the tree by an edit.
+    Removed {
+        /// Robot time of the removing.
+        at: Time,
+        /// Its top.
+        node: NodeId,
+    },
+    /// How a task is granted what it asks for is different.
+    Granting {
+        /// Robot time since when.
+        at: Time,
+        /// The task; none for all together.
+        task: Option<NodeId>,
+        /// How.
+        granting: Granting,
+    },
+    /// A task is given up: what runs of it is stopped, what it began is cleaned up, and nothing else of it begins.
+    Canceled {
+        /// Robot time at which root took it up.
+        at: Time,
+        /// The task.
+        task: NodeId,
+        /// Until when cleanups may take.
+        until: Time,
+    },
+    /// A task is over and gone. Full grippers that it left are everybody's.
+    TaskEnded {
+        /// Robot time of the end.
+        at: Time,
+        /// The task.
+        task: NodeId,
+        /// Done, or why not.
+        end: MissionEnd,
+    },
+    /// Nothing of some tasks runs and nothing of them can, while nothing becomes different.
+    Stalled {
+        /// Robot time at which root saw it.
+        at: Time,
+        /// All of which that is so now, in their order; none where it is so of none any more.
+        tasks: Vec<NodeId>,
+        /// Why none of their behaviors runs, of those tasks of which it was not so before.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        blocked: Vec<Blocked>,
+    },
+    /// An object came into the room.
+    ObjectAdded {
+        /// Robot time at which root took it up.
+        at: Time,
+        /// Its id, the next one.
+        object: ObjectId,
+        /// What it is called.
+        name: String,
+        /// Where it lies.
+        place: PlaceId,
+    },
+    /// An object left the room.
+    ObjectRemoved {
+        /// Robot time at which root took it up.
+        at: Time,
+        /// Which.
+        object: ObjectId,
+    },
+    /// Work that was asked for is not taken.
+    Declined {
+        /// Robot time at which root decided it.
+        at: Time,
+        /// Which of all that was asked for, counted from 1.
+        number: u64,
+        /// Why not.
+        why: Hindrance,
+    },
+    /// What the run was when its log was put aside: all that stands behind it follows from this.
+    Checkpoint {
+        /// Robot time of the saving.
+        at: Time,
+        /// When the run had begun, robot time.
+        begun: Time,
+        /// All of it, as text of its own ([`Saved`](crate::state::Saved) in JSON).
+        saved: String,
+    },
     /// What a resource is like now that root moved, made or ended leases of it; nobody holds one that was never told of.
     Resource {
         /// Robot time of the change.
@@ -282,6 +381,16 @@ macro_rules! moment {
             | Record::Cleaning { at, .. }
             | Record::Leaving { at, .. }
             | Record::Cleaned { at, .. }
+            | Record::Checkpoint { at, .. }
+            | Record::Added { at, .. }
+            | Record::Removed { at, .. }
+            | Record::Granting { at, .. }
+            | Record::Canceled { at, .. }
+            | Record::TaskEnded { at, .. }
+            | Record::Stalled { at, .. }
+            | Record::ObjectAdded { at, .. }
+            | Record::ObjectRemoved { at, .. }
+            | Record::Declined { at, .. }
             | Record::Resource { at, .. }
             | Record::Controller { at, .. }
             | Record::Ended { at, .. } => Some(at),
@@ -310,8 +419,11 @@ impl Record {
             Self::Woke { .. } | Self::Served { .. } | Self::Awaited { .. } => true,
             Self::Infeasible { .. } | Self::TimedOut { .. } | Self::Reopened { .. } | Self::Overtaken { .. } => true,
             Self::Ending { .. } | Self::Cleaning { .. } | Self::Cleaned { .. } | Self::Leaving { .. } => true,
+            Self::Added { .. } | Self::Removed { .. } | Self::Granting { .. } | Self::Canceled { .. } => true,
+            Self::TaskEnded { .. } | Self::Stalled { .. } | Self::Declined { .. } => true,
+            Self::ObjectAdded { .. } | Self::ObjectRemoved { .. } => true,
             Self::Header(_) | Self::Told { .. } | Self::Observed { .. } | Self::Turn { .. } => false,
-            Self::Sent { .. } | Self::Controller { .. } => false,
+            Self::Sent { .. } | Self::Controller { .. } | Self::Checkpoint { .. } => false,
         }
     }
 
@@ -326,165 +438,4 @@ impl Record {
             refused.clear();
         }
     }
-}
-
-/// What reaches root from outside the tree.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-pub enum Told {
-    /// Begin the mission, or go on with it.
-    Begin {
-        /// What controllers say of the world, which wins over what is known of it.
-        changes: Vec<Change>,
-    },
-    /// Its runtime was gone, and another goes on. Nothing begins before it is told to.
-    Resumed,
-    /// The world is different, and nobody in the tree did it.
-    World {
-        /// What is different.
-        change: Change,
-        /// Who says so.
-        origin: Origin,
-    },
-    /// The goal of a behavior ended.
-    Ended {
-        /// The behavior.
-        leaf: NodeId,
-        /// How, and what its controllers said of the world then.
-        outcome: Outcome,
-    },
-    /// A controller is away, or came back.
-    Service {
-        /// Which controller.
-        controller: ControllerId,
-        /// How it came to be away; none where it came back.
-        outage: Option<Loss>,
-        /// What it says of the world, now that it is back.
-        changes: Vec<Change>,
-    },
-    /// A moment came for which root waited.
-    Woke,
-    /// End the mission in order: nothing is granted any more, what runs is canceled first.
-    End {
-        /// Why.
-        end: MissionEnd,
-    },
-}
-
-/// A message between two nodes, as the journal shows it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-pub enum Message {
-    /// Down: the state of resources and world.
-    Activation,
-    /// Up: the one answer to an activation.
-    Answer {
-        /// Something below runs.
-        running: bool,
-        /// The goal is met.
-        satisfied: bool,
-        /// The potential of the node; none where nothing below asks.
-        potential: Option<f64>,
-        /// Behaviors below that ask, as passed on.
-        asking: Vec<NodeId>,
-        /// A leaf's own request.
-        request: Option<Arc<Request>>,
-        /// What this node says no to: a leaf of itself, a task node of those it did not pass on.
-        blocked: Vec<Blocked>,
-    },
-    /// Down, to where something starts or is to end.
-    Verdict {
-        /// Granted below this edge.
-        granted: Vec<NodeId>,
-        /// Told to end below this edge.
-        #[serde(default, skip_serializing_if = "Vec::is_empty")]
-        stopped: Vec<NodeId>,
-    },
-    /// Up: a behavior ended.
-    Release {
-        /// The behavior that ended.
-        leaf: NodeId,
-        /// Success, failure with its fault, or cancel.
-        end: End,
-    },
-}
-
-/// A message between the runtime and one controller, or what became of one.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-pub enum ControllerMessage {
-    /// It is there.
-    Attached,
-    /// The runtime told it something.
-    Told {
-        /// For which behavior; none for a configuration.
-        leaf: Option<NodeId>,
-        /// A configuration, a command, or its cancel.
-        message: ToController,
-    },
-    /// A further behavior shares a command that lasts.
-    Joined {
-        /// The behavior that joins.
-        leaf: NodeId,
-        /// The command that it shares.
-        id: CommandId,
-    },
-    /// It told the runtime something.
-    Heard {
-        /// An answer, feedback, or a result.
-        message: FromController,
-    },
-    /// What came from it was not used.
-    Refused {
-        /// The command that it was about, where that can be told.
-        id: Option<CommandId>,
-        /// What was wrong with it.
-        why: Rejection,
-    },
-    /// What it says of the world was not heard.
-    Misreported {
-        /// What it said.
-        report: Report,
-        /// Why not.
-        why: Misreport,
-    },
-    /// It is gone.
-    Lost {
-        /// How that was seen.
-        why: Loss,
-    },
-}
-
-impl ControllerMessage {
-    /// The behavior for which the controller was told something.
-    pub fn leaf(&self) -> Option<NodeId> {
-        match self {
-            Self::Told { leaf, .. } => *leaf,
-            Self::Joined { leaf, .. } => Some(*leaf),
-            Self::Attached | Self::Heard { .. } | Self::Refused { .. } => None,
-            Self::Misreported { .. } | Self::Lost { .. } => None,
-        }
-    }
-}
-
-/// How a mission ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum MissionEnd {
-    /// The task is complete.
-    Done,
-    /// The task failed, first at this node: a leaf, or one that took too long.
-    Failed(NodeId),
-    /// Nothing runs and nothing can.
-    Stalled,
-    /// It was told to end.
-    Canceled,
-    /// A controller is gone.
-    ControllerLost(ControllerId),
-    /// Not every controller attached in time.
-    NotAttached,
-    /// A node's own task is gone: a defect.
-    NodeLost(NodeId),
-    /// Another task of the runtime is gone: a defect.
-    TaskLost,
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Access, ChannelId, NodeId, NodeRange, ObjectId, PlaceId, ResourceId, Retention};
+use super::{Access, ChannelId, NodeId, NodeRange, ObjectId, PlaceId, Pose, ResourceId, Retention, SpotId, StandId};
 
 /// A resource that would serve a claim, and what it costs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -42,6 +42,19 @@ pub struct ClaimOptions {
     pub keep: Retention,
     /// What would serve it; never empty.
     pub candidates: Vec<Candidate>,
+    /// Hands that are free and empty and do not reach, in resource order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub beyond: Vec<Beyond>,
+}
+
+/// A hand that does not reach what it would be for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Beyond {
+    /// It would serve the claim.
+    pub resource: ResourceId,
+    /// What comes later and is out of its reach; none where that is so of what is asked now.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by: Option<NodeId>,
 }
 
 impl ClaimOptions {
@@ -75,6 +88,35 @@ pub struct Request {
     /// Where the object lies that the behavior follows; none where it follows none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub place: Option<PlaceId>,
+    /// At which stand of the place that it is about; none where that has only one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stand: Option<StandId>,
+    /// In which spots of their places the objects come to lie that it puts down; of others that follows from themselves.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub spots: Vec<(ObjectId, SpotId)>,
+    /// The distance that its potential comes of, by equation (1); none where it comes of none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distance: Option<Measured>,
+}
+
+/// How far it is to where a behavior would drive.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    /// Meters in the plane.
+    pub meters: f64,
+    /// Along what.
+    pub along: Distance,
+}
+
+/// What the distance of equation (1) is measured along.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Distance {
+    /// The straight line, whatever stands in it.
+    #[default]
+    Straight,
+    /// The path that the base would drive.
+    Path,
 }
 
 /// A claim bound to a resource.
@@ -99,6 +141,16 @@ pub struct Grant {
     /// Leaves among those that it skips whose goal is met already.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub met: Vec<NodeId>,
+    /// The way that the base is to drive, map frame: where it stands first, then way points, the goal last.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub way: Vec<Pose>,
+}
+
+impl Request {
+    /// In which spot an object comes to lie that it puts down.
+    pub fn spot(&self, object: ObjectId) -> Option<SpotId> {
+        self.spots.iter().find(|(put, _)| *put == object).map(|(_, spot)| *spot)
+    }
 }
 
 impl Grant {

@@ -6,6 +6,7 @@ use super::{Access, ChannelId, Grant, Lineage, NodeId, ResourceId, Retention, Se
 
 /// Why a lease is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum LeaseKind {
     /// Kept for what its behavior was done for.
@@ -239,6 +240,11 @@ impl ResourceTable {
     /// Its controller went, or came back.
     pub fn serve(&mut self, resource: ResourceId, service: Service) {
         self.resources[resource.index()].service = service;
+    }
+
+    /// What some nodes hold is free.
+    pub fn free(&mut self, is_from: impl Fn(NodeId) -> bool) {
+        self.resources.iter_mut().for_each(|resource| drop(resource.remove(|lease| is_from(lease.holder))));
     }
 
     /// Frees everything.

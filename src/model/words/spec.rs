@@ -3,8 +3,9 @@
 use nalgebra::{Point3, Vector3};
 
 use super::{
-    ArmSpec, ControllerId, ControllerKind, ControllerSpec, FactId, HeldBy, Hold, Names, Pose, ResourceId, Selector,
-    Source, TreeSpec, TypeId, WorldState,
+    Approach, ArmSpec, ControllerId, ControllerKind, ControllerSpec, Distance, FactId, Fragment, HeldBy, Hold,
+    Location, Names, NodeId, ObjectId, ObjectSpec, Obstacle, PlaceId, Pose, ResourceId, Selector, Shape, Source,
+    SpotId, StandId, TreeSpec, TypeId, WorldState,
 };
 
 /// A mission that can be run.
@@ -55,15 +56,146 @@ pub struct ResourceSpec {
 pub struct WorldSpec {
     /// Places by id.
     pub places: Vec<PlaceSpec>,
-    /// Where on a surface each object lies, by object: offset in the frame of the place's stand, meters.
-    pub object_offsets: Vec<Vector3<f64>>,
-    /// What the base must not drive into.
+    /// What can be taken, by object.
+    pub objects: Vec<ObjectSpec>,
+    /// Walls and what else the base must not drive into, beside the tables of places.
     pub obstacles: Vec<Obstacle>,
+    /// What the distance of equation (1) is measured along.
+    pub distance: Distance,
     /// Facts that others may set and clear, by fact.
     pub outside: Vec<bool>,
 }
 
+/// How near two things may lie whose bodies are smaller, meters.
+const APART_M: f64 = 0.1;
+/// How far a thing may be over an edge, meters: files are written with two digits.
+const SLACK_M: f64 = 0.01;
+
+impl MissionSpec {
+    /// Adds a part to the tree as a child of a node, at some place among the others; gives the id of its top.
+    pub fn graft(&mut self, under: NodeId, place: usize, fragment: &Fragment) -> NodeId {
+        let top = self.tree.graft(under, place, fragment);
+        self.names.nodes.add(top.index(), fragment.names.clone());
+        self.names.channels.extend(fragment.channels.iter().cloned());
+        if self.tree.topology.parent(top) == self.tree.topology.stem() {
+            self.tree.tasks.push(top);
+        }
+        top
+    }
+
+    /// A part of the tree is gone.
+    pub fn remove(&mut self, node: NodeId) {
+        let runs: Vec<_> = self.tree.topology.below(node).collect();
+        self.tree.remove(node);
+        self.tree.tasks.retain(|task| *task != node);
+        runs.into_iter().for_each(|run| self.names.nodes.remove(run.start.index()..run.end.index()));
+    }
+}
+
 impl WorldSpec {
+    /// Whatever the base must not drive into: walls and obstacles, then tables in the order of their places.
+    pub fn solids(&self) -> Vec<Obstacle> {
+        self.obstacles.iter().copied().chain(self.places.iter().filter_map(|place| place.table)).collect()
+    }
+
+    /// The place whose table one of the [solids](Self::solids) is.
+    pub fn table_of(&self, solid: usize) -> Option<PlaceId> {
+        let mut tables = self.places.iter().enumerate().filter(|(_, place)| place.table.is_some());
+        let (place, _) = tables.nth(solid.checked_sub(self.obstacles.len())?)?;
+        Some(PlaceId::from(place))
+    }
+
+    /// Where an object lies, or would lie, at a place by its own offset, map frame, meters.
+    pub fn own_spot(&self, object: ObjectId, place: PlaceId) -> Point3<f64> {
+        let (place, object) = (&self.places[place.index()], &self.objects[object.index()]);
+        object.middle(place.stand.to_map(place.surface + object.offset))
+    }
+
+    /// From where a hand may come to an object that lies at a place, map frame.
+    pub fn approach(&self, object: ObjectId, place: PlaceId) -> Approach<'_> {
+        let (place, object) = (&self.places[place.index()], &self.objects[object.index()]);
+        Approach { sides: &object.grasps, heading: place.stand.heading + object.heading }
+    }
+
+    /// Where an object lies, or would lie, in a spot of a place or by its own offset, map frame, meters.
+    pub fn spot(&self, object: ObjectId, place: PlaceId, spot: Option<SpotId>) -> Point3<f64> {
+        let found = spot.and_then(|spot| self.places[place.index()].spots.get(spot.index()));
+        found.map_or_else(|| self.own_spot(object, place), |found| self.objects[object.index()].middle(*found))
+    }
+
+    /// Whether an object lies by its own offset wherever it is put: somebody told it, and of the surface nothing is known.
+    fn has_own_spot(&self, object: ObjectId, place: PlaceId) -> bool {
+        self.places[place.index()].table.is_none() && self.objects[object.index()].is_offset_told
+    }
+
+    /// Whether it is known where on a place an object lies or is put: what nobody told is a mere guess.
+    pub fn is_spot_told(&self, object: ObjectId, place: PlaceId) -> bool {
+        self.places[place.index()].is_surface_told || self.objects[object.index()].is_offset_told
+    }
+
+    /// Wherever an object may be put down at a place, map frame, meters.
+    pub fn spots(&self, object: ObjectId, place: PlaceId) -> impl Iterator<Item = Point3<f64>> + '_ {
+        // Of a surface of which nothing is known it may be where it would lie beside the others.
+        let own = self.places[place.index()].table.is_none().then(|| self.own_spot(object, place));
+        self.fitting(object, place).map(|(_, at)| at).chain(own)
+    }
+
+    /// The spots of a place in which an object finds room, whatever else lies there, each with where its middle is then, map
+    /// frame, meters.
+    pub fn fitting(&self, object: ObjectId, place: PlaceId) -> impl Iterator<Item = (SpotId, Point3<f64>)> + '_ {
+        let spots = &self.places[place.index()].spots;
+        let count = if self.has_own_spot(object, place) { 0 } else { spots.len() };
+        let middles = spots[..count].iter().map(move |spot| self.objects[object.index()].middle(*spot));
+        let all = middles.enumerate().map(|(spot, at)| (SpotId::from(spot), at));
+        all.filter(move |(_, at)| self.has_room(object, place, *at))
+    }
+
+    /// Whether two objects with their middles in some points, at one place, are nearer than hands and bodies let them be.
+    pub fn meet(&self, (one, at): (ObjectId, Point3<f64>), (other, there): (ObjectId, Point3<f64>)) -> bool {
+        let half_m = |object: ObjectId| self.objects[object.index()].shape.map_or(0.0, |shape| shape.half_width_m());
+        (at - there).xy().norm() < APART_M.max(half_m(one) + half_m(other))
+    }
+
+    /// Whether the table of a place, where it has one, is under all of an object whose middle is there.
+    fn has_room(&self, object: ObjectId, place: PlaceId, at: Point3<f64>) -> bool {
+        let Some(table) = self.places[place.index()].table else { return true };
+        match self.objects[object.index()].shape {
+            Some(Shape::Box(_)) => {
+                self.thing(object, place, at).corners().iter().all(|corner| table.left_m(*corner) >= -SLACK_M)
+            }
+            Some(Shape::Cylinder { radius_m, .. }) => table.left_m(at.xy()) >= radius_m - SLACK_M,
+            None => table.left_m(at.xy()) >= -SLACK_M,
+        }
+    }
+
+    /// The box around an object that lies at a place with its middle in a point, map frame; without size where it has no body.
+    pub fn thing(&self, object: ObjectId, place: PlaceId, middle: Point3<f64>) -> Obstacle {
+        let spec = &self.objects[object.index()];
+        let size = match spec.shape {
+            Some(Shape::Box(size)) => size,
+            Some(Shape::Cylinder { radius_m, height_m }) => Vector3::new(2.0 * radius_m, 2.0 * radius_m, height_m),
+            None => Vector3::zeros(),
+        };
+        Obstacle { middle, size, heading: self.places[place.index()].stand.heading + spec.heading }
+    }
+
+    /// The middle of a place's surface, map frame, meters.
+    pub fn surface(&self, place: PlaceId) -> Point3<f64> {
+        let place = &self.places[place.index()];
+        place.stand.to_map(place.surface)
+    }
+
+    /// Where an object lies, map frame, meters; none while it is in a gripper or nobody knows where, and of one that the
+    /// world does not know.
+    pub fn object(&self, world_state: &WorldState, object: ObjectId) -> Option<Point3<f64>> {
+        self.objects.get(object.index())?;
+        match *world_state.objects.get(object.index())? {
+            Location::At(place) if place.index() >= self.places.len() => None,
+            Location::At(place) => Some(self.spot(object, place, world_state.spot(object))),
+            Location::In(_) | Location::Unknown => None,
+        }
+    }
+
     /// Whether others than behaviors may set and clear a fact.
     pub fn is_outside(&self, fact: FactId) -> bool {
         self.outside.get(fact.index()).copied().unwrap_or(false)
@@ -71,21 +203,34 @@ impl WorldSpec {
 }
 
 /// A place: where the robot stands, and where things lie.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct PlaceSpec {
-    /// Where the base stands, map frame.
+    /// Where the base stands, map frame: the first stand, in whose frame things lie.
     pub stand: Pose,
+    /// Where else it may stand for the same, map frame.
+    pub others: Vec<Pose>,
     /// The middle of the surface in the frame of the stand, meters.
     pub surface: Point3<f64>,
+    /// Whether somebody told where its surface is, or what its table is like.
+    pub is_surface_told: bool,
+    /// What things lie on, where it is known: the base must not drive into it.
+    pub table: Option<Obstacle>,
+    /// Where things are put down, map frame, meters; none where nothing is known of its surface, so that each thing has its
+    /// own offset.
+    pub spots: Vec<Point3<f64>>,
 }
 
-/// An upright box, map frame, meters.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Obstacle {
-    /// Its lower corner.
-    pub min: Point3<f64>,
-    /// Its upper corner.
-    pub max: Point3<f64>,
+impl PlaceSpec {
+    /// Wherever the base may stand, map frame; in the order of [`StandId`]s.
+    pub fn stands(&self) -> impl ExactSizeIterator<Item = Pose> + '_ {
+        (0..self.others.len() + 1).map(|stand| self.stand(StandId::from(stand)))
+    }
+
+    /// One of the stands, map frame; the first one for one that is not there.
+    pub fn stand(&self, stand: StandId) -> Pose {
+        let other = stand.index().checked_sub(1).and_then(|other| self.others.get(other));
+        other.copied().unwrap_or(self.stand)
+    }
 }
 
 impl RobotSpec {
@@ -123,10 +268,30 @@ impl RobotSpec {
 
     /// The arm that moves a resource.
     pub fn arm(&self, resource: ResourceId) -> Option<&ArmSpec> {
-        match &self.controllers[self.resources[resource.index()].controller?.index()].kind {
+        match &self.mover(resource)?.kind {
             ControllerKind::Arm(arm) => Some(arm),
             ControllerKind::Base(_) | ControllerKind::Head(_) | ControllerKind::Device => None,
         }
+    }
+
+    /// How far a hand reaches out for a point of the base frame to which it comes as it may, or for one that is so much
+    /// nearer, meters; none where it cannot, 0 for whatever is no arm.
+    ///
+    /// A hand that comes from somewhere has its wrist there: as far from the point as the hand is long.
+    pub fn reach_m(&self, hand: ResourceId, at: Point3<f64>, approach: Approach<'_>, slack_m: f64) -> Option<f64> {
+        let Some(arm) = self.arm(hand) else { return Some(0.0) };
+        let hand_m = self.mover(hand).map_or(0.0, |controller| controller.hand_m);
+        let is_near = |point: Point3<f64>, reach_m: f64| (point - arm.shoulder).norm() <= reach_m + slack_m;
+        let can = match approach.sides {
+            [] => is_near(at, arm.reach_m),
+            _ => approach.directions().any(|way| is_near(at + way * hand_m, arm.reach_m - hand_m)),
+        };
+        can.then(|| (at - arm.shoulder).norm())
+    }
+
+    /// What moves a resource.
+    pub fn mover(&self, resource: ResourceId) -> Option<&ControllerSpec> {
+        Some(&self.controllers[self.resources[resource.index()].controller?.index()])
     }
 
     /// Where what a resource holds is, base frame, meters: where an arm carries it, or where a slot is.

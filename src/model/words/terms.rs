@@ -13,8 +13,8 @@ pub enum Condition {
     At {
         /// The place that the stand belongs to.
         place: PlaceId,
-        /// The stand, map frame.
-        stand: Pose,
+        /// The stand, map frame; of several any will do.
+        stands: Vec<Pose>,
         /// The distance, meters.
         tolerance_m: f64,
     },
@@ -22,8 +22,8 @@ pub enum Condition {
     Path {
         /// The place that the stand belongs to.
         place: PlaceId,
-        /// The stand, map frame.
-        stand: Pose,
+        /// The stand, map frame; of several any will do.
+        stands: Vec<Pose>,
     },
     /// The object is held by the behavior's own line, or by what nobody has.
     Held(Hold),
@@ -102,6 +102,34 @@ impl Task {
             Self::Put(..) | Self::PutInto(..) | Self::DriveTo(..) | Self::Stand | Self::LookAt(_) | Self::Call(_) => {
                 None
             }
+        }
+    }
+
+    /// Where it brings the base.
+    pub fn driven_to(&self) -> Option<Pose> {
+        match *self {
+            Self::DriveTo(_, stand) => Some(stand),
+            Self::Put(..)
+            | Self::PutInto(..)
+            | Self::Grasp(_)
+            | Self::GraspFrom(..)
+            | Self::Stand
+            | Self::LookAt(_)
+            | Self::Call(_) => None,
+        }
+    }
+
+    /// Where it puts something down.
+    pub fn put_at(&self) -> Option<PlaceId> {
+        match *self {
+            Self::Put(_, place) => Some(place),
+            Self::PutInto(..)
+            | Self::Grasp(_)
+            | Self::GraspFrom(..)
+            | Self::DriveTo(..)
+            | Self::Stand
+            | Self::LookAt(_)
+            | Self::Call(_) => None,
         }
     }
 

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use ambidex_model::{
-    CommandId, ControllerId, ControllerMessage, FromController, NodeId, PartEnd, Record, ToController, Told,
+    CommandId, ControllerId, ControllerMessage, FromController, NodeId, PartEnd, Record, Time, ToController, Told,
 };
 
 use super::run::Run;
@@ -14,6 +14,8 @@ use super::{Found, LookedAt, Rule};
 pub(super) struct Commands {
     open: BTreeMap<(ControllerId, CommandId), NodeId>,
     told: BTreeSet<(ControllerId, CommandId)>,
+    /// When the log began with a run that was saved: what was under way then was told before.
+    saved: Option<Time>,
     /// A runtime was killed: what it told last may be lacking, and may have been done.
     pub(super) was_resumed: bool,
     /// Results that were used.
@@ -22,8 +24,11 @@ pub(super) struct Commands {
 
 impl Commands {
     pub(super) fn take(&mut self, run: &Run, record: &Record, found: &mut Found, looked_at: &mut LookedAt) {
-        if let Record::Controller { controller, message, .. } = record {
-            self.message(run, *controller, message, found, looked_at);
+        if let Record::Controller { controller, message, at } = record {
+            let was_told_before = self.saved == Some(*at);
+            self.message(run, (*controller, was_told_before), message, found, looked_at);
+        } else if let Record::Checkpoint { at, .. } = record {
+            self.saved = Some(*at);
         } else if let Record::Told { input: Told::Resumed, .. } = record {
             // What was under way ended with the runtime.
             self.open.clear();
@@ -34,7 +39,7 @@ impl Commands {
     fn message(
         &mut self,
         run: &Run,
-        id: ControllerId,
+        (id, was_told_before): (ControllerId, bool),
         message: &ControllerMessage,
         found: &mut Found,
         looked_at: &mut LookedAt,
@@ -47,7 +52,7 @@ impl Commands {
                     found.push(Rule::Commands, format!("{name} is told to do something for nobody"));
                     return;
                 };
-                if !run.running.contains_key(&leaf) {
+                if !run.running.contains_key(&leaf) && !was_told_before {
                     let leaf = run.name(leaf);
                     found
                         .push(Rule::Commands, format!("{name} is told to do something for {leaf}, which does not run"));
@@ -70,7 +75,7 @@ impl Commands {
             ControllerMessage::Lost { .. } => self.open.retain(|(controller, _), _| *controller != id),
             ControllerMessage::Told { .. } | ControllerMessage::Heard { .. } | ControllerMessage::Attached => {}
             ControllerMessage::Joined { .. } | ControllerMessage::Refused { .. } => {}
-            ControllerMessage::Misreported { .. } => {}
+            ControllerMessage::Misreported { .. } | ControllerMessage::Diagnosed { .. } => {}
         }
     }
 

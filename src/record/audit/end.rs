@@ -41,6 +41,14 @@ impl Ending {
             Record::Observed { .. } | Record::Turn { .. } | Record::Sent { .. } | Record::Infeasible { .. } => {}
             Record::TimedOut { .. } | Record::Overtaken { .. } | Record::Stopped { .. } | Record::Ending { .. } => {}
             Record::Leaving { .. } | Record::Cleaning { .. } | Record::Cleaned { .. } | Record::Served { .. } => {}
+            Record::Stalled { tasks, .. } => {
+                let named: Vec<&str> = tasks.iter().map(|task| run.name(*task)).collect();
+                self.awaited = (!tasks.is_empty()).then(|| format!("{} stalled", named.join(" and ")));
+            }
+            Record::Added { .. } | Record::Removed { .. } | Record::TaskEnded { .. } | Record::Canceled { .. } => {}
+            Record::Granting { .. } | Record::Declined { .. } => {}
+            Record::Checkpoint { .. } => self.has_begun = true,
+            Record::ObjectAdded { .. } | Record::ObjectRemoved { .. } => {}
             Record::World { .. } | Record::Denied { .. } | Record::Resource { .. } | Record::Controller { .. } => {}
         }
     }
@@ -65,7 +73,8 @@ impl Ending {
         } else if let Some(leaf) = self.waits.last() {
             format!("{} waits to ask again", run.name(*leaf))
         } else {
-            if is_whole {
+            // One that takes tasks rests between them, and its log goes on in another file.
+            if is_whole && !run.is_standing() {
                 found.push(Rule::End, "nothing runs, nothing is awaited, and there is no end".to_owned());
             }
             "nothing runs".to_owned()

@@ -15,10 +15,7 @@ pub(super) fn take(run: &Run, record: &Record, found: &mut Found, looked_at: &mu
     }
     let mut world = run.world.clone();
     for change in Run::changes(record) {
-        let object = match change {
-            Change::Object(object, _) | Change::Taken(object, _) => Some(*object),
-            Change::Emptied(_) | Change::Base(_) | Change::Fact(..) => None,
-        };
+        let object = change.moved().map(|(object, _)| object);
         if object.is_some_and(|object| object.index() >= world.objects.len()) {
             found.push(Rule::Objects, "it is about an object that the mission does not have".to_owned());
             continue;
@@ -37,9 +34,9 @@ pub(super) fn take(run: &Run, record: &Record, found: &mut Found, looked_at: &mu
 /// An object that a change is not about has lost its holder by it.
 fn pushed_out(run: &Run, change: &Change, before: &[Location], now: &[Location], found: &mut Found) {
     let about = |object: ObjectId| match change {
-        Change::Object(moved, _) | Change::Taken(moved, _) => *moved == object,
+        Change::Object(moved, _) | Change::Laid(moved, ..) | Change::Taken(moved, _) => *moved == object,
         Change::Emptied(_) => true,
-        Change::Base(_) | Change::Fact(..) => false,
+        Change::Base(_) | Change::Fact(..) | Change::Blocked(_) | Change::Cleared(_) => false,
     };
     for (index, (was, is)) in before.iter().zip(now).enumerate() {
         let object = ObjectId::from(index);
@@ -55,7 +52,7 @@ fn pushed_out(run: &Run, change: &Change, before: &[Location], now: &[Location],
 /// What is held is moved by its controller's word only, or on purpose.
 fn moved_by_others(run: &Run, record: &Record, change: &Change, before: &[Location], found: &mut Found) {
     let Record::World { origin, .. } = record else { return };
-    let (Change::Object(object, _) | Change::Taken(object, _)) = change else { return };
+    let Some((object, _)) = change.moved() else { return };
     // A hand says what it has taken itself.
     if matches!((change, origin), (Change::Taken(_, by), Origin::Controller(id)) if moves(run, *id, *by)) {
         return;
@@ -68,7 +65,7 @@ fn moved_by_others(run: &Run, record: &Record, change: &Change, before: &[Locati
         Origin::Script | Origin::Dropped | Origin::Resumed => false,
     };
     if is_held && is_bound {
-        let object = run.names.object(*object);
+        let object = run.names.object(object);
         found.push(Rule::Objects, format!("{object} is moved from outside while it is held"));
     }
 }

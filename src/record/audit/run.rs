@@ -3,9 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use ambidex_model::state::Saved;
 use ambidex_model::{
     BehaviorSpec, Change, ControllerId, EffectTerm, EntryKind, Grant, Header, Location, MissionSpec, Names, NodeId,
-    ObjectId, Pose, Record, ResourceId, Service, Topology, WorldState,
+    ObjectId, Pose, Record, ResourceId, Runs, Service, Topology, WorldState,
 };
 
 /// The auditor's own fold.
@@ -13,7 +14,7 @@ use ambidex_model::{
 pub(super) struct Run {
     pub(super) names: Names,
     pub(super) topology: Topology,
-    pub(super) kinds: Vec<EntryKind>,
+    pub(super) kinds: Runs<EntryKind>,
     pub(super) has_messages: bool,
     /// Only one that has the header's nodes and objects.
     pub(super) mission: Option<Arc<MissionSpec>>,
@@ -25,9 +26,14 @@ pub(super) struct Run {
 }
 
 impl Run {
+    /// Whether it takes tasks while it works.
+    pub(super) fn is_standing(&self) -> bool {
+        self.kinds.get(1) == Some(&EntryKind::Tasks)
+    }
+
     pub(super) fn new(header: &Header, mission: Option<Arc<MissionSpec>>) -> Self {
         let names = header.names.clone();
-        let unknown = WorldState { base: Pose::new(0.0, 0.0, 0.0), objects: Vec::new(), facts: Vec::new() };
+        let unknown = WorldState::new(Pose::new(0.0, 0.0, 0.0), Vec::new(), Vec::new());
         let mut world = header.start.clone().unwrap_or(unknown);
         world.objects.resize(names.objects.len(), Location::Unknown);
         world.facts.resize(names.facts.len(), false);
@@ -58,13 +64,13 @@ impl Run {
 
     /// Whether the tree has this node.
     pub(super) fn is_known(&self, node: NodeId) -> bool {
-        node.index() < self.topology.count()
+        self.topology.has(node)
     }
 
     /// A behavior as it was granted.
     pub(super) fn behavior(&self, grant: &Grant) -> Option<&BehaviorSpec> {
         let mission = self.mission.as_ref()?;
-        Some(mission.tree.behavior(grant.leaf()).filter(|_| self.is_known(grant.leaf()))?.at(grant.request.place))
+        Some(mission.tree.behavior(grant.leaf()).filter(|_| self.is_known(grant.leaf()))?.asked(&grant.request))
     }
 
     /// Whether an object may be in two hands at once: the log has had it so, or a behavior takes it with two hands or from
@@ -88,7 +94,7 @@ impl Run {
                 self.world.facts.resize(facts, false);
             }
             Record::Decided { granted, .. } => {
-                let known = granted.iter().filter(|grant| grant.leaf().index() < self.topology.count());
+                let known = granted.iter().filter(|grant| self.topology.has(grant.leaf()));
                 self.running.extend(known.map(|grant| (grant.leaf(), grant.clone())));
             }
             Record::Released { leaf, changes, .. } => {
@@ -99,6 +105,40 @@ impl Run {
             Record::Served { resources, service, .. } => {
                 self.services.extend(resources.iter().map(|resource| (*resource, *service)));
             }
+            Record::Added { top, under, behind, nodes, names, .. } => {
+                if *top == self.topology.next() && self.topology.has(*under) {
+                    let parents: Vec<NodeId> = nodes.iter().map(|node| node.parent).collect();
+                    let has_cleanup = |node: NodeId| nodes[(node.0 - top.0) as usize].kind == EntryKind::Cleanup;
+                    self.topology.graft(*under, *behind as usize, &parents, has_cleanup);
+                    self.kinds.add(top.index(), nodes.iter().map(|node| node.kind.clone()).collect());
+                    self.names.nodes.add(top.index(), names.clone());
+                }
+            }
+            Record::Removed { node, .. } | Record::TaskEnded { task: node, .. } => {
+                if node.0 > 0 && self.topology.has(*node) {
+                    self.topology.remove(*node);
+                }
+            }
+            Record::ObjectAdded { object, name, place, .. } => {
+                if object.index() == self.world.objects.len() {
+                    self.world.objects.push(Location::At(*place));
+                    self.names.objects.push(name.clone());
+                }
+            }
+            // What came before is told nowhere else.
+            Record::Checkpoint { saved, .. } => {
+                if let Ok(saved) = serde_json::from_str::<Saved>(saved) {
+                    self.topology = Topology::clone(saved.state.topology());
+                    self.kinds = saved.nodes.map(|node| node.kind.clone());
+                    self.names = saved.names.legible();
+                    self.world = saved.state.world().clone();
+                    self.running = saved.state.running().clone();
+                    let services = saved.state.table().iter().map(|(id, resource)| (id, resource.service()));
+                    self.services = services.collect();
+                }
+            }
+            Record::ObjectRemoved { object, .. } => self.change(Change::Object(*object, Location::Unknown)),
+            Record::Granting { .. } | Record::Canceled { .. } | Record::Stalled { .. } | Record::Declined { .. } => {}
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Sent { .. } => {}
             Record::Infeasible { .. } | Record::TimedOut { .. } | Record::Reopened { .. } => {}
             Record::Overtaken { .. } | Record::Stopped { .. } | Record::Ending { .. } | Record::Leaving { .. } => {}
@@ -110,15 +150,15 @@ impl Run {
     fn change(&mut self, change: Change) {
         let (objects, facts) = (self.world.objects.len(), self.world.facts.len());
         let is_known = match change {
-            Change::Object(object, _) | Change::Taken(object, _) => object.index() < objects,
+            Change::Object(object, _) | Change::Laid(object, ..) | Change::Taken(object, _) => object.index() < objects,
             Change::Fact(fact, _) => fact.index() < facts,
-            Change::Base(_) | Change::Emptied(_) => true,
+            Change::Base(_) | Change::Emptied(_) | Change::Blocked(_) | Change::Cleared(_) => true,
         };
         if !is_known {
             return;
         }
         self.world.apply(change);
-        if let Change::Object(object, _) | Change::Taken(object, _) = change
+        if let Some((object, _)) = change.moved()
             && self.world.objects[object.index()].holders().len() > 1
         {
             self.shared.insert(object);

@@ -81,7 +81,9 @@ fn holds(goal: &Condition, mission: &MissionSpec, world: &WorldState) -> bool {
     match goal {
         Condition::All(parts) => parts.iter().all(|part| holds(part, mission, world)),
         Condition::Never | Condition::Path { .. } => false,
-        Condition::At { stand, tolerance_m, .. } => world.base.distance_m(stand) <= *tolerance_m,
+        Condition::At { stands, tolerance_m, .. } => {
+            stands.iter().any(|stand| world.base.distance_m(stand) <= *tolerance_m)
+        }
         Condition::Held(hold) => is_held(*hold, mission, world),
         Condition::Free(object) => is_free(object),
         Condition::Somewhere(object) => matches!(world.objects[object.index()], Location::At(_)),

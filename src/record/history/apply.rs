@@ -16,6 +16,9 @@ impl History {
         if let Record::Decided { at, .. } = record {
             self.begun.get_or_insert(*at);
         }
+        if let Record::Checkpoint { begun, .. } = record {
+            self.begun = Some(*begun);
+        }
         let at = self.moment(record.at());
         self.now = at;
         self.controllers.forget_ended();
@@ -23,6 +26,9 @@ impl History {
         self.makers.apply(at, record, &self.header.names);
         let base = self.state.world().base;
         self.state.apply(record);
+        if let Record::Checkpoint { saved, .. } = record {
+            self.go_on_from(at, saved);
+        }
         if let Record::Decided { reopened: Some(reopened), .. } = record {
             self.reopen_skipped(at, reopened);
         }
@@ -65,6 +71,19 @@ impl History {
                     past.outside.push(OutsideChange { at, change: *change, origin: *origin });
                 }
             }
+            Record::Added { .. } => self.add(record),
+            Record::Removed { node, .. } => self.remove(at, *node, None),
+            Record::TaskEnded { task, end, .. } => self.remove(at, *task, Some(*end)),
+            Record::ObjectAdded { object, name, .. } => {
+                if object.index() == self.header.names.objects.len() {
+                    let mut name = name.clone();
+                    ambidex_model::make_legible(&mut name);
+                    Arc::make_mut(&mut self.header).names.objects.push(name);
+                }
+            }
+            Record::Stalled { blocked, .. } => blocked.iter().for_each(|blocked| self.refuse(blocked)),
+            Record::Granting { .. } | Record::Canceled { .. } => {}
+            Record::ObjectRemoved { .. } | Record::Declined { .. } | Record::Checkpoint { .. } => {}
             Record::Denied { .. } => {}
             Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } => {}
             Record::Infeasible { leaf, reason, consequences, .. } => {
@@ -79,8 +98,8 @@ impl History {
             Record::Cleaning { node, .. } => self.states.begin_cleanup(*node, at),
             Record::Cleaned { node, consequences, .. } => self.cleaned(*node, at, *consequences),
             Record::Reopened { reopened, .. } => self.reopen(at, reopened),
-            Record::Overtaken { skip, goal, consequences, .. } => {
-                self.states.overtake(*skip, at);
+            Record::Overtaken { skips, goal, consequences, .. } => {
+                skips.iter().for_each(|skip| self.states.overtake(*skip, at));
                 self.states.settle(*goal, at, *consequences);
             }
         }
@@ -157,7 +176,7 @@ impl History {
         let top = self.states.path(reopened.node).take_while(|node| *node != reopened.up_to).last();
         let Some(top) = top else { return };
         let topology = Arc::clone(self.state.topology());
-        for leaf in (top.0..topology.end(top).0).map(NodeId) {
+        for leaf in topology.nodes_below(top) {
             let is_skipped = self.states.leaf(leaf).is_some_and(|leaf| leaf.state() == LeafState::Skipped);
             let mut up_to_top = topology.path(leaf).take_while(|node| *node >= top);
             if is_skipped && up_to_top.all(|node| !self.state.is_done(node)) {
@@ -207,7 +226,8 @@ impl History {
             | ControllerMessage::Told { .. }
             | ControllerMessage::Joined { .. }
             | ControllerMessage::Refused { .. }
-            | ControllerMessage::Misreported { .. } => return,
+            | ControllerMessage::Misreported { .. }
+            | ControllerMessage::Diagnosed { .. } => return,
         };
         let Some(state) = message.state() else { return };
         if let ControllerState::Base { pose, .. } = state {

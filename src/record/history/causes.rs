@@ -17,16 +17,17 @@ impl History {
         let mut known: BTreeSet<NodeId> = own.map(|(leaf, _)| *leaf).collect();
         // What waits for a node of which nothing else is told is the next that one can tell.
         for (leaf, reason) in &reasons {
-            if waits_for(reason).is_some_and(|node| known.range(node..self.end_of(node)).next().is_none()) {
+            if waits_for(reason).is_some_and(|node| !self.is_of(node, &known)) {
                 known.insert(*leaf);
             }
         }
         reasons.into_iter().filter(|(leaf, _)| known.contains(leaf)).collect()
     }
 
-    fn end_of(&self, node: NodeId) -> NodeId {
+    /// Whether one of these is a node or below it.
+    fn is_of(&self, node: NodeId, known: &BTreeSet<NodeId>) -> bool {
         let topology = &self.states.topology;
-        if node.index() < self.header.nodes.len() { topology.end(node) } else { node }
+        topology.has(node) && topology.of_set(node, known).next().is_some()
     }
 }
 
@@ -48,6 +49,8 @@ fn waits_for(reason: &Reason) -> Option<NodeId> {
         | Reason::TooFew { .. }
         | Reason::Missing { .. }
         | Reason::OutOfReach { .. }
+        | Reason::OutOfReachLater { .. }
+        | Reason::NoSpot { .. }
         | Reason::NotHeld { .. }
         | Reason::Misheld(_)
         | Reason::Taken { .. }
@@ -56,6 +59,7 @@ fn waits_for(reason: &Reason) -> Option<NodeId> {
         | Reason::NotAt { .. }
         | Reason::Driving { .. }
         | Reason::NoPath { .. }
+        | Reason::InTheWay { .. }
         | Reason::PathNotFound { .. }
         | Reason::Fact { .. }
         | Reason::Unwanted

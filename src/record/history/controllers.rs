@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use ambidex_model::{
-    Command, CommandId, ControllerId, ControllerMessage, FromController, Misreport, Mode, NodeId, PartEnd, Rejection,
-    Report, Time, ToController,
+    Command, CommandId, ControllerId, ControllerMessage, Diagnostics, FromController, Misreport, Mode, NodeId, PartEnd,
+    Rejection, Report, Time, ToController,
 };
 
 type Key = (ControllerId, CommandId);
@@ -19,6 +19,8 @@ pub struct Controllers {
     speed: Option<f64>,
     /// Why what each said last of all that is not used was not, whether it was ever there or not.
     refused: BTreeMap<ControllerId, Rejection>,
+    /// How well each was said to be last, and since when.
+    diagnoses: BTreeMap<ControllerId, (Time, Diagnostics)>,
 }
 
 /// How far a controller's attachment is.
@@ -104,6 +106,11 @@ impl Controllers {
         self.refused.get(&controller).copied()
     }
 
+    /// How well a controller was when that came to be different last, and when it did; none that was not diagnosed.
+    pub fn diagnostics(&self, controller: ControllerId) -> Option<(Time, &Diagnostics)> {
+        self.diagnoses.get(&controller).map(|(at, diagnostics)| (*at, diagnostics))
+    }
+
     /// Robot seconds per wall second, once a controller was told.
     pub fn speed(&self) -> Option<f64> {
         self.speed
@@ -158,6 +165,10 @@ impl Controllers {
             }
             ControllerMessage::Misreported { report, why } => {
                 self.fail(controller, Some(LastError::Misreported { report: *report, why: *why }));
+            }
+            ControllerMessage::Diagnosed { level, message, values } => {
+                let diagnostics = Diagnostics { controller, level: *level, message: *message, values: **values };
+                self.diagnoses.insert(controller, (at, diagnostics));
             }
         }
     }

@@ -1,10 +1,23 @@
 //! What became of one leaf.
 
 use ambidex_model::{End, Fault, NodeId, Reason, Reopened, StopCause, Time};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What a node of the task is at a moment.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, strum::IntoStaticStr, strum::VariantArray)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Serialize,
+    Deserialize,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "lowercase")]
 pub enum LeafState {

@@ -41,7 +41,19 @@ impl Lane {
         &self.outages
     }
 
-    pub(super) fn change(&mut self, at: Time, state: &Resource) {
+    /// Takes apart what has ended, which it then knows no more: for whoever follows a log without end.
+    #[must_use]
+    pub fn take_past(&mut self) -> Self {
+        Self {
+            ended: std::mem::take(&mut self.ended),
+            channels: self.channels.extract_if(.., |(.., to)| to.is_some()).collect(),
+            outages: self.outages.extract_if(.., |(.., to)| to.is_some()).collect(),
+            ..Self::default()
+        }
+    }
+
+    /// Takes what the resource is like from a moment on.
+    pub fn change(&mut self, at: Time, state: &Resource) {
         let is_out = self.outages.last().is_some_and(|(.., to)| to.is_none());
         match (state.service().outage(), self.outages.last_mut()) {
             (Some(why), _) if !is_out => self.outages.push((why, at, None)),

@@ -8,17 +8,18 @@ mod leases;
 mod outside;
 mod report;
 mod states;
+mod tasks;
 #[cfg(test)]
 mod tests;
 mod ways;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use ambidex_model::state::State;
 use ambidex_model::{
     ControllerId, FactId, Grant, Header, Location, Loss, MissionEnd, Names, NodeId, ObjectId, Pose, Reason, Record,
-    Resource, StopCause, Time, WorldState,
+    Resource, Runs, StopCause, Time, WorldState,
 };
 
 pub use controllers::{ActiveCommand, ControllerView, Controllers, LastError, Presence};
@@ -29,6 +30,7 @@ pub use outside::OutsideChange;
 pub use report::{MissionOutcome, MissionReport};
 pub use states::Counts;
 use states::LeafStates;
+pub use tasks::EndedTask;
 
 /// What a run is at after some of its records, and where it is kept also what it was at before.
 ///
@@ -44,7 +46,7 @@ pub struct History {
     /// Where the base is, as controllers or root said last.
     base: Option<Pose>,
     controllers: Controllers,
-    potentials: Vec<Option<f64>>,
+    potentials: Runs<Option<f64>>,
     lost: BTreeMap<ControllerId, (Time, Loss)>,
     makers: Makers,
     begun: Option<Time>,
@@ -54,6 +56,7 @@ pub struct History {
     is_step_over: bool,
     last_release: Option<Time>,
     end: Option<MissionEnd>,
+    ended_tasks: VecDeque<EndedTask>,
     past: Option<Past>,
 }
 
@@ -114,9 +117,15 @@ impl History {
         Some(history)
     }
 
+    /// The same without the past.
+    #[must_use]
+    pub fn present(&self) -> Self {
+        Self { past: None, states: self.states.present(), ..self.clone() }
+    }
+
     fn begin(header: &Header, past: Option<Past>) -> Self {
         let names = &header.names;
-        let unknown = WorldState { base: Pose::new(0.0, 0.0, 0.0), objects: Vec::new(), facts: Vec::new() };
+        let unknown = WorldState::new(Pose::new(0.0, 0.0, 0.0), Vec::new(), Vec::new());
         let mut world = header.start.clone().unwrap_or(unknown);
         world.objects.resize(names.objects.len(), Location::Unknown);
         world.facts.resize(names.facts.len(), false);
@@ -127,7 +136,7 @@ impl History {
             resources: vec![Resource::default(); names.resources.len()],
             base: header.start.as_ref().map(|start| start.base),
             controllers: Controllers::default(),
-            potentials: vec![None; header.nodes.len()],
+            potentials: vec![None; header.nodes.len()].into(),
             lost: BTreeMap::new(),
             makers: Makers::default(),
             begun: None,
@@ -137,6 +146,7 @@ impl History {
             is_step_over: true,
             last_release: None,
             end: None,
+            ended_tasks: VecDeque::new(),
             past,
             header: Arc::new(header.clone()),
         }
@@ -150,6 +160,11 @@ impl History {
     /// What everything is called.
     pub fn names(&self) -> &Names {
         &self.header.names
+    }
+
+    /// When the mission began, robot time; none before that.
+    pub fn begun(&self) -> Option<Time> {
+        self.begun
     }
 
     /// A moment of a record as time since the mission began; 0 for what was before.
@@ -227,10 +242,23 @@ impl History {
         self.lost.get(&controller).copied()
     }
 
-    /// Every leaf in tree order.
+    /// Every node in tree order, those of ended tasks too where the past is kept.
+    pub fn nodes(&self) -> impl Iterator<Item = NodeId> {
+        self.states.topology.in_order(NodeId(0))
+    }
+
+    /// Every leaf in the order of ids.
     pub fn leaves(&self) -> impl Iterator<Item = NodeId> {
-        let nodes = self.header.nodes.iter().enumerate();
+        let nodes = self.header.nodes.entries();
         nodes.filter(|(_, node)| node.kind.is_behavior()).map(|(node, _)| NodeId::from(node))
+    }
+
+    /// The leaves at and below a node, those of ended tasks too where the past is kept.
+    pub fn leaves_below(&self, node: NodeId) -> Vec<NodeId> {
+        match self.states.topology.has(node) {
+            true => self.states.topology.nodes_below(node).filter(|node| self.leaf(*node).is_some()).collect(),
+            false => Vec::new(),
+        }
     }
 
     /// What became of a leaf; none of a node that is no leaf.
@@ -243,9 +271,17 @@ impl History {
         self.states.path(node).any(|above| above == top)
     }
 
+    /// The part of the mission just below its top that a node belongs to, or the node where it is no part of one; in a run
+    /// that takes work the task.
+    pub fn task_of(&self, node: NodeId) -> NodeId {
+        let topology = &self.states.topology;
+        let task = self.states.path(node).find(|above| topology.parent(*above) == NodeId(1));
+        task.unwrap_or(node)
+    }
+
     /// Whether a leaf is part of a cleanup.
     pub fn is_in_cleanup(&self, leaf: NodeId) -> bool {
-        leaf.index() < self.header.nodes.len() && self.states.topology.is_in_cleanup(leaf)
+        self.states.topology.has(leaf) && self.states.topology.is_in_cleanup(leaf)
     }
 
     /// What any node is; a composite is what its leaves and the ends that root applied make it.

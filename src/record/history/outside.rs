@@ -32,17 +32,24 @@ impl Makers {
                     Change::Fact(fact, _) if fact.index() < names.facts.len() => {
                         self.facts.insert(fact, made);
                     }
-                    Change::Object(object, _) | Change::Taken(object, _) if object.index() < names.objects.len() => {
-                        self.objects.insert(object, made);
+                    Change::Fact(..)
+                    | Change::Base(_)
+                    | Change::Emptied(_)
+                    | Change::Blocked(_)
+                    | Change::Cleared(_) => {}
+                    Change::Object(object, _) | Change::Laid(object, ..) | Change::Taken(object, _) => {
+                        if object.index() < names.objects.len() {
+                            self.objects.insert(object, made);
+                        }
                     }
-                    Change::Fact(..) | Change::Object(..) | Change::Taken(..) => {}
-                    Change::Base(_) | Change::Emptied(_) => {}
                 }
             }
             Record::Released { changes, .. } => changes.iter().for_each(|change| match change {
                 Change::Fact(fact, _) => drop(self.facts.remove(fact)),
-                Change::Object(object, _) | Change::Taken(object, _) => drop(self.objects.remove(object)),
-                Change::Base(_) | Change::Emptied(_) => {}
+                Change::Object(object, _) | Change::Laid(object, ..) | Change::Taken(object, _) => {
+                    self.objects.remove(object);
+                }
+                Change::Base(_) | Change::Emptied(_) | Change::Blocked(_) | Change::Cleared(_) => {}
             }),
             Record::Header(_) | Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } => {}
             Record::Began { .. } | Record::Sent { .. } | Record::Decided { .. } | Record::Denied { .. } => {}
@@ -51,6 +58,12 @@ impl Makers {
             Record::Ending { .. } | Record::Leaving { .. } | Record::Cleaning { .. } | Record::Cleaned { .. } => {}
             Record::Served { .. } | Record::Awaited { .. } | Record::Resource { .. } => {}
             Record::Controller { .. } | Record::Ended { .. } => {}
+            Record::Added { .. } | Record::Removed { .. } | Record::TaskEnded { .. } => {}
+            Record::Granting { .. } | Record::Canceled { .. } | Record::Stalled { .. } => {}
+            Record::ObjectAdded { .. }
+            | Record::ObjectRemoved { .. }
+            | Record::Declined { .. }
+            | Record::Checkpoint { .. } => {}
         }
     }
 }

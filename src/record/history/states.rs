@@ -1,8 +1,10 @@
 //! What every node is: leaves as the records tell, composites as their leaves and the records' consequences say.
 
+use std::ops::Range;
 use std::sync::Arc;
 
-use ambidex_model::{Consequences, EntryKind, Header, NodeId, NodeRange, Time, Topology};
+use ambidex_model::state::{Phase as StatePhase, State};
+use ambidex_model::{Consequences, EntryKind, Header, MissionEnd, NodeEntry, NodeId, NodeRange, Runs, Time, Topology};
 
 use super::leaf::{LeafHistory, LeafState, Phase};
 
@@ -10,8 +12,8 @@ use super::leaf::{LeafHistory, LeafState, Phase};
 #[derive(Debug, Clone)]
 pub(super) struct LeafStates {
     pub(super) topology: Arc<Topology>,
-    pub(super) nodes: Vec<Node>,
-    pub(super) leaves: Vec<LeafHistory>,
+    pub(super) nodes: Runs<Node>,
+    pub(super) leaves: Runs<LeafHistory>,
     entered: u64,
     keeps_past: bool,
     is_over: bool,
@@ -36,6 +38,8 @@ pub(super) enum Kind {
     Or,
     /// Done when its first child is; the other one is its cleanup.
     Body,
+    /// Done never: its children come and go.
+    Tasks,
     /// Done when all children are, in order or not.
     All {
         is_ordered: bool,
@@ -62,6 +66,21 @@ pub struct Counts {
 }
 
 impl Counts {
+    /// These are gone.
+    fn lose(&mut self, gone: Self) {
+        let Self { of, done, skipped, active, canceled, not_asked, not_needed } = self;
+        let numbers = [
+            (of, gone.of),
+            (done, gone.done),
+            (skipped, gone.skipped),
+            (active, gone.active),
+            (canceled, gone.canceled),
+            (not_asked, gone.not_asked),
+            (not_needed, gone.not_needed),
+        ];
+        numbers.into_iter().for_each(|(number, gone)| *number = number.saturating_sub(gone));
+    }
+
     fn count(&mut self, state: LeafState, change: isize) {
         let numbers: &mut [&mut usize] = match state {
             LeafState::Waiting | LeafState::Failed => &mut [],
@@ -76,14 +95,14 @@ impl Counts {
     }
 }
 
-impl LeafStates {
-    pub(super) fn new(header: &Header, keeps_past: bool) -> Self {
-        let topology = Arc::new(header.topology());
-        let node = |kind: &EntryKind| Node {
+impl Node {
+    fn new(kind: &EntryKind) -> Self {
+        Self {
             kind: match kind {
                 EntryKind::Behavior(_) => Kind::Leaf,
                 EntryKind::Or => Kind::Or,
                 EntryKind::Cleanup => Kind::Body,
+                EntryKind::Tasks => Kind::Tasks,
                 EntryKind::Then => Kind::All { is_ordered: true },
                 EntryKind::Root | EntryKind::And => Kind::All { is_ordered: false },
             },
@@ -93,22 +112,126 @@ impl LeafStates {
             is_complete: false,
             is_failed: false,
             has_run: false,
-        };
-        let mut nodes: Vec<Node> = header.nodes.iter().map(|entry| node(&entry.kind)).collect();
-        for index in (1..nodes.len()).rev() {
-            let of = nodes[index].counts.of;
-            let parent = &mut nodes[header.nodes[index].parent.index()];
+        }
+    }
+}
+
+impl LeafStates {
+    pub(super) fn new(header: &Header, keeps_past: bool) -> Self {
+        Self::of(&header.nodes, Arc::new(header.topology()), keeps_past)
+    }
+
+    fn of(entries: &Runs<NodeEntry>, topology: Arc<Topology>, keeps_past: bool) -> Self {
+        let mut nodes = entries.map(|entry| Node::new(&entry.kind));
+        // What is below a node has a greater id.
+        for node in topology.nodes().rev().filter(|node| node.0 > 0) {
+            let of = nodes[node.index()].counts.of;
+            let parent = &mut nodes[topology.parent(node).index()];
             parent.children += 1;
             // A cleanup is no part of what is to be done.
-            parent.counts.of += if topology.is_cleanup(NodeId::from(index)) { 0 } else { of };
+            parent.counts.of += if topology.is_cleanup(node) { 0 } else { of };
         }
-        let mut leaves = vec![LeafHistory::default(); nodes.len()];
-        for cleanup in topology.cleanups() {
-            for node in (cleanup.0..topology.end(*cleanup).0).map(NodeId) {
-                leaves[node.index()].enter(Time::ZERO, Phase::NotNeeded, 0, keeps_past);
-            }
+        let mut leaves = entries.map(|_| LeafHistory::default());
+        for node in topology.cleanups().iter().flat_map(|cleanup| topology.nodes_below(*cleanup)) {
+            leaves[node.index()].enter(Time::ZERO, Phase::NotNeeded, 0, keeps_past);
         }
         Self { topology, nodes, leaves, entered: 0, keeps_past, is_over: false }
+    }
+
+    /// What nodes are in a state of which nothing is told of how it came to be.
+    pub(super) fn restored(entries: &Runs<NodeEntry>, state: &State, at: Time, keeps_past: bool) -> Self {
+        let mut states = Self::of(entries, Arc::clone(state.topology()), keeps_past);
+        let topology = Arc::clone(&states.topology);
+        for node in topology.nodes() {
+            let (is_done, is_failed) = (state.is_done(node), state.phase(node) == StatePhase::Failed);
+            let phase = match (state.running().contains_key(&node), is_done, state.infeasible().contains_key(&node)) {
+                (true, _, _) => Some(Phase::Active),
+                (false, true, _) => Some(Phase::Done),
+                (false, false, true) => Some(Phase::Infeasible),
+                (false, false, false) => is_failed.then_some(Phase::NotAsked),
+            };
+            phase.into_iter().for_each(|phase| states.enter(node, at, phase));
+            let was_done = states.is_done(node);
+            let entry = &mut states.nodes[node.index()];
+            (entry.is_complete, entry.is_failed) = (is_done, is_failed);
+            states.tell_parent(node, was_done);
+        }
+        states
+    }
+
+    /// A part of the tree is there from now on.
+    pub(super) fn add(&mut self, top: NodeId, under: NodeId, behind: usize, entries: &[NodeEntry]) {
+        let parents: Vec<NodeId> = entries.iter().map(|entry| entry.parent).collect();
+        let has_cleanup = |node: NodeId| entries[(node.0 - top.0) as usize].kind == EntryKind::Cleanup;
+        Arc::make_mut(&mut self.topology).graft(under, behind, &parents, has_cleanup);
+        let mut nodes: Vec<Node> = entries.iter().map(|entry| Node::new(&entry.kind)).collect();
+        for index in (1..nodes.len()).rev() {
+            let of = nodes[index].counts.of;
+            let parent = &mut nodes[parents[index].index()];
+            parent.children += 1;
+            parent.counts.of += if self.topology.is_cleanup(NodeId(top.0 + index as u32)) { 0 } else { of };
+        }
+        let was_done = self.is_done(under);
+        let of = nodes[0].counts.of;
+        self.nodes.add(top.index(), nodes);
+        self.leaves.add(top.index(), vec![LeafHistory::default(); entries.len()]);
+        self.nodes[under.index()].children += 1;
+        self.count_above(top, of as isize);
+        self.tell_parent(under, was_done);
+        let cleanups: Vec<NodeId> = self.topology.of_set(top, self.topology.cleanups()).collect();
+        let topology = Arc::clone(&self.topology);
+        for node in cleanups.into_iter().flat_map(|cleanup| topology.nodes_below(cleanup)) {
+            self.enter(node, Time::ZERO, Phase::NotNeeded);
+        }
+    }
+
+    /// A part that comes or goes has so many leaves.
+    fn count_above(&mut self, top: NodeId, more: isize) {
+        let topology = Arc::clone(&self.topology);
+        for node in topology.path(top).take_while(|node| !topology.is_cleanup(*node)).skip(1) {
+            let of = &mut self.nodes[node.index()].counts.of;
+            *of = of.saturating_add_signed(more);
+        }
+    }
+
+    /// Nothing of a task, or of another part of the tree, goes on.
+    pub(super) fn close(&mut self, node: NodeId, at: Time, end: Option<MissionEnd>) {
+        let phase = if end == Some(MissionEnd::Done) { Phase::NotNeeded } else { Phase::NotAsked };
+        self.enter_all(node, at, LeafState::Waiting, phase, |_, _| true);
+        if self.nodes[node.index()].kind != Kind::Leaf {
+            let was_done = self.is_done(node);
+            let entry = &mut self.nodes[node.index()];
+            entry.is_complete |= end == Some(MissionEnd::Done);
+            entry.is_failed |= matches!(end, Some(MissionEnd::Failed(_) | MissionEnd::ControllerLost(_)));
+            self.tell_parent(node, was_done);
+        }
+    }
+
+    /// A part of the tree is gone; gives its ids.
+    pub(super) fn remove(&mut self, node: NodeId) -> Vec<Range<NodeId>> {
+        let parent = self.topology.parent(node);
+        let (counts, is_done, was_done) = (self.nodes[node.index()].counts, self.is_done(node), self.is_done(parent));
+        let entry = &mut self.nodes[parent.index()];
+        entry.children = entry.children.saturating_sub(1);
+        entry.done_children = entry.done_children.saturating_sub(u32::from(is_done));
+        let topology = Arc::clone(&self.topology);
+        for above in topology.path(node).take_while(|node| !topology.is_cleanup(*node)).skip(1) {
+            self.nodes[above.index()].counts.lose(counts);
+        }
+        self.tell_parent(parent, was_done);
+        let runs: Vec<Range<NodeId>> = topology.below(node).collect();
+        for run in &runs {
+            self.nodes.remove(run.start.index()..run.end.index());
+            self.leaves.remove(run.start.index()..run.end.index());
+        }
+        Arc::make_mut(&mut self.topology).remove(node);
+        runs
+    }
+
+    /// The same without the past.
+    pub(super) fn present(&self) -> Self {
+        let leaf = |leaf: &LeafHistory| LeafHistory { phases: Vec::new(), ..leaf.clone() };
+        Self { leaves: self.leaves.map(leaf), keeps_past: false, ..self.clone() }
     }
 
     pub(super) fn leaf(&self, leaf: NodeId) -> Option<&LeafHistory> {
@@ -209,7 +332,7 @@ impl LeafStates {
 
     /// What begins anew is neither done nor has it failed.
     pub(super) fn begin_again(&mut self, nodes: &[NodeId], at: Time, phase: Phase) {
-        let known = |node: &NodeId| node.index() < self.nodes.len();
+        let known = |node: &NodeId| self.topology.has(*node);
         let Some(top) = nodes.first().copied() else { return };
         for node in nodes.iter().copied().filter(known).collect::<Vec<_>>().into_iter().rev() {
             let was_done = self.is_done(node);
@@ -228,7 +351,7 @@ impl LeafStates {
     /// A cleanup is asked from now on.
     pub(super) fn begin_cleanup(&mut self, node: NodeId, at: Time) {
         let Some(below) = self.cleanup_of(node) else { return };
-        for node in below.map(NodeId) {
+        for node in below {
             let entry = &mut self.nodes[node.index()];
             (entry.is_complete, entry.is_failed, entry.done_children) = (false, false, 0);
             self.enter(node, at, Phase::Waiting);
@@ -238,16 +361,16 @@ impl LeafStates {
     /// A cleanup is asked no more.
     pub(super) fn end_cleanup(&mut self, node: NodeId, at: Time) {
         let Some(below) = self.cleanup_of(node) else { return };
-        for node in below.map(NodeId) {
+        for node in below {
             if self.leaf(node).is_some_and(|leaf| leaf.state() == LeafState::Waiting) {
                 self.enter(node, at, Phase::NotNeeded);
             }
         }
     }
 
-    fn cleanup_of(&self, node: NodeId) -> Option<std::ops::Range<u32>> {
-        let last = (node.index() < self.nodes.len()).then(|| self.topology.children(node).last()).flatten()?;
-        self.topology.is_cleanup(last).then(|| last.0..self.topology.end(last).0)
+    fn cleanup_of(&self, node: NodeId) -> Option<Vec<NodeId>> {
+        let last = self.topology.has(node).then(|| self.topology.children(node).last()).flatten()?;
+        self.topology.is_cleanup(last).then(|| self.topology.nodes_below(last).collect())
     }
 
     /// What an OR leaves is not gone on with, but for what is done.
@@ -286,14 +409,18 @@ impl LeafStates {
         match kind {
             Kind::Leaf => self.leaves[node.index()].state().is_done(),
             Kind::Or => is_complete || done_children > 0,
-            Kind::Body => is_complete || self.is_done(NodeId(node.0 + 1)),
+            Kind::Body => {
+                let mut children = self.topology.children(node);
+                is_complete || children.next().is_some_and(|body| self.is_done(body))
+            }
+            Kind::Tasks => is_complete,
             Kind::All { .. } => is_complete || done_children == children,
         }
     }
 
     /// A node and all above it; nothing of a node that the header does not have.
     pub(super) fn path(&self, node: NodeId) -> impl Iterator<Item = NodeId> {
-        let known = Some(node).filter(|node| node.index() < self.nodes.len());
+        let known = Some(node).filter(|node| self.topology.has(*node));
         known.into_iter().flat_map(|node| self.topology.path(node))
     }
 
@@ -327,8 +454,9 @@ impl LeafStates {
         to: Phase,
         is_meant: impl Fn(&Self, NodeId) -> bool,
     ) {
-        let end = if top.index() < self.nodes.len() { self.topology.end(top) } else { top };
-        for leaf in (top.0..end.0).map(NodeId) {
+        let topology = Arc::clone(&self.topology);
+        let below = Some(top).filter(|top| topology.has(*top)).into_iter().flat_map(|top| topology.nodes_below(top));
+        for leaf in below {
             if self.leaf(leaf).is_some_and(|leaf| leaf.state() == from) && is_meant(self, leaf) {
                 self.enter(leaf, at, to);
             }

@@ -25,7 +25,7 @@ fn header() -> Record {
         mission: "small".into(),
         robot: "robot".into(),
         allocator: "greedy".into(),
-        nodes: kinds.map(entry).to_vec(),
+        nodes: kinds.map(entry).to_vec().into(),
         resource_types: vec![TypeId(0); 2],
         movers: vec![Some(ControllerId(0)), None],
         start: None,
@@ -56,10 +56,13 @@ fn decided(at: u64, grants: &[(NodeId, &[NodeId])], reopened: Option<NodeId>, re
             changes: Vec::new(),
             skips,
             place: None,
+            stand: None,
+            spots: Vec::new(),
+            distance: None,
         };
         let is_met = |(leaf, reason): &&(NodeId, Reason)| *reason == Reason::Satisfied && skips_of(&request, *leaf);
         let met = refused.iter().filter(is_met).map(|(leaf, _)| *leaf).collect();
-        Grant { request: Arc::new(request), bindings: Vec::new(), met }
+        Grant { request: Arc::new(request), bindings: Vec::new(), met, way: Vec::new() }
     };
     let blocked = |(leaf, reason): &(NodeId, Reason)| Blocked { leaf: *leaf, reason: reason.clone() };
     Record::Decided {
@@ -215,6 +218,25 @@ fn time_begins_with_the_first_decision() {
     assert_eq!((leaf.since(), leaf.phases()[0], history.steps()[0].at), (Time(2), (Time(1), Phase::Active), Time(1)));
     assert_eq!((history.now(), history.last_moment(), history.makespan_s()), (Time(2), Time(2), 2e-6));
     assert_eq!([6, 7, 9].map(|at| history.moment(Time(at))), [0, 0, 2].map(Time));
+}
+
+#[test]
+fn without_its_past_a_history_goes_on_as_the_same() {
+    let records = [granted(1, A), succeeded(2, A, A), granted(3, B), succeeded(4, B, THEN)];
+    let (before, behind) = records.split_at(2);
+    let mut whole = history(before);
+    let mut present = whole.present();
+    behind.iter().for_each(|record| {
+        whole.apply(record);
+        present.apply(record);
+    });
+    for node in (0..8).map(NodeId) {
+        assert_eq!(present.state(node), whole.state(node), "{node:?}");
+    }
+    assert_eq!((present.step_count(), present.now(), present.messages()), (2, whole.now(), whole.messages()));
+    assert!(present.steps().is_empty() && present.leaf(A).is_some_and(|leaf| leaf.phases().is_empty()));
+    assert_eq!(whole.steps().len(), 2);
+    assert!(whole.leaf(A).is_some_and(|leaf| !leaf.phases().is_empty()));
 }
 
 #[test]

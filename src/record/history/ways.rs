@@ -11,7 +11,8 @@ impl LeafStates {
         let is_open = |leaf: NodeId| self.leaf(leaf).is_some_and(|leaf| leaf.state().is_open());
         let skipped = |skip: &NodeRange| {
             let is_wanted = |leaf: &NodeId| is_open(*leaf) && self.is_on_the_way(*leaf, skip.from, &is_met);
-            skip.nodes(self.nodes.len()).filter(is_wanted).collect::<Vec<_>>()
+            let nodes = skip.nodes(self.nodes.len()).filter(|node| self.topology.has(*node));
+            nodes.filter(is_wanted).collect::<Vec<_>>()
         };
         grant.request.skips.iter().flat_map(skipped).collect()
     }
@@ -19,7 +20,7 @@ impl LeafStates {
     /// Leaves whose goal is met though they were not needed: done in the end, unless an OR above went another way.
     pub(super) fn met(&self) -> Vec<NodeId> {
         let is_met = |leaf: NodeId| self.leaf(leaf).is_some_and(|leaf| leaf.reason == Some(Reason::Satisfied));
-        let leaves = (0..self.leaves.len()).map(NodeId::from).filter(|leaf| is_met(*leaf));
+        let leaves = self.topology.nodes().filter(|leaf| is_met(*leaf));
         let is_open = |leaf: &NodeId| self.leaves[leaf.index()].state().is_open();
         leaves.filter(is_open).filter(|leaf| self.is_on_the_way(*leaf, NodeId(0), &is_met)).collect()
     }
@@ -31,14 +32,14 @@ impl LeafStates {
             let mut siblings = self.topology.children(parent).filter(|sibling| *sibling != node);
             match self.nodes[parent.index()].kind {
                 Kind::All { is_ordered: true } => {
-                    let before = siblings.take_while(|sibling| *sibling < node);
+                    let before = siblings.take_while(|sibling| self.topology.is_before(*sibling, node));
                     before.into_iter().find(|before| !self.is_done(*before)).map(|after| Reason::NotItsTurn { after })
                 }
                 Kind::Or => {
                     siblings.find(|sibling| self.has_begun(*sibling)).map(|chosen| Reason::Alternative { chosen })
                 }
                 Kind::Body => siblings.find(|body| *body < node).map(|after| Reason::NotItsTurn { after }),
-                Kind::All { is_ordered: false } | Kind::Leaf => None,
+                Kind::All { is_ordered: false } | Kind::Tasks | Kind::Leaf => None,
             }
         })
     }
@@ -54,7 +55,7 @@ impl LeafStates {
 
     /// The topmost ways that ORs did not need, each with the child that did it.
     pub(super) fn ways_left(&self) -> Vec<(NodeId, NodeId)> {
-        let nodes = (1..self.nodes.len()).map(NodeId::from);
+        let nodes = self.topology.nodes().filter(|node| node.0 > 0);
         let is_top = |node: &NodeId| self.instead_of(self.topology.parent(*node)).is_none();
         let left = nodes.filter(|node| !self.nodes[node.index()].is_failed && is_top(node));
         left.filter_map(|node| Some((node, self.instead_of(node)?))).collect()
@@ -81,7 +82,7 @@ impl LeafStates {
                 Kind::Leaf => is_leaf_met(node),
                 Kind::Or => children.any(|child| self.is_met(child, is_leaf_met)),
                 Kind::Body => children.next().is_some_and(|child| self.is_met(child, is_leaf_met)),
-                Kind::All { .. } => children.all(|child| self.is_met(child, is_leaf_met)),
+                Kind::All { .. } | Kind::Tasks => children.all(|child| self.is_met(child, is_leaf_met)),
             }
     }
 

@@ -1,12 +1,13 @@
-//! What others ask of a run, over a socket of its instance that only the same user can open: lines of JSON, a request and
-//! its answer each. Root decides; who serves the socket only carries.
+//! What others may ask of a run, and what comes of it, as plain words. Root decides; how it is carried to the run and
+//! back is the affair of `ambidex-http`.
 
-mod client;
-mod protocol;
-mod server;
-mod words;
+mod about;
+mod answer;
+mod change;
+mod number;
+mod work;
 
-pub use client::{AskError, ask};
-pub use protocol::{Answer, PROTOCOL_VERSION, Request, Why, WorldChange, read_answer};
-pub use server::{ControlError, ControlSocket};
-pub use words::asked;
+pub use about::{About, ControllerDiagnostics};
+pub use answer::{Answer, Refusal, Why, beginning};
+pub use change::{WorldChange, answer};
+pub use work::{Edit, NameOrId, Submission, Work};

@@ -11,6 +11,7 @@ use ambidex_model::{Disk, Record};
 use ambidex_record::{Journal, JournalError};
 
 use super::disk::DiskFile;
+use super::keep::{make_room_for_old, put_behind};
 
 /// How long somebody may hold a log that only looks whether it is being written.
 const LOCK_WAIT: Duration = Duration::from_millis(200);
@@ -21,6 +22,8 @@ const LOCK_POLL: Duration = Duration::from_millis(5);
 pub struct JournalFile {
     path: PathBuf,
     journal: Journal<BufWriter<DiskFile>>,
+    /// What stood in it when it was opened.
+    before: u64,
 }
 
 impl JournalFile {
@@ -51,14 +54,57 @@ impl JournalFile {
         let opened = File::options().read(true).append(true).open(&path);
         let file = opened.map_err(|source| JournalError::Open { path: path.clone(), source })?;
         match patiently(|| locked(&file)) {
-            Ok(Some(())) => Ok(Self::on(file, path)),
+            Ok(Some(())) => {
+                let before = file.metadata().map_or(0, |about| about.len());
+                Ok(Self { before, ..Self::on(file, path) })
+            }
             Ok(None) => Err(JournalError::Busy { path }),
             Err(source) => Err(JournalError::Open { path, source }),
         }
     }
 
     fn on(file: File, path: PathBuf) -> Self {
-        Self { path, journal: Journal::new(BufWriter::new(file.into())) }
+        Self { path, journal: Journal::new(BufWriter::new(file.into())), before: 0 }
+    }
+
+    /// Begins anew with these records in the place of this file, which gets the name of an old one; of these no more than
+    /// `keep` stay. At no moment is there no whole log under the path.
+    ///
+    /// # Errors
+    /// When the new file cannot be made or written; then this one goes on.
+    pub fn begin_anew(&mut self, records: &[Record], keep: usize) -> Result<(), JournalError> {
+        self.flush()?;
+        let new = self.path.with_extension("new");
+        let begin = || {
+            let file = File::options().write(true).create(true).truncate(true).mode(0o600).open(&new)?;
+            file.lock()?;
+            let mut begun = Self::on(file, self.path.clone());
+            begun.set_disk(self.journal.get_ref().get_ref().disk);
+            for record in records {
+                begun.journal.write(record)?;
+            }
+            begun.journal.flush()?;
+            begun.journal.get_ref().get_ref().file.sync_data()?;
+            put_behind(&self.path)?;
+            fs::rename(&new, &self.path)?;
+            Ok(begun)
+        };
+        match begin() {
+            Ok(begun) => {
+                *self = begun;
+                make_room_for_old(&self.path, keep);
+                Ok(())
+            }
+            Err(source) => {
+                let _ = fs::remove_file(&new);
+                Err(Self::failed(&self.path, source))
+            }
+        }
+    }
+
+    /// How long it is, bytes, with what is buffered.
+    pub fn bytes(&self) -> u64 {
+        self.before + self.journal.bytes()
     }
 
     /// On purpose: what its disk does from now on.
@@ -176,20 +222,9 @@ fn fresh(path: &Path) -> Result<Option<File>, Refused> {
     Ok(locked(&file)?.map(|()| file))
 }
 
-/// Whether a process writes this log at this moment.
-///
-/// # Errors
-/// When the file cannot be looked at.
-pub fn is_being_written(path: &Path) -> io::Result<bool> {
-    match File::open(path)?.try_lock_shared() {
-        Ok(()) => Ok(false),
-        Err(TryLockError::WouldBlock) => Ok(true),
-        Err(TryLockError::Error(error)) => Err(error),
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::held::is_being_written;
     use super::*;
     use ambidex_record::samples;
 

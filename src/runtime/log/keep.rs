@@ -1,14 +1,12 @@
 //! How many logs are kept where logs lie by default: those of one instance, and those of all unnamed runs together.
 
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use super::file::is_being_written;
+use super::held::is_being_written;
 use super::path::{default_folder, default_path};
-
-/// What the log of a run is called once another has taken its place: with the second it was written last.
-const OLD: &str = "journal-";
 
 /// Makes room for a new log of the instance, so that with it no more than `keep` are left; what is being written is
 /// spared. Logs that cannot be removed stay.
@@ -25,20 +23,64 @@ pub fn make_room(instance: &str, keep: usize) {
         return;
     }
     put_aside(&default_path(instance));
-    let old = files(&folder)
-        .into_iter()
-        .filter(|path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(OLD)));
-    prune(old, others, |log| {
+    make_room_for_old(&default_path(instance), others);
+}
+
+/// Removes all but the newest `keep` of the logs that once stood at the path of this one.
+pub(super) fn make_room_for_old(log: &Path, keep: usize) {
+    let folder = log.parent().map(Path::to_owned).unwrap_or_default();
+    let old = files(&folder).into_iter().filter(|path| is_old(path, log));
+    prune(old, keep, |log| {
         let _ = fs::remove_file(log);
     });
+}
+
+/// Whether a file has the name that a log gets once another has taken its place: with a second, and perhaps a number.
+fn is_old(path: &Path, log: &Path) -> bool {
+    let stem = |path: &Path| path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let behind = |stem_of_old: &str| {
+        let behind = stem_of_old.strip_prefix(stem(log).as_str())?.strip_prefix('-')?;
+        Some(behind.split('-').all(is_number))
+    };
+    path.extension() == log.extension() && behind(&stem(path)) == Some(true)
+}
+
+/// A free name for a log that was written last at that moment.
+fn name_of_old(log: &Path, written: SystemTime) -> Option<PathBuf> {
+    let second = written.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+    let stem = log.file_stem()?.to_string_lossy().into_owned();
+    let end = log.extension().map_or(String::new(), |end| format!(".{}", end.to_string_lossy()));
+    let names = (0..).map(|number| match number {
+        0 => format!("{stem}-{second}{end}"),
+        _ => format!("{stem}-{second}-{number}{end}"),
+    });
+    names.map(|name| log.with_file_name(name)).find(|path| !path.exists())
+}
+
+/// Gives a log the name of an old one besides its own, so that another can take its place at once.
+///
+/// # Errors
+/// When there is no room or no right for that.
+pub(super) fn put_behind(log: &Path) -> io::Result<()> {
+    let old = name_of_old(log, SystemTime::now()).ok_or(io::ErrorKind::AlreadyExists)?;
+    match fs::hard_link(log, &old) {
+        // Some file systems have one name for a file alone: then there is a moment without a log.
+        Err(error) if matches!(error.kind(), io::ErrorKind::Unsupported | io::ErrorKind::PermissionDenied) => {
+            fs::rename(log, old)
+        }
+        linked => linked,
+    }
 }
 
 /// Whether an instance got its name because it was given none: `run-PID-` and eight hexadecimal digits.
 fn is_unnamed(instance: &str) -> bool {
     let parts: Vec<&str> = instance.split('-').collect();
-    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     let is_salt = |text: &str| text.len() == 8 && text.bytes().all(|byte| byte.is_ascii_hexdigit());
     matches!(parts.as_slice(), ["run", pid, salt] if is_number(pid) && is_salt(salt))
+}
+
+fn is_number(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit())
 }
 
 /// Gives a log that is not being written the name of an old one.
@@ -46,12 +88,7 @@ fn put_aside(log: &Path) {
     let Some(written) = written(log).filter(|_| is_being_written(log).is_ok_and(|is_written| !is_written)) else {
         return;
     };
-    let second = written.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
-    let names = (0..).map(|number| match number {
-        0 => format!("{OLD}{second}.jsonl"),
-        _ => format!("{OLD}{second}-{number}.jsonl"),
-    });
-    if let Some(free) = names.map(|name| log.with_file_name(name)).find(|path| !path.exists()) {
+    if let Some(free) = name_of_old(log, written) {
         let _ = fs::rename(log, free);
     }
 }

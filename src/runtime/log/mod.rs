@@ -3,12 +3,15 @@
 mod disk;
 mod file;
 mod follower;
+mod held;
 mod keep;
 mod path;
 mod trace;
 
-pub use file::{JournalFile, is_being_written};
+pub use file::JournalFile;
 pub use follower::{Follower, News};
+pub use held::is_being_written;
 pub use keep::make_room;
 pub use path::{default_folder, default_path, instances};
+pub(crate) use trace::diagnosed;
 pub use trace::emit;

@@ -13,6 +13,7 @@ pub(super) fn said(message: &ControllerMessage, names: &Names) -> (String, bool)
         ControllerMessage::Refused { why, .. } => (format!("something that is not used: {why}"), true),
         ControllerMessage::Misreported { report, why } => (format!("{report}, which is not heard: {why}"), true),
         ControllerMessage::Lost { why } => (format!("lost: {why}"), true),
+        ControllerMessage::Diagnosed { level, message, .. } => (format!("{level}: {message}"), true),
     }
 }
 

@@ -11,8 +11,11 @@ use ambidex_model::{
     ChannelId, ControllerId, FactId, Names, NodeId, NodeRange, ObjectId, PlaceId, Record, ResourceId, TypeId,
 };
 
-/// One line without its end.
-pub(super) fn to_string(record: &Record, names: &Names) -> serde_json::Result<String> {
+/// A record as one line of JSON, without its end, with names where the journal has ids; its times are the journal's.
+///
+/// # Errors
+/// Never with a record that came out of a journal.
+pub fn json(record: &Record, names: &Names) -> serde_json::Result<String> {
     serde_json::to_string(&With { value: record, names })
 }
 

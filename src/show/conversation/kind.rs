@@ -58,6 +58,26 @@ pub enum Kind {
     Cleaning,
     /// A cleanup ended without the end of a behavior.
     Cleaned,
+    /// A task, or another part of the tree, came.
+    Added,
+    /// A part of the tree was taken out.
+    Removed,
+    /// A task is paused, goes on, or takes a step.
+    Granting,
+    /// A task is given up.
+    Canceled,
+    /// A task is over.
+    TaskEnded,
+    /// Nothing of some tasks can go on.
+    Stalled,
+    /// An object came into the room.
+    ObjectAdded,
+    /// An object left the room.
+    ObjectRemoved,
+    /// Work that was asked for is not taken.
+    Declined,
+    /// A log goes on where another was put aside.
+    Checkpoint,
     /// A resource is held otherwise.
     Resource,
     /// A controller is there.
@@ -84,6 +104,8 @@ pub enum Kind {
     Refused,
     /// A controller is gone.
     Lost,
+    /// How well a controller is came to be different.
+    Diagnosed,
     /// The mission is over.
     Ended,
 }
@@ -91,7 +113,7 @@ pub enum Kind {
 impl Kind {
     /// Whether it is shown only when it is asked for: what comes often and says little, or what other records say again.
     pub fn is_minor(self) -> bool {
-        matches!(self, Self::Feedback | Self::Told | Self::Observed | Self::Turn | Self::Began)
+        matches!(self, Self::Feedback | Self::Diagnosed | Self::Told | Self::Observed | Self::Turn | Self::Began)
     }
 
     /// The word for it on a command line.
@@ -129,6 +151,16 @@ impl Kind {
             Record::Leaving { .. } => Self::Leaving,
             Record::Cleaning { .. } => Self::Cleaning,
             Record::Cleaned { .. } => Self::Cleaned,
+            Record::Added { .. } => Self::Added,
+            Record::Removed { .. } => Self::Removed,
+            Record::Granting { .. } => Self::Granting,
+            Record::Canceled { .. } => Self::Canceled,
+            Record::TaskEnded { .. } => Self::TaskEnded,
+            Record::Stalled { .. } => Self::Stalled,
+            Record::ObjectAdded { .. } => Self::ObjectAdded,
+            Record::ObjectRemoved { .. } => Self::ObjectRemoved,
+            Record::Declined { .. } => Self::Declined,
+            Record::Checkpoint { .. } => Self::Checkpoint,
             Record::Resource { .. } => Self::Resource,
             Record::Controller { message, .. } => Self::of_controller(message),
             Record::Ended { .. } => Self::Ended,
@@ -153,6 +185,7 @@ impl Kind {
             },
             ControllerMessage::Refused { .. } | ControllerMessage::Misreported { .. } => Self::Refused,
             ControllerMessage::Lost { .. } => Self::Lost,
+            ControllerMessage::Diagnosed { .. } => Self::Diagnosed,
         }
     }
 }

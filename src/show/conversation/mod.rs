@@ -19,6 +19,7 @@ use ambidex_record::History;
 
 use crate::Palette;
 use crate::text::{columns, count, ended, mission_ended, phrase};
+pub use json::json;
 pub use kind::Kind;
 pub use selection::{Filters, Selection};
 
@@ -75,12 +76,12 @@ impl Conversation {
         format!("{}  {pair}  {said}", Palette::paint(palette.faint, head))
     }
 
-    /// The record as one line of JSON with names where the journal has ids, without its end; its times are the journal's.
+    /// The record as [`json`] has it.
     ///
     /// # Errors
     /// Never with a record that came out of a journal.
     pub fn json(&self, record: &Record) -> serde_json::Result<String> {
-        json::to_string(record, self.history.names())
+        json(record, self.history.names())
     }
 
     fn told(&self, record: &Record) -> Line<'_> {
@@ -120,6 +121,16 @@ impl Conversation {
             | Record::Leaving { .. }
             | Record::Cleaning { .. }
             | Record::Cleaned { .. }
+            | Record::Added { .. }
+            | Record::Removed { .. }
+            | Record::Granting { .. }
+            | Record::Canceled { .. }
+            | Record::TaskEnded { .. }
+            | Record::Stalled { .. }
+            | Record::ObjectAdded { .. }
+            | Record::ObjectRemoved { .. }
+            | Record::Declined { .. }
+            | Record::Checkpoint { .. }
             | Record::Overtaken { .. } => line(root, phrase::turned(record, &self.history).unwrap_or_default()),
             Record::Resource { resource, state, .. } => {
                 line(names.resource(*resource).into(), nodes::used(state, names))
@@ -151,6 +162,11 @@ impl Conversation {
     }
 }
 
+/// A record as JSON with names where the journal has ids.
+pub(crate) fn with_names(record: &Record, names: &Names) -> String {
+    json::json(record, names).expect("a record is plain")
+}
+
 /// A moment in a column of its own.
 fn time(at: Time) -> String {
     format!("{:>9.3} s", at.seconds())
@@ -173,6 +189,7 @@ fn style(record: &Record, palette: &Palette) -> Style {
         Record::Controller { message, .. } => match message {
             ControllerMessage::Lost { .. } | ControllerMessage::Refused { .. } => palette.failed,
             ControllerMessage::Misreported { .. } => palette.failed,
+            ControllerMessage::Diagnosed { .. } => palette.faint,
             ControllerMessage::Heard { message } => match message {
                 FromController::Rejected { .. } | FromController::Result { end: PartEnd::Aborted, .. } => {
                     palette.failed
@@ -192,6 +209,11 @@ fn style(record: &Record, palette: &Palette) -> Style {
         Record::Awaited { .. } | Record::Reopened { .. } | Record::Denied { .. } => palette.waiting,
         Record::Infeasible { .. } | Record::TimedOut { .. } => palette.failed,
         Record::Overtaken { .. } => palette.active,
+        Record::Added { .. } | Record::Removed { .. } | Record::Granting { .. } => palette.strong,
+        Record::Canceled { .. } => palette.canceled,
+        Record::TaskEnded { end, .. } => palette.of(crate::text::of_end(ambidex_record::MissionOutcome::from(*end))),
+        Record::Stalled { .. } | Record::Declined { .. } => palette.waiting,
+        Record::ObjectAdded { .. } | Record::ObjectRemoved { .. } | Record::Checkpoint { .. } => Style::new(),
         Record::Served { service, .. } if !service.is_available() => palette.failed,
         Record::Woke { .. } | Record::Served { .. } => Style::new(),
         Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } => palette.faint,

@@ -1,8 +1,8 @@
 //! What nodes tell each other and what root decides, in words.
 
 use ambidex_model::{
-    Blocked, Change, Consequences, End, Grant, LeaseKind, Message, Names, NodeId, Reason, Reopened, Request, Resource,
-    Told,
+    Blocked, Change, Consequences, End, Grant, Granting, LeaseKind, Message, Names, NodeId, Reason, Reopened, Request,
+    Resource, Told, Work,
 };
 use ambidex_record::format;
 
@@ -47,11 +47,33 @@ pub(super) fn told(told: &Told, names: &Names) -> String {
             parts([Some(went)].into_iter().chain(phrase::changes(changes, names).into_iter().map(Some)))
         }
         Told::Woke => "a moment came for which it waited".into(),
+        Told::Work { work } => asked_for(work, names),
         Told::Ended { leaf, outcome } => {
             let ended = format!("{} {}", names.node(*leaf), phrase::ended(outcome.end, names));
             parts([Some(ended)].into_iter().chain(phrase::changes(&outcome.changes, names).into_iter().map(Some)))
         }
         Told::End { end } => format!("end: {}", mission_ended(*end, names)),
+    }
+}
+
+/// Work that is asked for.
+fn asked_for(work: &Work, names: &Names) -> String {
+    match work {
+        Work::Submit(submission) => format!("do the task {}", submission.name),
+        Work::Cancel { task } => format!("cancel {}", names.node(*task)),
+        Work::Grant { task, granting } => {
+            let what = task.map_or("everything", |task| names.node(task));
+            match granting {
+                Granting::Freely => format!("go on with {what}"),
+                Granting::Paused => format!("pause {what}"),
+                Granting::Step => format!("one step of {what}"),
+            }
+        }
+        Work::Add { under, .. } => format!("add something below {}", names.node(*under)),
+        Work::Remove { node } => format!("take out {}", names.node(*node)),
+        Work::Replace { node, .. } => format!("put something in the place of {}", names.node(*node)),
+        Work::AddObject { name, place } => format!("{name} came into the room, to {}", names.place(*place)),
+        Work::RemoveObject { object } => format!("{} left the room", names.thing(*object)),
     }
 }
 

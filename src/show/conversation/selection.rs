@@ -8,7 +8,7 @@ use ambidex_record::History;
 use super::kind::Kind;
 use super::subjects;
 use crate::Unknown;
-use crate::text::matching;
+use crate::text::Wanted;
 
 /// Filters as a person gives them; what is left out selects all, what is given must all be so.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -34,7 +34,7 @@ pub struct Filters {
 /// Filters of one journal.
 #[derive(Debug, Clone)]
 pub struct Selection {
-    nodes: Option<Vec<bool>>,
+    nodes: Option<Wanted>,
     resource: Option<ResourceId>,
     controller: Option<ControllerId>,
     rest: Filters,
@@ -53,8 +53,10 @@ impl Selection {
             };
             found.as_ref().map(position).transpose()
         };
+        let may_come = header.topology().stem().0 > 0;
+        let wanted = |pattern: &String| Wanted::new("node", pattern, names.nodes.iter(), may_come);
         Ok(Self {
-            nodes: filters.node.as_ref().map(|pattern| matching("node", pattern, &names.nodes)).transpose()?,
+            nodes: filters.node.as_ref().map(wanted).transpose()?,
             resource: position("resource", &filters.resource, &names.resources)?.map(ResourceId::from),
             controller: position("controller", &filters.controller, &names.controllers)?.map(ControllerId::from),
             rest: filters.clone(),
@@ -73,6 +75,8 @@ impl Selection {
             && to.is_none_or(|to| at <= to)
             && self.resource.is_none_or(|resource| subjects::of_resource(record, resource))
             && self.controller.is_none_or(|controller| subjects::of_controller(record, controller))
-            && self.nodes.as_ref().is_none_or(|marks| subjects::of_node(record, history, marks))
+            && self.nodes.as_ref().is_none_or(|wanted| {
+                subjects::of_node(record, history, &|node| wanted.matches(history.names().node(node)))
+            })
     }
 }

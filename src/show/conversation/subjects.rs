@@ -7,16 +7,17 @@ use ambidex_model::{
 
 use ambidex_record::History;
 
-/// Whether a record is from, to or about a node that is marked.
-pub(super) fn of_node(record: &Record, history: &History, marks: &[bool]) -> bool {
-    let is = &|node: NodeId| marks.get(node.index()) == Some(&true);
+/// Whether a record is from, to or about a node that is wanted.
+pub(super) fn of_node(record: &Record, history: &History, is_wanted: &dyn Fn(NodeId) -> bool) -> bool {
+    let is = &|node: NodeId| is_wanted(node);
+    let ids = history.names().nodes.len();
     match record {
         Record::Header(_) | Record::World { .. } | Record::Denied { .. } => false,
         Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => false,
         Record::Told { input, .. } => match input {
             Told::Ended { leaf, .. } => is(*leaf),
             Told::Begin { .. } | Told::Resumed | Told::World { .. } | Told::End { .. } => false,
-            Told::Service { .. } | Told::Woke => false,
+            Told::Service { .. } | Told::Woke | Told::Work { .. } => false,
         },
         Record::Served { .. } | Record::Awaited { .. } => false,
         Record::Infeasible { leaf, consequences, .. } => is(*leaf) || consequences_of(consequences, is),
@@ -24,10 +25,18 @@ pub(super) fn of_node(record: &Record, history: &History, marks: &[bool]) -> boo
         Record::Reopened { reopened, .. } => {
             is(reopened.node) || is(reopened.up_to) || reopened.reset.iter().copied().any(is)
         }
-        Record::Overtaken { skip, goal, consequences, .. } => {
-            skip.nodes(marks.len()).any(is) || is(*goal) || consequences_of(consequences, is)
+        Record::Overtaken { skips, goal, consequences, .. } => {
+            skips.iter().any(|skip| skip.nodes(ids).any(is)) || is(*goal) || consequences_of(consequences, is)
         }
         Record::Ending { .. } => false,
+        // What comes has its name only then.
+        Record::Added { under, .. } => is(*under),
+        Record::Removed { node, .. } => is(*node),
+        Record::Granting { task, .. } => task.is_some_and(is),
+        Record::Canceled { task, .. } | Record::TaskEnded { task, .. } => is(*task),
+        Record::Stalled { tasks, .. } => tasks.iter().any(|task| is(*task)),
+        Record::ObjectAdded { .. } | Record::ObjectRemoved { .. } | Record::Declined { .. } => false,
+        Record::Checkpoint { .. } => false,
         Record::Leaving { way: node, .. } | Record::Cleaning { node, .. } => is(*node),
         Record::Cleaned { node, consequences, .. } => is(*node) || consequences_of(consequences, is),
         Record::Stopped { leaves, cause, .. } => {
@@ -36,7 +45,7 @@ pub(super) fn of_node(record: &Record, history: &History, marks: &[bool]) -> boo
         Record::Woke { leaves, .. } => leaves.iter().any(|leaf| is(*leaf)),
         Record::Sent { from, to, message, .. } => is(*from) || is(*to) || message_of(message, is),
         Record::Decided { granted, refused, reopened, .. } => {
-            granted.iter().any(|grant| is(grant.leaf()) || grant.skipped(marks.len()).any(is))
+            granted.iter().any(|grant| is(grant.leaf()) || grant.skipped(ids).any(is))
                 || blocked_of(refused, is)
                 || reopened.iter().any(|reopened| is(reopened.node) || is(reopened.up_to))
         }
@@ -73,8 +82,12 @@ pub(super) fn of_resource(record: &Record, wanted: ResourceId) -> bool {
             Told::Ended { outcome, .. } => outcome.changes.iter().any(|change| moves(change, wanted)),
             Told::World { change, .. } => moves(change, wanted),
             Told::Service { changes, .. } => changes.iter().any(|change| moves(change, wanted)),
-            Told::Begin { .. } | Told::Resumed | Told::Woke | Told::End { .. } => false,
+            Told::Begin { .. } | Told::Resumed | Told::Woke | Told::Work { .. } | Told::End { .. } => false,
         },
+        Record::Added { .. } | Record::Removed { .. } | Record::Granting { .. } => false,
+        Record::Canceled { .. } | Record::TaskEnded { .. } | Record::Stalled { .. } => false,
+        Record::ObjectAdded { .. } | Record::ObjectRemoved { .. } | Record::Declined { .. } => false,
+        Record::Checkpoint { .. } => false,
         Record::Served { resources, .. } => resources.contains(&wanted),
         Record::Infeasible { reason, .. } => lacks(reason, wanted),
         Record::Reopened { reopened, .. } => reopened.ended.iter().any(|kept| kept.resource == wanted),
@@ -97,6 +110,10 @@ pub(super) fn of_controller(record: &Record, wanted: ControllerId) -> bool {
         Record::Told { input: Told::Service { controller, .. }, .. } | Record::Served { controller, .. } => {
             *controller == wanted
         }
+        Record::Added { .. } | Record::Removed { .. } | Record::Granting { .. } => false,
+        Record::Canceled { .. } | Record::TaskEnded { .. } | Record::Stalled { .. } => false,
+        Record::ObjectAdded { .. } | Record::ObjectRemoved { .. } | Record::Declined { .. } => false,
+        Record::Checkpoint { .. } => false,
         Record::Infeasible { .. } | Record::TimedOut { .. } => false,
         Record::Reopened { .. } | Record::Overtaken { .. } => false,
         Record::Ending { .. } | Record::Leaving { .. } | Record::Cleaning { .. } | Record::Cleaned { .. } => false,
@@ -125,6 +142,7 @@ fn command(message: &ControllerMessage) -> Option<CommandId> {
     match message {
         ControllerMessage::Attached | ControllerMessage::Refused { .. } => None,
         ControllerMessage::Misreported { .. } | ControllerMessage::Lost { .. } => None,
+        ControllerMessage::Diagnosed { .. } => None,
         ControllerMessage::Told { message, .. } => match message {
             ToController::Configure { .. } => None,
             ToController::Goal { id, .. } | ToController::Cancel { id } => Some(*id),
@@ -176,6 +194,8 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
         | Reason::TooFew { .. }
         | Reason::Missing { .. }
         | Reason::OutOfReach { .. }
+        | Reason::OutOfReachLater { .. }
+        | Reason::NoSpot { .. }
         | Reason::NotHeld { .. }
         | Reason::Misheld(Misheld::NotSo { .. } | Misheld::Last { .. } | Misheld::Full { .. })
         | Reason::Elsewhere { .. }
@@ -183,6 +203,7 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
         | Reason::NotAt { .. }
         | Reason::Driving { .. }
         | Reason::NoPath { .. }
+        | Reason::InTheWay { .. }
         | Reason::PathNotFound { .. }
         | Reason::Fact { .. }
         | Reason::NothingAvailable { .. }
@@ -204,6 +225,6 @@ fn moves(change: &Change, wanted: ResourceId) -> bool {
     match change {
         Change::Object(_, at) => at.holders().contains(&wanted),
         Change::Taken(_, resource) | Change::Emptied(resource) => *resource == wanted,
-        Change::Base(_) | Change::Fact(..) => false,
+        Change::Base(_) | Change::Fact(..) | Change::Laid(..) | Change::Blocked(_) | Change::Cleared(_) => false,
     }
 }

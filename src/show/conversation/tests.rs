@@ -57,6 +57,7 @@ fn request() -> Request {
             .iter()
             .map(|&id| Candidate { cost_m: 0.5, ..Candidate::at_hand(ResourceId(id)) })
             .collect(),
+        beyond: Vec::new(),
     };
     let at = named("move 1-1");
     Request {
@@ -69,6 +70,9 @@ fn request() -> Request {
         changes: vec![ObjectId(0)],
         skips: vec![NodeRange { from: at, to: NodeId(at.0 + 1) }],
         place: None,
+        stand: None,
+        spots: Vec::new(),
+        distance: None,
     }
 }
 

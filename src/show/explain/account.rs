@@ -11,13 +11,14 @@ use ambidex_record::{History, LeafState};
 use super::because::{Because, because};
 use super::entry::{Entry, Leaf, Wait};
 use super::sentence;
-use crate::text::{MIN_WIDTH, ended, hang, matching, mission_ended, phrase};
+use crate::text::{MIN_WIDTH, Wanted, ended, hang, mission_ended, phrase};
 use crate::{Palette, Unknown};
 
 /// A running fold of records about some nodes.
 #[derive(Debug, Clone)]
 pub struct Account {
     history: History,
+    wanted: Wanted,
     nodes: BTreeMap<NodeId, Option<Asked>>,
     round: Option<u32>,
     rounds: Option<(u32, u32)>,
@@ -47,17 +48,31 @@ impl Account {
     /// # Errors
     /// When no node is called so.
     pub fn new(header: &Header, pattern: &str, round: Option<u32>) -> Result<Self, Unknown> {
-        let names = &header.names.nodes;
-        let found = matching("node", pattern, &names[..names.len().min(header.nodes.len())])?;
-        let nodes: Vec<NodeId> = (0..found.len()).filter(|node| found[*node]).map(NodeId::from).collect();
-        let below = nodes.iter().flat_map(|node| leaves_below(header, *node));
-        Ok(Self {
-            history: History::new(header),
-            leaves: below.map(|leaf| (leaf, Leaf::default())).collect(),
-            nodes: nodes.into_iter().map(|node| (node, None)).collect(),
+        let topology = header.topology();
+        let is_standing = topology.stem().0 > 0;
+        let wanted = Wanted::new("node", pattern, header.names.nodes.iter(), is_standing)?;
+        let mut account = Self {
+            // What tasks were that are gone stays.
+            history: if is_standing { History::with_past(header) } else { History::new(header) },
+            wanted,
+            leaves: BTreeMap::new(),
+            nodes: BTreeMap::new(),
             round,
             rounds: None,
-        })
+        };
+        let known: Vec<NodeId> = topology.nodes().collect();
+        account.look_at(&known);
+        Ok(account)
+    }
+
+    /// Takes in those of some nodes that are called so, with the behaviors below them.
+    fn look_at(&mut self, nodes: &[NodeId]) {
+        let history = &self.history;
+        let is_meant = |node: &NodeId| self.wanted.matches(history.names().node(*node));
+        let meant: Vec<NodeId> = nodes.iter().copied().filter(is_meant).collect();
+        let below = meant.iter().flat_map(|node| history.leaves_below(*node));
+        self.leaves.extend(below.map(|leaf| (leaf, Leaf::default())));
+        self.nodes.extend(meant.into_iter().map(|node| (node, None)));
     }
 
     /// Whether it is about what a node says.
@@ -83,6 +98,17 @@ impl Account {
                 self.tell(*leaf, Entry::moment(at, None, ended(*end), said.join(" ")));
             }
             Record::World { change, origin, .. } => self.change(at, change, *origin),
+            Record::Removed { node, .. }
+            | Record::TaskEnded { task: node, .. }
+            | Record::Canceled { task: node, .. } => {
+                self.happen(at, *node, record);
+            }
+            Record::Granting { task: Some(task), .. } => self.happen(at, *task, record),
+            Record::Added { .. } | Record::Granting { task: None, .. } | Record::Stalled { .. } => {}
+            Record::ObjectAdded { .. }
+            | Record::ObjectRemoved { .. }
+            | Record::Declined { .. }
+            | Record::Checkpoint { .. } => {}
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
             Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } => {}
             Record::Infeasible { .. }
@@ -108,6 +134,10 @@ impl Account {
         let met =
             if let Record::Ended { end: MissionEnd::Done, .. } = record { self.history.met() } else { Vec::new() };
         self.history.apply(record);
+        if let Record::Added { top, nodes, .. } = record {
+            let added: Vec<NodeId> = (0..nodes.len()).map(|index| NodeId::from(top.index() + index)).collect();
+            self.look_at(&added);
+        }
         if let Record::Ended { end, .. } = record
             && is_first_end
         {
@@ -129,6 +159,16 @@ impl Account {
         meant.into_iter().for_each(|leaf| self.tell(leaf, Entry::moment(at, None, state, said.clone())));
     }
 
+    /// What happened to a part of the tree, to its leaves.
+    fn happen(&mut self, at: Time, top: NodeId, record: &Record) {
+        let Some(said) = phrase::turned(record, &self.history) else { return };
+        let said = format!("{}.", sentence::capital(&said, self.history.names()));
+        let state = sentence::turned(record);
+        let meant: Vec<NodeId> =
+            self.leaves.keys().copied().filter(|leaf| self.history.is_within(*leaf, top)).collect();
+        meant.into_iter().for_each(|leaf| self.tell(leaf, Entry::moment(at, None, state, said.clone())));
+    }
+
     /// What others changed, to the leaves that waited for it.
     fn change(&mut self, at: Time, change: &Change, origin: Origin) {
         let said = format!("From outside: {}.", phrase::changed_by(change, origin, self.history.names()));
@@ -146,6 +186,10 @@ impl Account {
     /// When it was to be about a round that the journal does not have.
     pub fn text(&self, width: usize, palette: &Palette) -> Result<String, Unknown> {
         let width = width.max(MIN_WIDTH);
+        if self.nodes.is_empty() {
+            let names: Vec<String> = self.history.names().nodes.iter().cloned().collect();
+            return Err(Unknown::new("node", self.wanted.pattern(), &names));
+        }
         if let Some(round) = self.round {
             let is_there = self.rounds.is_some_and(|(first, last)| (first..=last).contains(&round));
             if !is_there {
@@ -160,7 +204,7 @@ impl Account {
     /// What is told of one node.
     fn account(&self, node: NodeId, asked: Option<Asked>, width: usize, palette: &Palette) -> String {
         let mut text = self.head(node, asked, width, palette);
-        for leaf in leaves_below(self.history.header(), node) {
+        for leaf in self.history.leaves_below(node) {
             if leaf != node {
                 let name = self.history.names().node(leaf);
                 let _ = writeln!(text, "\n{}", Palette::paint(palette.strong, name));
@@ -233,10 +277,12 @@ impl Account {
     fn started(&self, grant: &Grant, decision: &Decision) -> String {
         let names = self.history.names();
         let mut said = vec![format!(
-            "It starts with potential {:.3} and has {}.",
+            "It starts with potential {:.3}{} and has {}.",
             grant.request.potential,
+            sentence::measured(grant.request.distance),
             phrase::bindings(&grant.bindings, names)
         )];
+        said.extend(sentence::hands(grant, decision.granted, names));
         said.extend(sentence::beats(grant, &sentence::losers(grant.leaf(), decision.refused), false, names));
         let beside = decision.granted.iter().map(|other| other.leaf()).filter(|other| *other != grant.leaf());
         let beside = phrase::nodes(beside, names);
@@ -325,22 +371,17 @@ impl Account {
     }
 }
 
-/// The behaviors at or below a node, in tree order.
-fn leaves_below(header: &Header, top: NodeId) -> impl Iterator<Item = NodeId> {
-    // In preorder what lies below a node comes at once behind it, and nothing of it has a parent before it.
-    let nodes = header.nodes.iter().enumerate().skip(top.index());
-    let below = nodes.take_while(move |(node, entry)| *node == top.index() || (entry.parent >= top && *node > 0));
-    below.filter(|(_, entry)| entry.kind.is_behavior()).map(|(node, _)| NodeId::from(node))
-}
-
 /// Whether what a behavior lacks is about what has changed.
 fn is_about(reason: &Reason, change: &Change) -> bool {
     match *change {
         Change::Fact(changed, _) => matches!(reason, Reason::Fact { fact, .. } if *fact == changed),
-        Change::Object(changed, _) | Change::Taken(changed, _) => matches!(
+        Change::Object(changed, _) | Change::Laid(changed, ..) | Change::Taken(changed, _) => matches!(
             reason,
             Reason::Elsewhere { object, .. } | Reason::OutOfReach { object } if *object == changed
         ),
+        Change::Blocked(_) | Change::Cleared(_) => {
+            matches!(reason, Reason::NoPath { .. } | Reason::PathNotFound { .. })
+        }
         Change::Base(_) | Change::Emptied(_) => false,
     }
 }

@@ -45,6 +45,8 @@ pub(super) fn because(reason: &Reason, history: &History) -> Because {
         | Reason::Unwanted
         | Reason::Missing { .. }
         | Reason::OutOfReach { .. }
+        | Reason::OutOfReachLater { .. }
+        | Reason::NoSpot { .. }
         | Reason::NotHeld { .. }
         | Reason::Misheld(_)
         | Reason::Taken { .. }
@@ -53,6 +55,7 @@ pub(super) fn because(reason: &Reason, history: &History) -> Because {
         | Reason::NotAt { .. }
         | Reason::Driving { .. }
         | Reason::NoPath { .. }
+        | Reason::InTheWay { .. }
         | Reason::PathNotFound { .. }
         | Reason::Fact { .. }
         | Reason::AlreadyDone { .. }

@@ -1,11 +1,22 @@
 //! Sentences that both the story and an account tell.
 
 use ambidex_model::{
-    Blocked, Cause, Change, Consequences, End, Grant, Loss, Names, NodeId, Reason, Record, Reopened, StopCause, Time,
+    Blocked, Candidate, Cause, Change, Consequences, Distance, End, Grant, Loss, Measured, MissionEnd, Names, NodeId,
+    Reason, Record, Reopened, StopCause, Time,
 };
 use ambidex_record::{History, LeafState};
 
 use crate::text::phrase;
+
+/// The distance that a potential comes of.
+pub(super) fn measured(distance: Option<Measured>) -> String {
+    let Some(Measured { meters, along }) = distance else { return String::new() };
+    let along = match along {
+        Distance::Straight => "straight",
+        Distance::Path => "along the path",
+    };
+    format!(" ({meters:.2} m {along})")
+}
 
 /// The requests that lost to one, each with its potential, the best first.
 pub(super) fn losers(winner: NodeId, refused: &[Blocked]) -> Vec<(NodeId, f64)> {
@@ -145,6 +156,11 @@ pub(super) fn turned(record: &Record) -> LeafState {
         Record::Ending { .. } | Record::Leaving { .. } => LeafState::Canceled,
         Record::Cleaning { .. } => LeafState::Active,
         Record::Stopped { .. } => LeafState::Canceled,
+        Record::TaskEnded { end: MissionEnd::Done, .. } => LeafState::Done,
+        Record::TaskEnded { end: MissionEnd::Canceled, .. } | Record::Canceled { .. } => LeafState::Canceled,
+        Record::TaskEnded { .. } | Record::Stalled { .. } | Record::Declined { .. } => LeafState::Failed,
+        Record::Added { .. } | Record::Removed { .. } | Record::Granting { .. } => LeafState::Waiting,
+        Record::ObjectAdded { .. } | Record::ObjectRemoved { .. } | Record::Checkpoint { .. } => LeafState::Waiting,
         Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Began { .. } => LeafState::Waiting,
         Record::Observed { .. } => LeafState::Waiting,
         Record::World { .. } | Record::Denied { .. } => LeafState::Waiting,
@@ -163,7 +179,7 @@ pub(super) fn is_turned(record: &Record, leaf: NodeId, history: &History) -> boo
             *other == leaf || consequences.failed.is_some_and(is_below) && state == LeafState::Waiting
         }
         Record::TimedOut { node, .. } => is_below(*node) && state.is_open() | (state == LeafState::Active),
-        Record::Overtaken { skip, .. } => skip.contains(leaf) && state.is_open(),
+        Record::Overtaken { skips, .. } => skips.iter().any(|skip| skip.contains(leaf)) && state.is_open(),
         Record::Reopened { reopened, .. } => match reopened.cause {
             Cause::Leave => is_below(reopened.node) && state == LeafState::Waiting,
             Cause::Repeat { .. } => is_below(reopened.node) && state != LeafState::NotNeeded,
@@ -172,6 +188,11 @@ pub(super) fn is_turned(record: &Record, leaf: NodeId, history: &History) -> boo
         },
         Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Began { .. } => false,
         Record::Stopped { leaves, .. } => leaves.contains(&leaf),
+        Record::Removed { node, .. } | Record::TaskEnded { task: node, .. } => is_below(*node),
+        Record::Canceled { task, .. } | Record::Granting { task: Some(task), .. } => is_below(*task),
+        Record::Added { .. } | Record::Granting { task: None, .. } | Record::Stalled { .. } => false,
+        Record::ObjectAdded { .. } | Record::ObjectRemoved { .. } | Record::Declined { .. } => false,
+        Record::Checkpoint { .. } => false,
         Record::Leaving { way: node, .. } => is_below(*node) && state == LeafState::Waiting,
         Record::Cleaning { node, .. } | Record::Cleaned { node, .. } => is_below(*node) && history.is_in_cleanup(leaf),
         Record::Observed { .. }
@@ -186,11 +207,34 @@ pub(super) fn is_turned(record: &Record, leaf: NodeId, history: &History) -> boo
 
 /// A sentence begins with a capital unless it begins with a name.
 pub(super) fn capital(said: &str, names: &Names) -> String {
-    let named = names.resources.iter().chain(&names.objects).chain(&names.nodes);
+    let named = names.resources.iter().chain(&names.objects).chain(names.nodes.iter());
     let is_name = named.into_iter().any(|name| said.starts_with(name.as_str()));
     let mut letters = said.chars();
     match letters.next() {
         Some(first) if !is_name && !said.starts_with("object ") => first.to_uppercase().chain(letters).collect(),
         Some(_) | None => said.to_owned(),
     }
+}
+
+/// Why it is this hand and not another one: those that do not reach, and those that are nearer and are for others.
+pub(super) fn hands(grant: &Grant, granted: &[Grant], names: &Names) -> Option<String> {
+    let mut said: Vec<String> = Vec::new();
+    for (claim, binding) in std::iter::zip(&grant.request.claims, &grant.bindings) {
+        said.extend(claim.beyond.iter().map(|beyond| {
+            let hand = names.resource(beyond.resource);
+            match beyond.by {
+                Some(by) => format!("{hand} would not reach what {} asks later", names.node(by)),
+                None => format!("{hand} does not reach it"),
+            }
+        }));
+        let own = claim.candidates.iter().find(|candidate| candidate.resource == binding.resource);
+        let is_nearer = |other: &&Candidate| own.is_some_and(|own| other.weight_m() < own.weight_m());
+        for nearer in claim.candidates.iter().filter(is_nearer) {
+            let has_it = |other: &&Grant| other.bindings.iter().any(|binding| binding.resource == nearer.resource);
+            let other = granted.iter().filter(|other| other.leaf() != grant.leaf()).find(has_it);
+            let hand = names.resource(nearer.resource);
+            said.extend(other.map(|other| format!("{hand}, which is nearer, is for {}", names.node(other.leaf()))));
+        }
+    }
+    (!said.is_empty()).then(|| format!("{}.", said.join("; ")))
 }

@@ -85,20 +85,23 @@ impl Story {
             | Record::Leaving { .. }
             | Record::Cleaning { .. }
             | Record::Cleaned { .. }
+            | Record::Added { .. }
+            | Record::Removed { .. }
+            | Record::Granting { .. }
+            | Record::Canceled { .. }
+            | Record::TaskEnded { .. }
+            | Record::Stalled { .. }
+            | Record::ObjectAdded { .. }
+            | Record::ObjectRemoved { .. }
+            | Record::Declined { .. }
+            | Record::Checkpoint { .. }
             | Record::Overtaken { .. } => {
                 let state = sentence::turned(record);
                 if let Some(said) = phrase::turned(record, &self.history) {
                     self.happens(*at, state, format!("{}.", sentence::capital(&said, names)));
                 }
             }
-            Record::Ended { end, .. } => {
-                let skipped = sentence::skipped(&self.history.met(), names).filter(|_| *end == MissionEnd::Done);
-                let said = format!("The mission is over: {}.", mission_ended(*end, names));
-                if let Some(skipped) = skipped {
-                    self.happens(*at, LeafState::Skipped, skipped);
-                }
-                self.happens(*at, of_end(MissionOutcome::from(*end)), said);
-            }
+            Record::Ended { end, .. } => self.ends(*at, *end),
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
             Record::Header(_)
             | Record::Woke { .. }
@@ -108,6 +111,16 @@ impl Story {
             | Record::Controller { .. } => {}
         }
         self.history.apply(record);
+    }
+
+    fn ends(&mut self, at: Time, end: MissionEnd) {
+        let names = self.history.names();
+        let skipped = sentence::skipped(&self.history.met(), names).filter(|_| end == MissionEnd::Done);
+        let said = format!("The mission is over: {}.", mission_ended(end, names));
+        if let Some(skipped) = skipped {
+            self.happens(at, LeafState::Skipped, skipped);
+        }
+        self.happens(at, of_end(MissionOutcome::from(end)), said);
     }
 
     /// The story as far as it was self.

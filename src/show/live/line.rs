@@ -14,6 +14,11 @@ use crate::text::{count, mission_ended};
 
 /// The line for a record that the history took last; none for what only a log tells.
 pub fn line(history: &History, record: &Record) -> Option<String> {
+    said(history, record).map(|said| format!("{:>7.2} s  {said}", history.now().seconds()))
+}
+
+/// The same without its time.
+pub(crate) fn said(history: &History, record: &Record) -> Option<String> {
     let names = history.names();
     let text = match record {
         Record::Header(header) => begins(history, header),
@@ -31,11 +36,15 @@ pub fn line(history: &History, record: &Record) -> Option<String> {
         }
         Record::Stopped { .. } | Record::Ending { .. } | Record::Leaving { .. } => phrase::turned(record, history)?,
         Record::Cleaning { .. } | Record::Cleaned { .. } => phrase::turned(record, history)?,
+        Record::Added { .. } | Record::Removed { .. } | Record::Granting { .. } => phrase::turned(record, history)?,
+        Record::Canceled { .. } | Record::TaskEnded { .. } | Record::Stalled { .. } => phrase::turned(record, history)?,
+        Record::ObjectAdded { .. } | Record::ObjectRemoved { .. } => phrase::turned(record, history)?,
+        Record::Declined { .. } | Record::Checkpoint { .. } => phrase::turned(record, history)?,
         Record::Woke { leaves, .. } => phrase::asking_again(leaves, history),
-        Record::Controller { controller, message, .. } => said(history, *controller, message)?,
+        Record::Controller { controller, message, .. } => of_controller(history, *controller, message)?,
         Record::Ended { end, .. } => ended(history, *end),
     };
-    Some(format!("{:>7.2} s  {text}", history.now().seconds()))
+    Some(text)
 }
 
 fn begins(history: &History, header: &Header) -> String {
@@ -72,7 +81,7 @@ fn skipped(history: &History) -> Option<String> {
     (!now.is_empty()).then(|| format!("skipped {}", now.join(", ")))
 }
 
-fn said(history: &History, controller: ControllerId, message: &ControllerMessage) -> Option<String> {
+fn of_controller(history: &History, controller: ControllerId, message: &ControllerMessage) -> Option<String> {
     let names = history.names();
     let name = names.controller(controller);
     match message {
@@ -90,6 +99,7 @@ fn said(history: &History, controller: ControllerId, message: &ControllerMessage
             Some(format!("{name} rejected {goal}: {why}"))
         }
         ControllerMessage::Heard { .. } | ControllerMessage::Told { .. } | ControllerMessage::Joined { .. } => None,
+        ControllerMessage::Diagnosed { .. } => None,
     }
 }
 

@@ -2,10 +2,13 @@
 
 mod line;
 mod rows;
+mod stage;
 mod summary;
 #[cfg(test)]
 mod tests;
 
 pub use line::line;
+pub(crate) use line::said;
 pub use rows::rows;
+pub use stage::{absent, stage};
 pub use summary::summary;

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use ambidex_model::*;
 use ambidex_record::History;
 
-use super::{line, rows};
+use super::{line, rows, stage};
 use crate::Palette;
 use crate::sample::{self, named, seconds};
 use crate::text::{MIN_WIDTH, columns};
@@ -189,4 +189,21 @@ fn what_goes_wrong_has_its_line() {
         Some("   9.50 s  reopened move 1-1, base lapsed"),
     );
     check(sample::decided(9.5, 5, Vec::new()), None);
+}
+
+#[test]
+fn how_far_a_run_is_takes_one_line() {
+    let mut history = History::new(&sample::header());
+    assert_eq!(stage(&history), "experiment 1: waiting for base, head, left_arm, right_arm");
+    history.apply(&controller(1, ControllerMessage::Attached));
+    history.apply(&controller(2, ControllerMessage::Attached));
+    history.apply(&controller(2, ControllerMessage::Lost { why: Loss::Ended }));
+    assert_eq!(stage(&history), "experiment 1: waiting for base, left_arm, right_arm");
+    let mut history = picking();
+    assert_eq!(stage(&history), "experiment 1: 2 of 16 behaviors done, step 2");
+    let (end, until) = (MissionEnd::Canceled, seconds(20.0));
+    history.apply(&Record::Ending { at: seconds(10.0), end, until });
+    assert_eq!(stage(&history), "experiment 1: is to end (canceled), 2 of 16 behaviors done");
+    history.apply(&Record::Ended { at: seconds(11.0), end });
+    assert_eq!(stage(&history), "experiment 1: canceled");
 }

@@ -1,9 +1,9 @@
 //! How well each controller is, and what it does.
 
-use ambidex_model::{ControllerId, Loss, Names, Time};
+use ambidex_model::{ControllerId, Diagnosis, Diagnostics, Level, Loss, Names, Time};
 use ambidex_record::{ActiveCommand, ControllerView, History, LastError, Presence};
 
-use super::snapshot::{ControllerRow, GoalRow, Health, Phase};
+use super::snapshot::{ControllerRow, DiagnosticsRow, GoalRow, Phase};
 use crate::text::listed;
 
 /// Wall seconds without a word from a controller that has a goal until it counts as silent: five feedbacks.
@@ -17,7 +17,11 @@ pub(super) fn rows(history: &History, phase: Phase, now: Time) -> Vec<Controller
 
 fn row(history: &History, id: ControllerId, phase: Phase, now: Time) -> ControllerRow {
     let names = history.names();
+    let diagnostics = history.controllers().diagnostics(id).map(|(_, diagnostics)| diagnostics);
     let (health, why) = health(history, id, phase, now);
+    let is_living = matches!(phase, Phase::Waiting | Phase::Running);
+    let (health, why) =
+        diagnostics.filter(|_| is_living).and_then(|known| beside(known, health)).unwrap_or((health, why));
     let goal = |command: &ActiveCommand| GoalRow {
         behaviors: command.holders().iter().map(|&leaf| names.node(leaf).to_owned()).collect(),
         verb: verb(command),
@@ -25,34 +29,55 @@ fn row(history: &History, id: ControllerId, phase: Phase, now: Time) -> Controll
         progress: command.progress,
     };
     let goals = history.controllers().commands(id).map(goal).collect();
-    ControllerRow { name: names.controller(id).to_owned(), health, why, goals }
+    let diagnostics = diagnostics.map(|diagnostics| DiagnosticsRow::new(diagnostics, false));
+    ControllerRow { name: names.controller(id).to_owned(), health, why, goals, diagnostics }
 }
 
-fn health(history: &History, id: ControllerId, phase: Phase, now: Time) -> (Health, String) {
+/// What only the diagnosis knows: it counts what no record tells. What went wrong by the records comes first, since they
+/// tell since when and with what.
+fn beside(diagnostics: &Diagnostics, health: Level) -> Option<(Level, String)> {
+    let adds = match diagnostics.message {
+        Diagnosis::Late | Diagnosis::Doubled | Diagnosis::Backlog => health == Level::Ok,
+        Diagnosis::Unheard(_) => health == Level::Stale,
+        Diagnosis::Serves | Diagnosis::Unconfigured | Diagnosis::Troubled(_) => false,
+        Diagnosis::Lost(_) | Diagnosis::Absent => false,
+    };
+    adds.then(|| (diagnostics.level, diagnostics.message.to_string()))
+}
+
+impl DiagnosticsRow {
+    /// What is said of a controller, by its daemon itself or by the log.
+    pub(super) fn new(diagnostics: &Diagnostics, live: bool) -> Self {
+        let Diagnostics { level, message, values, .. } = *diagnostics;
+        Self { level, message: message.to_string(), live, values }
+    }
+}
+
+fn health(history: &History, id: ControllerId, phase: Phase, now: Time) -> (Level, String) {
     let Some(view) = history.controllers().view(id) else {
         let never = if matches!(phase, Phase::Ended | Phase::Gone) { "it never attached" } else { "not yet attached" };
-        return (Health::Stale, never.into());
+        return (Level::Stale, never.into());
     };
     match (view.presence, phase) {
         (Presence::Lost, _) => {
             if let Some((_, Loss::Inhibited(why))) = history.lost(id) {
-                return (Health::Error, format!("inhibited since {}: {why}", view.since));
+                return (Level::Error, format!("inhibited since {}: {why}", view.since));
             }
             let why = history.lost(id).map_or(String::new(), |(_, why)| format!(": {why}"));
-            return (Health::Error, format!("lost at {}{why}", view.since));
+            return (Level::Error, format!("lost at {}{why}", view.since));
         }
         (Presence::Attached | Presence::Configured, Phase::Gone) => {
-            return (Health::Stale, "the daemon is gone".into());
+            return (Level::Stale, "the daemon is gone".into());
         }
-        (Presence::Attached, _) => return (Health::Warn, "attached, not yet configured".into()),
+        (Presence::Attached, _) => return (Level::Warn, "attached, not yet configured".into()),
         (Presence::Configured, _) => {}
     }
     if let Some(silent_s) = silent_s(history, id, view, phase, now) {
-        return (Health::Stale, format!("silent for {silent_s:.1} s while it has a goal"));
+        return (Level::Stale, format!("silent for {silent_s:.1} s while it has a goal"));
     }
     match &view.error {
-        Some(error) => (Health::Warn, error_sentence(error, history.names())),
-        None => (Health::Ok, occupation(history, id)),
+        Some(error) => (Level::Warn, error_sentence(error, history.names())),
+        None => (Level::Ok, occupation(history, id)),
     }
 }
 

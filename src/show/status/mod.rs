@@ -9,19 +9,24 @@ mod outline;
 mod page;
 mod resources;
 mod snapshot;
-mod table;
 #[cfg(test)]
 mod tests;
 mod text;
 
-use ambidex_model::{ControllerId, NodeId, Time};
+use ambidex_model::{ControllerId, Diagnostics, NodeId, Time};
 use ambidex_record::{History, MissionOutcome, Presence};
 
+use crate::tasks::summaries;
 use crate::text::ending;
 
+pub(crate) use nodes::reason as node_reason;
+pub(crate) use nodes::rows as node_rows;
+pub(crate) use outline::Outline;
+pub(crate) use resources::rows as resource_rows;
+
 pub use snapshot::{
-    ControllerRow, Daemon, FactRow, GoalRow, Health, HolderRow, NodeRow, ObjectRow, Phase, ResourceRow, Snapshot,
-    WorldRow,
+    ControllerRow, Daemon, DiagnosticsRow, FactRow, GoalRow, HolderRow, NodeRow, ObjectRow, Phase, ResourceRow,
+    Snapshot, WorldRow,
 };
 
 impl Snapshot {
@@ -48,11 +53,25 @@ impl Snapshot {
             messages: history.messages(),
             done: counts.done,
             of: counts.of,
+            tasks: summaries(history),
             nodes: nodes::rows(history),
             resources: resources::rows(history),
             controllers: health::rows(history, phase, now),
             world: resources::world(history),
         }
+    }
+}
+
+impl Snapshot {
+    /// The same with what the daemon itself says of the last second.
+    #[must_use]
+    pub fn with_diagnostics(mut self, told: &[Diagnostics]) -> Self {
+        for diagnostics in told {
+            if let Some(row) = self.controllers.get_mut(diagnostics.controller.index()) {
+                row.diagnostics = Some(DiagnosticsRow::new(diagnostics, true));
+            }
+        }
+        self
     }
 }
 

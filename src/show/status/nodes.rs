@@ -1,19 +1,20 @@
 //! The tree: what every node is now, and why what waits does.
 
-use ambidex_model::{End, NodeEntry, NodeId};
+use ambidex_model::{End, NodeId};
 use ambidex_record::{History, LeafState};
 
 use super::snapshot::NodeRow;
 use crate::text::phrase::did_it;
 
 /// Every node in tree order.
-pub(super) fn rows(history: &History) -> Vec<NodeRow> {
-    history.header().nodes.iter().enumerate().map(|(node, entry)| row(history, NodeId::from(node), entry)).collect()
+pub(crate) fn rows(history: &History) -> Vec<NodeRow> {
+    history.nodes().filter_map(|node| row(history, node)).collect()
 }
 
-fn row(history: &History, node: NodeId, entry: &NodeEntry) -> NodeRow {
+fn row(history: &History, node: NodeId) -> Option<NodeRow> {
+    let entry = history.header().nodes.get(node.index())?;
     let (state, counts) = (history.state(node), history.counts(node));
-    NodeRow {
+    Some(NodeRow {
         id: node.0,
         name: history.names().node(node).to_owned(),
         kind: entry.kind.word().to_owned(),
@@ -24,11 +25,11 @@ fn row(history: &History, node: NodeId, entry: &NodeEntry) -> NodeRow {
         potential: history.potential(node),
         progress: history.controllers().progress(node).filter(|_| state == LeafState::Active),
         reason: reason(history, node, state),
-    }
+    })
 }
 
 /// Why a leaf does not run: a reason that root told is newer than a fault, since a grant takes the reason away.
-fn reason(history: &History, node: NodeId, state: LeafState) -> Option<String> {
+pub(crate) fn reason(history: &History, node: NodeId, state: LeafState) -> Option<String> {
     let names = history.names();
     if state == LeafState::NotNeeded {
         return history.instead_of(node).map(|way| did_it(way, names));

@@ -1,5 +1,7 @@
 //! The tree of a snapshot as lines; where there are too few of them, what matters least is not shown.
 
+use std::collections::HashMap;
+
 use ambidex_model::NodeId;
 use ambidex_record::LeafState;
 
@@ -7,12 +9,13 @@ use crate::Palette;
 use crate::text::{branches, clip, columns, last_children, mark};
 
 use super::snapshot::NodeRow;
-use super::table::{Column, NARROW, head, line, rest};
+use crate::text::table::{Column, NARROW, head, line, rest};
 
 /// A tree and the columns that it is drawn in.
 #[derive(Debug)]
-pub(super) struct Outline<'a> {
+pub(crate) struct Outline<'a> {
     nodes: &'a [NodeRow],
+    /// Of each row the place of that of its parent; the first is its own.
     parents: Vec<NodeId>,
     table: [Column; 3],
     palette: Palette,
@@ -20,8 +23,11 @@ pub(super) struct Outline<'a> {
 
 impl<'a> Outline<'a> {
     /// The tree's column is as wide as the whole tree, so that nothing moves when other parts of it are shown.
-    pub(super) fn new(nodes: &'a [NodeRow], width: usize, palette: Palette) -> Self {
-        let parents: Vec<NodeId> = nodes.iter().map(|node| NodeId(node.parent.unwrap_or(node.id))).collect();
+    pub(crate) fn new(nodes: &'a [NodeRow], width: usize, palette: Palette) -> Self {
+        let places: HashMap<u32, usize> = nodes.iter().enumerate().map(|(place, node)| (node.id, place)).collect();
+        let above = |node: &NodeRow| node.parent.and_then(|parent| places.get(&parent).copied());
+        let parents = nodes.iter().enumerate().map(|(place, node)| NodeId::from(above(node).unwrap_or(place)));
+        let parents: Vec<NodeId> = parents.collect();
         let most = width * 2 / 5;
         let branches = branches(&parents, &last_children(&parents, |_| true), most);
         let widest = nodes
@@ -35,24 +41,24 @@ impl<'a> Outline<'a> {
     }
 
     /// Lines of the whole tree.
-    pub(super) fn height(&self) -> usize {
+    pub(crate) fn height(&self) -> usize {
         self.nodes.len() + 1
     }
 
     /// At most so many lines.
-    pub(super) fn lines(&self, height: usize) -> Vec<String> {
+    pub(crate) fn lines(&self, height: usize) -> Vec<String> {
         let shown = self.shown(height.saturating_sub(1));
         let last = last_children(&self.parents, |node| shown[node.index()]);
         let branches = branches(&self.parents, &last, self.table[0].width.saturating_sub(3));
         let hidden = self.hidden(&shown);
-        let rows = self.nodes.iter().zip(&shown).zip(&hidden).filter(|((_, shown), _)| **shown);
-        let rows = rows.map(|((node, _), hidden)| {
-            let next = self.next_below(node).filter(|(leaf, _)| !shown[leaf.id as usize]);
+        let rows = self.nodes.iter().enumerate().zip(&hidden).filter(|((place, _), _)| shown[*place]);
+        let rows = rows.map(|((place, node), hidden)| {
+            let next = self.next_below(place).filter(|(leaf, _, _)| !shown[*leaf]);
             let note = match next {
-                Some((leaf, reason)) => format!("{}/{} done, {}: {reason}", node.done, node.of, leaf.name),
+                Some((_, leaf, reason)) => format!("{}/{} done, {}: {reason}", node.done, node.of, leaf.name),
                 None => note(node, *hidden),
             };
-            self.line(node, note, &branches[node.id as usize])
+            self.line(node, note, &branches[place])
         });
         std::iter::once(head(&self.table, &self.palette)).chain(rows).take(height).collect()
     }
@@ -77,13 +83,15 @@ impl<'a> Outline<'a> {
     }
 
     /// Below a node that waits: the first behavior that does, and why.
-    fn next_below(&self, node: &NodeRow) -> Option<(&NodeRow, &str)> {
-        let below = self.nodes.iter().skip(node.id as usize + 1);
-        let below = below.take_while(|other| self.parents[other.id as usize].0 >= node.id);
-        let mut waiting = below.filter(|other| is_leaf(other) && other.state == LeafState::Waiting);
+    fn next_below(&self, place: usize) -> Option<(usize, &NodeRow, &str)> {
+        let node = &self.nodes[place];
+        let below = self.nodes.iter().enumerate().skip(place + 1);
+        let below = below
+            .take_while(|(other, _)| self.parents[*other].index() >= place && self.parents[*other].index() < *other);
+        let mut waiting = below.filter(|(_, other)| is_leaf(other) && other.state == LeafState::Waiting);
         let is_closed = is_leaf(node) || node.state != LeafState::Waiting;
-        let first = waiting.next().filter(|_| !is_closed)?;
-        Some((first, first.reason.as_deref()?))
+        let (at, first) = waiting.next().filter(|_| !is_closed)?;
+        Some((at, first, first.reason.as_deref()?))
     }
 
     /// Which nodes are shown: those that matter most, each with all of its ancestors.
@@ -129,7 +137,7 @@ impl<'a> Outline<'a> {
 }
 
 fn is_leaf(node: &NodeRow) -> bool {
-    !matches!(node.kind.as_str(), "root" | "and" | "or" | "then")
+    !matches!(node.kind.as_str(), "root" | "tasks" | "and" | "or" | "then" | "cleanup")
 }
 
 /// The kind behind the name, unless the name begins with it.

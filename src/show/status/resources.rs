@@ -6,7 +6,7 @@ use ambidex_record::{History, OutsideChange};
 use super::snapshot::{FactRow, HolderRow, ObjectRow, Outage, ResourceRow, WorldRow};
 
 /// Every resource in resource order.
-pub(super) fn rows(history: &History) -> Vec<ResourceRow> {
+pub(crate) fn rows(history: &History) -> Vec<ResourceRow> {
     let resources = history.resources().iter().enumerate();
     resources.map(|(index, state)| row(history, ResourceId::from(index), state)).collect()
 }

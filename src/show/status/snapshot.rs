@@ -1,12 +1,15 @@
 //! A status at one moment, with names instead of ids: what `--json` prints and what text is drawn from.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use ambidex_model::{LeaseKind, Mode};
+use ambidex_model::{LeaseKind, Level, Mode, Vitals};
 use ambidex_record::{LeafState, MissionOutcome};
+
+use crate::tasks::TaskSummary;
 
 /// Whether the process that writes the journal lives. No record tells it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 #[serde(tag = "state", rename_all = "snake_case")]
 pub enum Daemon {
     /// It lives.
@@ -20,6 +23,7 @@ pub enum Daemon {
 
 /// How far a mission is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Phase {
     /// Not every controller is there yet.
@@ -32,30 +36,9 @@ pub enum Phase {
     Gone,
 }
 
-/// How well a controller is, in the words of robot diagnostics.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, strum::IntoStaticStr)]
-#[serde(rename_all = "UPPERCASE")]
-#[strum(serialize_all = "UPPERCASE")]
-pub enum Health {
-    /// As it should be.
-    Ok,
-    /// Something went wrong, and it serves on.
-    Warn,
-    /// It is lost.
-    Error,
-    /// Nothing is heard of it.
-    Stale,
-}
-
-impl Health {
-    /// The word for it.
-    pub fn word(self) -> &'static str {
-        self.into()
-    }
-}
-
 /// What a mission is at.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub struct Snapshot {
     /// The mission's name.
     pub mission: String,
@@ -85,6 +68,8 @@ pub struct Snapshot {
     pub done: usize,
     /// How many behaviors the task has.
     pub of: usize,
+    /// Every task, in the order in which they came.
+    pub tasks: Vec<TaskSummary>,
     /// Every node in tree order.
     pub nodes: Vec<NodeRow>,
     /// Every resource in resource order.
@@ -96,7 +81,8 @@ pub struct Snapshot {
 }
 
 /// A node of the tree.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub struct NodeRow {
     /// Its id: its place in tree order.
     pub id: u32,
@@ -122,6 +108,7 @@ pub struct NodeRow {
 
 /// A resource with the five properties of III-B.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub struct ResourceRow {
     /// What the robot file calls it.
     pub name: String,
@@ -146,6 +133,7 @@ pub struct ResourceRow {
 
 /// How a controller came to be away.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub struct Outage {
     /// Of its controller: "its process ended".
     pub why: String,
@@ -157,6 +145,7 @@ pub struct Outage {
 
 /// An owner of a resource.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub struct HolderRow {
     /// The node that holds it.
     pub node: String,
@@ -168,19 +157,39 @@ pub struct HolderRow {
 
 /// A controller.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub struct ControllerRow {
     /// What the robot file calls it.
     pub name: String,
     /// How well it is.
-    pub health: Health,
+    pub health: Level,
     /// Why it is said to be so.
     pub why: String,
     /// The commands that it has not ended, the oldest first.
     pub goals: Vec<GoalRow>,
+    /// What the diagnosis of each second says; none before the first.
+    pub diagnostics: Option<DiagnosticsRow>,
+}
+
+/// How well a controller is by the diagnosis of each second.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+pub struct DiagnosticsRow {
+    /// How well it is.
+    pub level: Level,
+    /// Why it is said to be so.
+    pub message: String,
+    /// Whether it is of the last second, as its daemon told; else of when that came to be different last, as the log has
+    /// it.
+    pub live: bool,
+    /// What was counted.
+    #[cfg_attr(feature = "schema", schema(value_type = Object))]
+    pub values: Vitals,
 }
 
 /// A command under way.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub struct GoalRow {
     /// The behaviors that it serves.
     pub behaviors: Vec<String>,
@@ -194,6 +203,7 @@ pub struct GoalRow {
 
 /// The world as root knows it; the base as its controller says.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub struct WorldRow {
     /// Position of the base in the map frame, meters, and its heading, radians; none before anything was told.
     pub base: Option<[f64; 3]>,
@@ -205,6 +215,7 @@ pub struct WorldRow {
 
 /// Where an object is; neither place nor resources where nobody knows.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub struct ObjectRow {
     /// What the mission calls it.
     pub name: String,
@@ -220,6 +231,7 @@ pub struct ObjectRow {
 
 /// A fact.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub struct FactRow {
     /// What the mission calls it.
     pub name: String,

@@ -1,6 +1,6 @@
 //! A snapshot as text: head, resources, controllers, world, tree.
 
-use ambidex_model::{LeaseKind, Mode};
+use ambidex_model::{LeaseKind, Level, Mode};
 use anstyle::Style;
 
 use crate::Palette;
@@ -8,8 +8,8 @@ use crate::text::{MIN_WIDTH, clip, columns, count, fit, flow, hang, listed, of_e
 
 use super::outline::Outline;
 use super::page::{Page, Row};
-use super::snapshot::{ControllerRow, Daemon, FactRow, Health, HolderRow, Phase, ResourceRow, Snapshot, WorldRow};
-use super::table::{Cell, Column, NARROW, head, line, rest};
+use super::snapshot::{ControllerRow, Daemon, FactRow, HolderRow, Phase, ResourceRow, Snapshot, WorldRow};
+use crate::text::table::{Cell, Column, NARROW, head, line, rest};
 
 /// Columns behind a bar: `" 100 %"`.
 const PERCENT: usize = 6;
@@ -58,7 +58,7 @@ impl Snapshot {
             Phase::Ended | Phase::Gone => (palette.failed, "the daemon is gone (crashed or killed)".into()),
             Phase::Running => (palette.active, "running".into()),
             Phase::Waiting => {
-                let absent = self.controllers.iter().filter(|row| row.health != Health::Ok);
+                let absent = self.controllers.iter().filter(|row| row.health != Level::Ok);
                 let absent: Vec<&str> = absent.map(|row| row.name.as_str()).collect();
                 (palette.waiting, format!("waiting for {}", absent.join(", ")))
             }
@@ -96,10 +96,14 @@ impl Snapshot {
             Column::of("controller", self.controllers.iter().map(|row| row.name.as_str()), width / 5),
             Column::wide("health", 6),
         ];
+        let has_gaps = width >= NARROW && self.controllers.iter().any(|row| gap(row).is_some());
+        if has_gaps {
+            table.push(Column::number("gap ms", 4));
+        }
         table.push(Column::wide("why, and its goal", rest(&table, width)));
         let row = |controller: &ControllerRow| Row {
-            rank: u8::from(controller.health == Health::Ok),
-            text: controller_line(controller, &table, palette),
+            rank: u8::from(controller.health == Level::Ok),
+            text: controller_line(controller, has_gaps, &table, palette),
         };
         let rows = self.controllers.iter().map(row);
         std::iter::once(Row { rank: 0, text: head(&table, palette) }).chain(rows).collect()
@@ -144,12 +148,17 @@ fn holders(holders: &[HolderRow]) -> String {
     running.into_iter().chain(kept).collect::<Vec<_>>().join(", ")
 }
 
-fn controller_line(row: &ControllerRow, table: &[Column], palette: &Palette) -> String {
+/// The longest time without a sign of life, as its daemon told it of the last second.
+fn gap(row: &ControllerRow) -> Option<u32> {
+    row.diagnostics.as_ref().filter(|told| told.live)?.values.worst_gap_ms
+}
+
+fn controller_line(row: &ControllerRow, has_gaps: bool, table: &[Column], palette: &Palette) -> String {
     let style = match row.health {
-        Health::Ok => palette.done,
-        Health::Warn => palette.active,
-        Health::Error => palette.failed,
-        Health::Stale => palette.waiting,
+        Level::Ok => palette.done,
+        Level::Warn => palette.active,
+        Level::Error => palette.failed,
+        Level::Stale => palette.waiting,
     };
     let behaviors = row.goals.iter().flat_map(|goal| &goal.behaviors);
     let mut behaviors: Vec<&str> = behaviors.map(String::as_str).collect();
@@ -159,7 +168,11 @@ fn controller_line(row: &ControllerRow, table: &[Column], palette: &Palette) -> 
         false => format!("{} · {}", row.why, listed(behaviors.into_iter())),
     };
     let plain = Palette::plain().strong;
-    let front = |said: String| [(plain, row.name.clone()), (style, row.health.word().into()), (plain, said)];
+    let front = |said: String| -> Vec<Cell> {
+        let gap = has_gaps.then(|| (palette.faint, gap(row).map_or(String::new(), |gap| gap.to_string())));
+        let head = [(plain, row.name.clone()), (style, row.health.word().into())];
+        head.into_iter().chain(gap).chain([(plain, said)]).collect()
+    };
     let Some(goal) = row.goals.iter().find(|goal| goal.mode == Mode::Achieve) else {
         return line(table, &front(said));
     };

@@ -1,5 +1,6 @@
 //! Parts of sentences that several texts are made of: lists, uses of resources, changes of the world, ends.
 
+pub(crate) use super::brief::listed;
 use std::borrow::Cow;
 
 use ambidex_model::{
@@ -8,23 +9,10 @@ use ambidex_model::{
 };
 use ambidex_record::History;
 
+use super::work;
+
 /// The top of the task.
 const TOP: NodeId = NodeId(1);
-
-/// Most names that a list tells; of more, the rest is counted.
-const MAX_LISTED: usize = 6;
-
-/// `a`, `a and b`, `a, b and c`; of many, the first and how many more.
-pub(crate) fn listed<T: AsRef<str>>(items: &[T]) -> String {
-    let most = if items.len() > MAX_LISTED + 1 { MAX_LISTED } else { items.len() };
-    let shown: Vec<&str> = items[..most].iter().map(AsRef::as_ref).collect();
-    match (shown.as_slice(), items.len() - most) {
-        ([], _) => String::new(),
-        (shown, more) if more > 0 => format!("{} and {more} more", shown.join(", ")),
-        ([only], _) => (*only).to_owned(),
-        ([all @ .., last], _) => format!("{} and {last}", all.join(", ")),
-    }
-}
 
 /// Names of nodes as a list.
 pub(crate) fn nodes(nodes: impl IntoIterator<Item = NodeId>, names: &Names) -> String {
@@ -90,7 +78,13 @@ pub(crate) fn changed(change: &Change, names: &Names) -> String {
                 Location::Unknown => format!("nobody knows where {object} is"),
             }
         }
+        Change::Laid(object, place, _) => format!("{} is at {} now", names.thing(*object), names.place(*place)),
         Change::Taken(object, by) => format!("{} is in {} now", names.thing(*object), names.resource(*by)),
+        Change::Blocked(obstacle) => {
+            let (at, size) = (obstacle.middle, obstacle.size);
+            format!("something stands at ({:.2}, {:.2}) now, {:.2} m by {:.2} m", at.x, at.y, size.x, size.y)
+        }
+        Change::Cleared(around) => format!("nothing stands at ({:.2}, {:.2}) any more", around.at.x, around.at.y),
         Change::Emptied(resource) => format!("{} is empty now", names.resource(*resource)),
         Change::Fact(fact, true) => format!("\"{}\" holds now", names.fact(*fact)),
         Change::Fact(fact, false) => format!("\"{}\" holds no more", names.fact(*fact)),
@@ -161,9 +155,10 @@ pub(crate) fn turned(record: &Record, history: &History) -> Option<String> {
             Some(with_consequences(format!("{} took too long", part(*node, names)), *node, *consequences, names))
         }
         Record::Reopened { reopened, .. } => Some(reopened_to(reopened, names)),
-        Record::Overtaken { skip, goal, consequences, .. } => {
+        Record::Overtaken { skips, goal, consequences, .. } => {
             let is_open = |leaf: &NodeId| history.leaf(*leaf).is_some_and(|leaf| leaf.state().is_open());
-            let passed = nodes(skip.nodes(names.nodes.len()).filter(is_open), names);
+            let skipped = skips.iter().flat_map(|skip| skip.nodes(names.nodes.len()));
+            let passed = nodes(skipped.filter(is_open), names);
             let done = format!("done by others: {passed} ({} holds already)", part(*goal, names));
             Some(with_consequences(done, *goal, *consequences, names))
         }
@@ -184,6 +179,10 @@ pub(crate) fn turned(record: &Record, history: &History) -> Option<String> {
             };
             Some(with_consequences(said, *node, *consequences, names))
         }
+        Record::Added { .. } | Record::Removed { .. } | Record::Granting { .. } => work::worked(record, history),
+        Record::Canceled { .. } | Record::TaskEnded { .. } | Record::Stalled { .. } => work::worked(record, history),
+        Record::ObjectAdded { .. } | Record::ObjectRemoved { .. } => work::worked(record, history),
+        Record::Declined { .. } | Record::Checkpoint { .. } => work::worked(record, history),
         Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Began { .. } => None,
         Record::Observed { .. } | Record::Sent { .. } => None,
         Record::World { .. } | Record::Denied { .. } => None,

@@ -30,14 +30,36 @@ impl Unknown {
     }
 }
 
-/// Which names a pattern matches; one that is a name matches that alone.
-pub(crate) fn matching(what: &str, pattern: &str, names: &[String]) -> Result<Vec<bool>, Unknown> {
-    let is_name = names.iter().any(|name| name == pattern);
-    let glob = Pattern::new(pattern).ok().filter(|_| !is_name);
-    let is_match = |name: &String| name == pattern || glob.as_ref().is_some_and(|glob| glob.matches(name));
-    let matches: Vec<bool> = names.iter().map(is_match).collect();
-    if !matches.contains(&true) {
-        return Err(Unknown::new(what, pattern, names));
+/// Names that a pattern matches; one that is a name matches that alone.
+#[derive(Debug, Clone)]
+pub(crate) struct Wanted {
+    pattern: String,
+    glob: Option<Pattern>,
+}
+
+impl Wanted {
+    /// A pattern that must match one of the names that there are, unless others may come.
+    pub(crate) fn new<'a>(
+        what: &str,
+        pattern: &str,
+        names: impl Iterator<Item = &'a String> + Clone,
+        may_come: bool,
+    ) -> Result<Self, Unknown> {
+        let is_name = names.clone().any(|name| name == pattern);
+        let wanted = Self { pattern: pattern.to_owned(), glob: Pattern::new(pattern).ok().filter(|_| !is_name) };
+        match may_come || names.clone().any(|name| wanted.matches(name)) {
+            true => Ok(wanted),
+            false => Err(Unknown::new(what, pattern, &names.cloned().collect::<Vec<_>>())),
+        }
     }
-    Ok(matches)
+
+    /// Whether it matches a name.
+    pub(crate) fn matches(&self, name: &str) -> bool {
+        name == self.pattern || self.glob.as_ref().is_some_and(|glob| glob.matches(name))
+    }
+
+    /// As it was written.
+    pub(crate) fn pattern(&self) -> &str {
+        &self.pattern
+    }
 }

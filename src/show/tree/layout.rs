@@ -230,6 +230,7 @@ mod tests {
     use super::*;
     use crate::sample;
     use ambidex_model::{EntryKind, Header, NodeEntry};
+    use ambidex_record::History;
 
     /// A tree from parents and kinds, named after both.
     fn header(nodes: &[(u32, &str)]) -> Header {
@@ -262,8 +263,9 @@ mod tests {
     }
 
     fn check(header: &Header) {
-        for has_marks in [false, true] {
-            let tree = Tree::new(header, 500, has_marks);
+        let history = History::new(header);
+        for history in [None, Some(&history)] {
+            let tree = Tree::new(header, history, 500);
             for growth in [
                 Growth::Down { in_two_lines: false },
                 Growth::Down { in_two_lines: true },
@@ -314,7 +316,7 @@ mod tests {
 
     #[test]
     fn the_shape_decides() {
-        let best = |header: &Header| best(&Tree::new(header, 500, false));
+        let best = |header: &Header| best(&Tree::new(header, None, 500));
         let grows_down = |plan: &Plan| plan.edges.iter().all(|edge| edge.way.len() == 2);
         assert!(grows_down(&best(&sample::header())), "experiment 1 as the paper draws it");
         assert!(!grows_down(&best(&wide(12, 5))), "what is wide grows to the right");
@@ -326,7 +328,7 @@ mod tests {
     #[test]
     fn children_of_a_then_are_numbered_and_of_no_other() {
         let header = sample::header();
-        let plan = best(&Tree::new(&header, 500, false));
+        let plan = best(&Tree::new(&header, None, 500));
         let numbers: Vec<_> = plan.edges.iter().filter_map(|edge| edge.order).collect();
         assert_eq!(numbers, [1, 2, 3, 4].repeat(4));
     }

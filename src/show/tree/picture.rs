@@ -26,7 +26,7 @@ const FOOT: f64 = 24.0;
 /// It is drawn downwards, to the right, or to the right in columns: whichever is shrunk least to fit a page.
 pub fn picture(header: &Header, history: Option<&History>) -> String {
     let state = |leaf: NodeId| history.map(|history| history.state(leaf));
-    let tree = Tree::new(header, MAX_NODES, history.is_some());
+    let tree = Tree::new(header, history, MAX_NODES);
     let plan = layout::best(&tree);
     let width = plan.width.max(PAGE_WIDTH - 2.0 * MARGIN);
     let indent = MARGIN + (width - plan.width) / 2.0;
@@ -34,10 +34,11 @@ pub fn picture(header: &Header, history: Option<&History>) -> String {
     let mut shapes = head(header, &tree, &plan, width);
     shapes.extend(plan.edges.iter().map(edge));
     shapes.extend(plan.edges.iter().filter_map(order));
-    let states: BTreeSet<LeafState> = plan.nodes.iter().filter_map(|placed| state(placed.node)).collect();
+    let states: BTreeSet<LeafState> = plan.nodes.iter().filter_map(|placed| state(tree.id(placed.node))).collect();
     let way = |node| history.and_then(|history| history.instead_of(node));
     shapes.extend(plan.nodes.iter().map(|placed| {
-        node(placed, state(placed.node)).titled(&said(header, placed.node, state(placed.node), way(placed.node)))
+        let id = tree.id(placed.node);
+        node(placed, state(id)).titled(&said(header, id, state(id), way(id)))
     }));
     let bottom = HEAD + plan.height;
     shapes.extend(foot(&plan, &states, bottom + FOOT - 4.0));
@@ -49,7 +50,7 @@ pub fn picture(header: &Header, history: Option<&History>) -> String {
 
 fn figures(header: &Header) -> String {
     let leaves = header.nodes.iter().filter(|node| node.kind.is_behavior()).count();
-    format!("{}, {}", count(header.nodes.len(), "node"), count(leaves, "behavior"))
+    format!("{}, {}", count(header.nodes.count(), "node"), count(leaves, "behavior"))
 }
 
 fn head(header: &Header, tree: &Tree, plan: &Plan, width: f64) -> Vec<Shape> {
@@ -113,6 +114,7 @@ fn said(header: &Header, node: NodeId, state: Option<LeafState>, way: Option<Nod
     let rule = match kind {
         EntryKind::Root => "keeps resources and world",
         EntryKind::And => "all children, in any order",
+        EntryKind::Tasks => "tasks that come and go, each by itself",
         EntryKind::Or => "one child",
         EntryKind::Then => "all children, in order",
         EntryKind::Cleanup => "the first child; where that fails or is given up, then the second",

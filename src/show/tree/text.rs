@@ -2,9 +2,10 @@
 
 use std::fmt::Write;
 
-use ambidex_model::{Header, NodeId};
+use ambidex_model::Header;
 use ambidex_record::History;
 
+use super::label::{in_order, places_of_parents};
 use crate::Palette;
 use crate::text::{MIN_WIDTH, branches, clip, columns, last_children, mark, phrase};
 
@@ -12,12 +13,12 @@ use crate::text::{MIN_WIDTH, branches, clip, columns, last_children, mark, phras
 /// not need what did it.
 pub fn text(header: &Header, history: Option<&History>, width: usize, palette: &Palette) -> String {
     let width = width.max(MIN_WIDTH);
-    let parents: Vec<NodeId> = header.nodes.iter().map(|entry| entry.parent).collect();
+    let nodes = in_order(header, history);
+    let parents = places_of_parents(header, &nodes);
     let branches = branches(&parents, &last_children(&parents, |_| true), width / 2);
     let left = history.map(History::ways_left).unwrap_or_default();
     let mut text = String::new();
-    for node in (0..header.nodes.len()).map(NodeId::from) {
-        let branches = &branches[node.index()];
+    for (&node, branches) in nodes.iter().zip(&branches) {
         let kind = header.nodes[node.index()].kind.word();
         let name = header.names.node(node);
         let state = history.map(|history| history.state(node));

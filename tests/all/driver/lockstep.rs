@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use ambidex::model::{MissionSpec, NodeId, NodeRange, Reason, Time};
-use ambidex::tree::{Activation, Answer, Down, Effect, Input, News, Outbox, Scope, Settings, Up, build};
+use ambidex::tree::{Activation, Answer, Down, Effect, Input, Machines, News, Outbox, Scope, Settings, Up};
 use ambidex::world::View;
 
 const TOP: NodeId = NodeId(1);
@@ -30,6 +30,14 @@ impl Lockstep {
             reasons: BTreeMap::new(),
             difference: None,
         }
+    }
+
+    /// The tree is another one: who is gone says nothing.
+    pub fn know(&mut self, mission: &Arc<MissionSpec>) {
+        self.mission = Arc::clone(mission);
+        let topology = &mission.tree.topology;
+        self.said.retain(|node, _| topology.has(*node));
+        self.reasons.retain(|node, _| topology.has(*node));
     }
 
     pub fn said_down(&mut self, child: NodeId, down: &Down) {
@@ -81,14 +89,14 @@ impl Lockstep {
 
     /// Machines that have never been asked anything, asked all.
     fn plainly(&self, view: &Arc<View>) -> (BTreeMap<NodeId, Answer>, BTreeMap<NodeId, Reason>) {
-        let mut nodes = build(&self.mission, &self.settings);
+        let mut nodes = Machines::new(&self.mission, &self.settings);
         let view = Arc::new(View { touched: None, ..View::clone(view) });
         let activation = Activation { view, skips: Arc::default(), scope: Scope::Anew };
         let mut inbox = VecDeque::from([(TOP, Input::Down(Down::Activation(activation)))]);
         let (mut answers, mut reasons) = (BTreeMap::new(), BTreeMap::new());
         let mut out = Outbox::default();
         while let Some((node, input)) = inbox.pop_front() {
-            nodes[node.index()].handle(Time::ZERO, input, &mut out);
+            nodes.handle(Time::ZERO, node, input, &mut out);
             for effect in out.drain() {
                 match effect {
                     Effect::Down(child, down) => inbox.push_back((child, Input::Down(down))),

@@ -40,6 +40,11 @@ impl Watch {
         }
     }
 
+    /// The tree is another one.
+    pub fn know(&mut self, mission: &MissionSpec) {
+        self.mission = mission.clone();
+    }
+
     pub fn given(&mut self, node: NodeId, input: &Input) {
         match input {
             Input::Ended(_) => {
@@ -59,9 +64,8 @@ impl Watch {
             }
             Down::Verdict(verdict) => {
                 assert!(!self.unanswered.contains(&child), "{child:?} is judged before it answered");
-                let below = child..self.mission.tree.topology.end(child);
-                let starts = verdict.granted.range(below.clone()).next().is_some();
-                let stops = verdict.stopped.range(below).next().is_some();
+                let starts = verdict.topology.within(child, &verdict.granted).next().is_some();
+                let stops = verdict.topology.of_set(child, &verdict.stopped).next().is_some();
                 assert!(starts || stops, "{child:?} hears a verdict that is not about it");
             }
         }
@@ -109,6 +113,12 @@ impl Watch {
                 }
             }
             Record::Released { leaf, end, consequences, .. } => self.release(*leaf, *end, consequences),
+            Record::Added { .. } | Record::Removed { .. } | Record::Granting { .. } => {}
+            Record::Canceled { .. } | Record::TaskEnded { .. } | Record::Stalled { .. } => {}
+            Record::ObjectAdded { .. }
+            | Record::ObjectRemoved { .. }
+            | Record::Declined { .. }
+            | Record::Checkpoint { .. } => {}
             Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => {}
             Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } => {}
             Record::World { .. } | Record::Denied { .. } => {}
@@ -121,7 +131,9 @@ impl Watch {
                     self.failed.remove(node);
                 }
             }
-            Record::Overtaken { skip, goal, consequences, .. } => self.overtake(*skip, *goal, consequences),
+            Record::Overtaken { skips, goal, consequences, .. } => {
+                self.overtake(skips, *goal, consequences);
+            }
             Record::Ending { .. } | Record::Leaving { .. } | Record::Cleaning { .. } => {}
             Record::Cleaned { consequences, .. } => self.fail(consequences),
         }
@@ -239,7 +251,7 @@ impl Watch {
                     assert!(!self.is_busy(NodeId(node.0 + 1)), "{child:?} runs beside what it cleans up");
                     break;
                 }
-                NodeKind::Root | NodeKind::And | NodeKind::Cleanup => {}
+                NodeKind::Root | NodeKind::And | NodeKind::Tasks | NodeKind::Cleanup => {}
                 NodeKind::Behavior(_) => unreachable!("behaviors have no children"),
             }
             child = node;
@@ -250,7 +262,7 @@ impl Watch {
 
     /// Whether something below a node runs in the eyes of root.
     fn is_busy(&self, node: NodeId) -> bool {
-        self.granted.range(node..self.mission.tree.topology.end(node)).next().is_some()
+        self.mission.tree.topology.within(node, &self.granted).next().is_some()
     }
 
     fn release(&mut self, leaf: NodeId, end: End, consequences: &Consequences) {
@@ -271,7 +283,7 @@ impl Watch {
     fn fail(&mut self, consequences: &Consequences) {
         if let Some(node) = consequences.cleaned {
             let cleanup = self.mission.tree.topology.children(node).last().expect("it has a cleanup");
-            for below in (cleanup.0..self.mission.tree.topology.end(cleanup).0).map(NodeId) {
+            for below in self.mission.tree.topology.nodes_below(cleanup) {
                 self.done.remove(&below);
                 self.failed.remove(&below);
             }
@@ -282,10 +294,11 @@ impl Watch {
         self.failed.extend(failing.map(|failing| failing.node));
     }
 
-    fn overtake(&mut self, skip: NodeRange, goal: NodeId, consequences: &Consequences) {
+    fn overtake(&mut self, skips: &[NodeRange], goal: NodeId, consequences: &Consequences) {
         let topology = &self.mission.tree.topology;
-        assert!(!self.granted.keys().any(|leaf| skip.contains(*leaf)), "what runs is passed over");
-        self.done.extend(topology.children(topology.parent(goal)).filter(|child| skip.contains(*child)));
+        let is_skipped = |node: &NodeId| skips.iter().any(|skip| skip.contains(*node));
+        assert!(!self.granted.keys().any(is_skipped), "what runs is passed over");
+        self.done.extend(topology.children(topology.parent(goal)).filter(is_skipped));
         self.complete(goal, consequences);
         self.fail(consequences);
     }
@@ -301,7 +314,7 @@ impl Watch {
             node = topology.parent(node);
             let done = || topology.children(node).filter(|child| self.done.contains(child)).count();
             match self.mission.tree.nodes[node.index()] {
-                NodeKind::And | NodeKind::Then => {
+                NodeKind::And | NodeKind::Tasks | NodeKind::Then => {
                     assert_eq!(done(), topology.children(node).count(), "{node:?} is complete too early");
                 }
                 NodeKind::Or | NodeKind::Cleanup => assert_eq!(done(), 1, "{node:?} has one child done"),

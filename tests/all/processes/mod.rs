@@ -1,15 +1,19 @@
 //! The program with real processes.
 
+mod asking;
 mod by_hand;
 mod deaths;
+mod doctor;
 mod exits;
 mod failing;
 mod kills;
 mod logs;
 mod outside;
 mod runs;
+mod service;
 mod shutdown;
 mod talk;
+mod tasks;
 
 use serde_json::Value;
 

@@ -92,8 +92,14 @@ fn recorded(case: &Case, record: &Record) -> Option<String> {
         Record::Infeasible { leaf, reason, consequences, .. } => infeasible(*leaf, reason, consequences),
         Record::TimedOut { node, consequences, .. } => timed_out(*node, consequences),
         Record::Reopened { reopened, .. } => tried_again(reopened),
-        Record::Overtaken { leaf, skip, goal, consequences, .. } => overtaken(*leaf, *skip, *goal, consequences),
+        Record::Overtaken { leaf, skips, goal, consequences, .. } => overtaken(*leaf, skips[0], *goal, consequences),
         Record::Ended { end, .. } => format!("{end:?}"),
+        Record::Added { .. } | Record::Removed { .. } | Record::Granting { .. } => return None,
+        Record::Canceled { .. } | Record::TaskEnded { .. } | Record::Stalled { .. } => return None,
+        Record::ObjectAdded { .. }
+        | Record::ObjectRemoved { .. }
+        | Record::Declined { .. }
+        | Record::Checkpoint { .. } => return None,
         Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. } => return None,
         Record::Header(_) | Record::Stopped { .. } | Record::Sent { .. } | Record::World { .. } => return None,
         Record::Resource { .. } | Record::Woke { .. } | Record::Served { .. } => return None,

@@ -112,21 +112,7 @@ impl Counts {
 
     fn count(&mut self, record: &Record) {
         match record {
-            Record::Decided { granted, refused, reopened, urged, overdue, .. } => {
-                self.count_other("urged", urged.as_ref().is_some_and(|urged| !urged.is_empty()));
-                self.count_other("overdue", overdue.as_ref().is_some_and(|overdue| !overdue.is_empty()));
-                self.rounds += 1;
-                self.grants += granted.len() as u64;
-                self.side_by_side += u64::from(granted.len() > 1);
-                self.skips += granted.iter().map(|grant| grant.request.skips.len() as u64).sum::<u64>();
-                for blocked in refused {
-                    *self.reasons.entry(variant(&blocked.reason)).or_default() += 1;
-                }
-                if let Some(reopened) = reopened {
-                    self.lapses += u64::from(reopened.lapsed().is_some());
-                    self.went_back += u64::from(reopened.lapsed().is_none());
-                }
-            }
+            Record::Decided { .. } => self.count_decision(record),
             Record::Released { end, consequences, unfit, .. } => {
                 self.count_other("interrupted", *end == End::Interrupted);
                 let is_cleaned = consequences.cleaned.is_some();
@@ -140,6 +126,12 @@ impl Counts {
                 self.count_failing(consequences);
                 self.count_other(&format!("infeasible {}", variant(reason)), true);
             }
+            Record::Added { .. } | Record::Removed { .. } | Record::Granting { .. } => {}
+            Record::Canceled { .. } | Record::TaskEnded { .. } | Record::Stalled { .. } => {}
+            Record::ObjectAdded { .. }
+            | Record::ObjectRemoved { .. }
+            | Record::Declined { .. }
+            | Record::Checkpoint { .. } => {}
             Record::TimedOut { consequences, .. } => {
                 self.count_failing(consequences);
                 self.count_other("timed out", true);
@@ -178,6 +170,23 @@ impl Counts {
             | Record::Served { .. }
             | Record::Awaited { .. } => {}
             Record::Controller { .. } | Record::Ended { .. } => {}
+        }
+    }
+
+    fn count_decision(&mut self, record: &Record) {
+        let Record::Decided { granted, refused, reopened, urged, overdue, .. } = record else { return };
+        self.count_other("urged", urged.as_ref().is_some_and(|urged| !urged.is_empty()));
+        self.count_other("overdue", overdue.as_ref().is_some_and(|overdue| !overdue.is_empty()));
+        self.rounds += 1;
+        self.grants += granted.len() as u64;
+        self.side_by_side += u64::from(granted.len() > 1);
+        self.skips += granted.iter().map(|grant| grant.request.skips.len() as u64).sum::<u64>();
+        for blocked in refused {
+            *self.reasons.entry(variant(&blocked.reason)).or_default() += 1;
+        }
+        if let Some(reopened) = reopened {
+            self.lapses += u64::from(reopened.lapsed().is_some());
+            self.went_back += u64::from(reopened.lapsed().is_none());
         }
     }
 

@@ -143,7 +143,7 @@ fn for_each_behavior(mission: &mut MissionSpec, mut change: impl FnMut(&mut Beha
         Selector::AnyEmpty { of, .. } | Selector::Any(of) => of == GRIPPER,
         Selector::Holding { .. } => true,
     };
-    for node in &mut mission.tree.nodes {
+    for node in mission.tree.nodes.iter_mut() {
         if let NodeKind::Behavior(spec) = node {
             let has_gripper = spec.claims.iter().any(|claim| is_gripper(claim.selector));
             change(spec, has_gripper);

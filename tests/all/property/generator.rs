@@ -52,7 +52,7 @@ impl Case {
         mission.world.obstacles.extend(blocked.map(|place| {
             let stand = mission.world.places[place.index()].stand.at;
             let corner = |by: f64, z| Point3::new(stand.x + by, stand.y + by, z);
-            Obstacle { min: corner(-0.4, 0.0), max: corner(0.4, 1.0) }
+            Obstacle::between(corner(-0.4, 0.0), corner(0.4, 1.0))
         }));
         add_limits(seed, &mut mission);
         extras::add_shortcuts(seed, &mut mission);
@@ -139,7 +139,7 @@ fn add_hands(seed: u64, body: Body, mission: &mut MissionSpec) {
         return;
     }
     let objects = mission.start.objects.len();
-    for node in &mut mission.tree.nodes {
+    for node in mission.tree.nodes.iter_mut() {
         let NodeKind::Behavior(spec) = node else { continue };
         let both = |object| Condition::Held(Hold { object, by: HeldBy::Any, hands: 2, alone: false });
         match (spec.kind.as_str(), spec.changes.first().copied()) {
@@ -362,7 +362,7 @@ impl<'a> Maker<'a> {
         let mut needs = Vec::new();
         if let Some(place) = there {
             let stand = support::place(place.index(), self.places).stand;
-            needs.push(Condition::At { place, stand, tolerance_m: support::TOLERANCE_M });
+            needs.push(Condition::At { place, stands: vec![stand], tolerance_m: support::TOLERANCE_M });
             if self.body.bases > 0 && self.rng.is(70) {
                 let wanted = Selector::Named(self.body.first(BASE).expect("a base"));
                 let access = Access::Shared(support::at_channel(place));

@@ -150,7 +150,7 @@ impl<'a> Livelock<'a> {
     fn forget_cleanup(&mut self, node: NodeId) {
         let topology = &self.mission.tree.topology;
         let cleanup = topology.children(node).last().expect("it has a cleanup");
-        let below: Vec<NodeId> = (cleanup.0..topology.end(cleanup).0).map(NodeId).collect();
+        let below: Vec<NodeId> = topology.nodes_below(cleanup).collect();
         self.begin_anew(&below, true);
     }
 }

@@ -198,7 +198,8 @@ fn said(seed: u64, mission: &MissionSpec, changes: Vec<(Time, Change)>) -> Vec<(
     let is_open = |change: &Change| match *change {
         Change::Fact(fact, _) => mission.world.is_outside(fact),
         Change::Object(..) => true,
-        Change::Base(_) | Change::Taken(..) | Change::Emptied(_) => false,
+        Change::Base(_) | Change::Laid(..) | Change::Taken(..) | Change::Emptied(_) => false,
+        Change::Blocked(_) | Change::Cleared(_) => true,
     };
     let (open, others) = changes.into_iter().partition(|(_, change)| is_open(change));
     let mut all = who(others, 0);

@@ -234,7 +234,7 @@ impl<'a> Model<'a> {
     }
 
     fn below(&self, node: NodeId) -> NodeRange {
-        NodeRange { from: node, to: self.mission.tree.topology.end(node) }
+        self.mission.tree.topology.runs([node])[0]
     }
 
     fn runs_below(&self, node: NodeId) -> bool {

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use ambidex::model::{
-    Change, ControllerId, End, Fault, Loss, MissionEnd, NodeId, Origin, Outcome, Reason, Record, Time, Told, WorldState,
+    Change, Clash, ControllerId, End, Fault, Loss, MissionEnd, NodeId, Origin, Outcome, Reason, Record, Time, Told,
 };
 use ambidex::replay::Replay;
 use ambidex::tree::{Input, Settings, Topic};
-use ambidex::world::{Compatible, Unconstrained, Use};
+use ambidex::world::{Compatible, Unconstrained, Use, View};
 
 use super::counts::Counts;
 use super::generator::Case;
@@ -23,15 +23,15 @@ const ROOT: NodeId = NodeId(0);
 struct Apart(Vec<(NodeId, NodeId)>);
 
 impl Compatible for Apart {
-    fn check(&self, _: &WorldState, uses: &[Use]) -> Result<(), Reason> {
-        let Some(last) = uses.last().map(|last| last.leaf) else {
+    fn check(&self, _: &View, uses: &[Use<'_>]) -> Result<(), Reason> {
+        let Some(last) = uses.last().map(|last| last.request.leaf) else {
             return Ok(());
         };
         let clash = uses
             .iter()
-            .map(|used| used.leaf)
+            .map(|used| used.request.leaf)
             .find(|&other| self.0.contains(&(other, last)) || self.0.contains(&(last, other)));
-        clash.map_or(Ok(()), |with| Err(Reason::Clash { with }))
+        clash.map_or(Ok(()), |with| Err(Reason::Clash { with, over: Clash::Rule }))
     }
 }
 

@@ -38,7 +38,7 @@ fn every_record_is_one_line_and_filters_combine() {
     assert_eq!(picks.len(), 2);
     let base = lines(&["--resource", "base", "--kind", "resource", "--to", "0"]);
     assert!(base.len() == 1 && base[0].ends_with("is in use by move 2-1, alone"), "{base:?}");
-    let late = lines(&["--from", "61.5"]);
+    let late = lines(&["--from", "58"]);
     assert!(late.len() > 2 && late.last().is_some_and(|line| line.contains("the mission is over: done")), "{late:?}");
 }
 

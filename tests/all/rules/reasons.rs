@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use ambidex::model::{
-    Access, BehaviorSpec, Change, ChannelId, Condition, ControllerKind, EffectTerm, FactId, HeldBy, Hold, Location,
-    MissionSpec, NodeId, ObjectId, Obstacle, PlaceId, Potential, Reason, ResourceId, Retention, Selector, WorldState,
+    Access, BehaviorSpec, Change, ChannelId, Clash, Condition, ControllerKind, EffectTerm, FactId, HeldBy, Hold,
+    Location, MissionSpec, NodeId, ObjectId, Obstacle, PlaceId, Potential, Reason, ResourceId, Retention, Selector,
 };
 use ambidex::tree::{Serial, Settings};
-use ambidex::world::{Compatible, Use};
+use ambidex::world::{Compatible, Use, View};
 use nalgebra::Point3;
 
 use super::Event::{Fails, Ok as Succeeds, World};
@@ -28,7 +28,7 @@ fn run(tree: Tree, settings: Settings, events: &[Event]) -> Run {
     mission.world.outside = vec![true; 2];
     let walled = mission.world.places[3].stand.at;
     let corner = |by: f64| Point3::new(walled.x + by, walled.y + by, by + 0.4);
-    mission.world.obstacles.push(Obstacle { min: corner(-0.4), max: corner(0.4) });
+    mission.world.obstacles.push(Obstacle::between(corner(-0.4), corner(0.4)));
     Run::new(mission, settings, events)
 }
 
@@ -78,7 +78,7 @@ fn reach_only(mission: &mut MissionSpec, arms: &[usize]) {
 #[test]
 fn of_the_world() {
     let (place, stand) = (PlaceId(1), support::place(1, PLACES).stand);
-    let at = Condition::At { place, stand, tolerance_m: 0.25 };
+    let at = Condition::At { place, stands: vec![stand], tolerance_m: 0.25 };
     check(needs(at.clone()), &[], "the base does not stand at place1");
     let drive = leaf("move", move_to(robot(2, 1), place, PLACES));
     check(and([drive, needs(at)]), &[World(Change::Fact(FactId(0), true))], "the base is being driven by move");
@@ -210,10 +210,10 @@ fn of_lapses() {
 struct Never(NodeId, NodeId);
 
 impl Compatible for Never {
-    fn check(&self, _: &WorldState, uses: &[Use]) -> Result<(), Reason> {
-        let is_there = |leaf| uses.iter().any(|used| used.leaf == leaf);
+    fn check(&self, _: &View, uses: &[Use<'_>]) -> Result<(), Reason> {
+        let is_there = |leaf| uses.iter().any(|used| used.request.leaf == leaf);
         match is_there(self.0) && is_there(self.1) {
-            true => Err(Reason::Clash { with: self.0 }),
+            true => Err(Reason::Clash { with: self.0, over: Clash::Rule }),
             false => Ok(()),
         }
     }

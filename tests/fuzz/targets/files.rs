@@ -21,7 +21,8 @@ const FAILURES: &str = "failures/input.yaml";
 
 static BESIDE: LazyLock<InMemory> = LazyLock::new(corpus::beside);
 
-fn with(path: &str, text: &[u8]) -> InMemory {
+/// A file with all that is shipped beside it.
+pub fn with(path: &str, text: &[u8]) -> InMemory {
     let mut sources = BESIDE.clone();
     sources.insert(path, text.to_vec());
     sources
@@ -68,6 +69,7 @@ pub fn behaviors(text: &[u8]) -> Taken {
     let checked = check(&sources, LIBRARY.as_ref(), &[]);
     let warnings = checked.as_ref().map(|checked| match checked {
         Checked::Mission(loaded) => loaded.warnings.as_slice(),
+        Checked::World(_, warnings) | Checked::Task(_, warnings) => warnings,
         Checked::Robot(_, warnings) | Checked::Library(_, warnings) | Checked::Failures(_, warnings) => warnings,
     });
     let mut taken = told(warnings);
@@ -127,7 +129,7 @@ pub fn failures_of(run: &Value, mission: &MissionSpec) -> ambidex::model::Failur
 }
 
 /// Everything that is said of a file, which has to make sense.
-fn told(loaded: Result<&[Fault], &FilesError>) -> Taken {
+pub fn told(loaded: Result<&[Fault], &FilesError>) -> Taken {
     let mut taken = Taken { accepted: loaded.is_ok(), ..Taken::default() };
     let faults = loaded.unwrap_or_else(|error| {
         assert!(!error.faults().is_empty(), "it is refused and nobody says why: {error}");

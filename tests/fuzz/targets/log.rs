@@ -1,4 +1,4 @@
-//! Logs that others wrote: read, folded, computed again, and shown in every way there is.
+//! Logs that others wrote: read, folded, computed again, shown and exported in every way there is.
 
 use ambidex::files;
 use ambidex::model::{Header, Record};
@@ -7,9 +7,13 @@ use ambidex::record::{History, Reader};
 use ambidex::replay::Replay;
 use ambidex::show::conversation::{Conversation, Filters, Kind, Selection};
 use ambidex::show::explain::{Account, Story};
+use ambidex::show::export::{Rows, Table, Trace};
+use ambidex::show::recording::{Recording, WallClock};
 use ambidex::show::status::{Daemon, Snapshot};
 use ambidex::show::{self, MIN_WIDTH, Palette, live, timeline, tree};
 use ambidex::tree::Settings;
+
+use strum::VariantArray;
 
 use super::Taken;
 
@@ -40,6 +44,7 @@ pub fn log(bytes: &[u8]) -> Taken {
     taken.kinds.dedup();
     show(&header, &records);
     follow(&header, &records);
+    export(&header, &records);
     audited(&header, &records, bytes);
     taken.said(&format!("{:?}", verify(&header, &records)));
     taken
@@ -90,6 +95,23 @@ fn follow(header: &Header, records: &[Record]) {
             drop(Snapshot::new(&history, Daemon::Running { pid: None }, history.now()).lines(80, 24, &plain));
         }
     }
+}
+
+/// What other programs read of it.
+fn export(header: &Header, records: &[Record]) {
+    let mission = header.source.as_ref().and_then(|source| files::load_source(source).ok());
+    let mut history = History::new(header);
+    let mut recording = Recording::new(WallClock::NONE, mission.map(|loaded| loaded.mission));
+    let mut trace = Trace::new(header);
+    let mut tables: Vec<Rows> = Table::VARIANTS.iter().map(|table| Rows::new(*table, header)).collect();
+    for record in records {
+        history.apply(record);
+        drop(recording.take(&history, record));
+        drop(trace.take(record));
+        tables.iter_mut().for_each(|rows| drop(rows.take(record)));
+    }
+    drop(trace.finish());
+    tables.into_iter().for_each(|rows| drop(rows.finish()));
 }
 
 /// What an auditor says to it, beside what calls itself the records of controllers.

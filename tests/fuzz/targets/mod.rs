@@ -7,6 +7,7 @@ pub mod files;
 pub mod generate;
 pub mod import;
 pub mod large;
+pub mod live;
 pub mod log;
 pub mod wire;
 

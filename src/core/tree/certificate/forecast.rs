@@ -40,7 +40,7 @@ pub(super) type Served = Vec<Option<ResourceId>>;
 impl<'a> Forecast<'a> {
     /// What a state comes to when all that runs has succeeded; intentions have lapsed by then.
     pub(super) fn new(needs: &'a Needs, state: &State) -> Self {
-        let count = needs.topology.count();
+        let count = needs.slots.count();
         let mut content = vec![None; needs.is_kept.len()];
         for (object, location) in state.world().objects.iter().enumerate() {
             for id in location.holders() {
@@ -59,8 +59,7 @@ impl<'a> Forecast<'a> {
         for (resource, lease) in state.table().leases() {
             let access = state.table().resource(resource).access().unwrap_or(Access::Exclusive);
             if lease.kind == LeaseKind::Physical && needs.is_kept[resource.index()] {
-                let holder =
-                    if ahead.is_complete[lease.holder.index()] { ahead.heir(lease.holder) } else { lease.holder };
+                let holder = if ahead.is_over(lease.holder) { ahead.heir(lease.holder) } else { lease.holder };
                 ahead.leases.push(Kept { resource, holder, behavior: lease.behavior, access });
             }
         }
@@ -80,11 +79,11 @@ impl<'a> Forecast<'a> {
             Phase::Done | Phase::Failed | Phase::Ending | Phase::Cleaning(_) => true,
         };
         let needs = self.needs;
-        let is_over = |child: &NodeId| !needs.concerns(*child) || self.is_complete[child.index()];
+        let is_over = |child: &NodeId| !needs.concerns(*child) || self.is_over(*child);
         let (left, is_complete) = match needs.kind(node) {
             Kind::Leaf => (0, false),
             Kind::All | Kind::InOrder => {
-                let left = needs.children[node.index()].iter().filter(|child| !is_over(child)).count();
+                let left = needs.children(node).iter().filter(|child| !is_over(child)).count();
                 (left, left == 0)
             }
             Kind::One => {
@@ -100,17 +99,18 @@ impl<'a> Forecast<'a> {
                 (1, is_complete)
             }
         };
-        self.left[node.index()] = left as u32;
-        self.is_complete[node.index()] = is_out || is_complete;
+        let slot = needs.slots.of(node);
+        self.left[slot] = left as u32;
+        self.is_complete[slot] = is_out || is_complete;
     }
 
     /// Whether nothing is left to be done that matters.
     pub(super) fn is_complete(&self) -> bool {
-        self.is_complete[TOP.index()]
+        self.is_over(TOP)
     }
 
     pub(super) fn is_over(&self, node: NodeId) -> bool {
-        self.is_complete[node.index()]
+        self.is_complete[self.needs.slots.of(node)]
     }
 
     /// How many behaviors are left.
@@ -147,11 +147,11 @@ impl<'a> Forecast<'a> {
         let mut open = Vec::new();
         let mut nodes = vec![TOP];
         while let Some(node) = nodes.pop() {
-            if self.is_complete[node.index()] {
+            if self.is_over(node) {
                 continue;
             }
-            let children = &self.needs.children[node.index()];
-            let is_left = |child: &&NodeId| !self.is_complete[child.index()];
+            let children = self.needs.children(node);
+            let is_left = |child: &&NodeId| !self.is_over(**child);
             match self.needs.kind(node) {
                 Kind::Leaf => open.push(node),
                 Kind::All => nodes.extend(children.iter().rev().filter(is_left)),
@@ -170,18 +170,18 @@ impl<'a> Forecast<'a> {
     /// Whether it is a behavior's turn.
     fn is_open(&self, leaf: NodeId) -> bool {
         let mut child = leaf;
-        !self.is_complete[leaf.index()]
+        !self.is_over(leaf)
             && self.needs.topology.path(leaf).skip(1).take_while(|node| *node >= TOP).all(|node| {
                 let child = std::mem::replace(&mut child, node);
                 let is_next = match self.needs.kind(node) {
                     Kind::All | Kind::Leaf => true,
                     Kind::One => self.way(node).is_none_or(|way| way == child),
                     Kind::InOrder => {
-                        let mut earlier = self.needs.children[node.index()].iter().take_while(|other| **other < child);
-                        earlier.all(|other| self.is_complete[other.index()])
+                        let mut earlier = self.needs.children(node).iter().take_while(|other| **other != child);
+                        earlier.all(|other| self.is_over(*other))
                     }
                 };
-                is_next && !self.is_complete[node.index()]
+                is_next && !self.is_over(node)
             })
     }
 
@@ -332,16 +332,19 @@ impl<'a> Forecast<'a> {
 
     /// A behavior is done, and what is done with it; kept leases go where the semantics says.
     fn complete(&mut self, leaf: NodeId) {
-        self.is_complete[leaf.index()] = true;
+        let needs = self.needs;
+        let (slots, topology) = (&needs.slots, &needs.topology);
+        self.is_complete[slots.of(leaf)] = true;
         let mut top = leaf;
         while top > TOP {
-            let parent = self.needs.topology.parent(top);
-            if !self.is_complete[parent.index()] {
-                self.left[parent.index()] = self.left[parent.index()].saturating_sub(1);
-                if self.left[parent.index()] > 0 {
+            let parent = topology.parent(top);
+            if !self.is_over(parent) {
+                let left = &mut self.left[slots.of(parent)];
+                *left = left.saturating_sub(1);
+                if *left > 0 {
                     break;
                 }
-                self.is_complete[parent.index()] = true;
+                self.is_complete[slots.of(parent)] = true;
             }
             top = parent;
         }
@@ -349,9 +352,14 @@ impl<'a> Forecast<'a> {
             self.leases.clear();
             return;
         }
+        // A task that comes and goes keeps nothing when it is over.
+        if topology.parent(top) == topology.stem() {
+            self.leases.retain(|lease| !topology.is_within(lease.holder, top));
+            return;
+        }
         let heir = self.heir(top);
         for lease in &mut self.leases {
-            if self.needs.topology.is_within(lease.holder, top) {
+            if topology.is_within(lease.holder, top) {
                 lease.holder = heir;
             }
         }
@@ -360,7 +368,7 @@ impl<'a> Forecast<'a> {
     /// Who holds what a complete node holds: a THEN above that goes on, else the topmost node that is complete with it.
     fn heir(&self, node: NodeId) -> NodeId {
         let mut top = node;
-        while top > TOP && self.is_complete[self.needs.topology.parent(top).index()] {
+        while top > TOP && self.is_over(self.needs.topology.parent(top)) {
             top = self.needs.topology.parent(top);
         }
         let parent = self.needs.topology.parent(top);
@@ -386,7 +394,7 @@ impl<'a> Forecast<'a> {
                 key.push(0);
             }
             let bits = key.last_mut().expect("one was pushed");
-            *bits |= u32::from(self.is_complete[leaf.index()]) << (index % 32);
+            *bits |= u32::from(self.is_over(*leaf)) << (index % 32);
         }
         let mut resources: Vec<Vec<u32>> = (0..self.content.len())
             .map(|index| {

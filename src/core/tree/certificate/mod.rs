@@ -8,12 +8,12 @@ mod order;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::allocator::{Allocator, Chosen};
 use crate::world::View;
-use ambidex_model::state::State;
+use ambidex_model::state::{SavedRoot, State};
 use ambidex_model::{
     Blocked, Candidate, ClaimOptions, Deadlock, End, Grant, MissionSpec, NodeId, Reason, Record, Request, ResourceId,
     Time,
@@ -34,6 +34,9 @@ const OTHER_WAYS: usize = 64;
 /// What root carries to come to no deadlock.
 #[derive(Debug)]
 pub(super) struct Certificate {
+    is_wanted: bool,
+    /// The tasks that are looked at, of a run that takes work.
+    scope: Option<BTreeSet<NodeId>>,
     /// None where there is nothing to be looked at: no deadlock is possible, or none is to be prevented.
     needs: Option<Arc<Needs>>,
     /// Behaviors that need what can be kept, in an order in which all can be run; none where none is known.
@@ -63,8 +66,49 @@ struct Refusal {
 
 impl Certificate {
     pub(super) fn new(mission: &MissionSpec, is_wanted: bool) -> Self {
-        let needs = if is_wanted { Needs::of(mission) } else { None };
-        Self { needs, order: None, lost: None, barred: Arc::default() }
+        let mut certificate =
+            Self { is_wanted, scope: None, needs: None, order: None, lost: None, barred: Arc::default() };
+        certificate.know(mission);
+        certificate
+    }
+
+    /// The tree is another one. Whoever was barred may ask again.
+    pub(super) fn know(&mut self, mission: &MissionSpec) {
+        self.scope = None;
+        let is_whole = self.is_wanted && !mission.tree.is_standing();
+        self.needs = if is_whole { Needs::of(mission, None) } else { None };
+        (self.order, self.lost) = (None, None);
+    }
+
+    /// What is kept of it with a run.
+    pub(super) fn save(&self) -> SavedRoot {
+        let (barred, order, scope) = ((*self.barred).clone(), self.order.clone(), self.scope.clone());
+        SavedRoot { barred, order, lost: self.lost.map(|lost| lost as u64), scope, ..SavedRoot::default() }
+    }
+
+    pub(super) fn restore(&mut self, mission: &MissionSpec, saved: &SavedRoot) {
+        self.know(mission);
+        self.scope.clone_from(&saved.scope);
+        self.needs = self.scope.as_ref().filter(|_| self.is_wanted).and_then(|scope| Needs::of(mission, Some(scope)));
+        self.order.clone_from(&saved.order);
+        self.lost = saved.lost.map(|lost| lost as usize);
+        self.barred = Arc::new(saved.barred.clone());
+    }
+
+    /// Of tasks that come and go those are looked at that hold something, run, or would be granted something now: all
+    /// others can still be done when these are over.
+    fn look_at(&mut self, view: &View, granted: &[Grant]) {
+        if !self.is_wanted || !view.mission.tree.is_standing() {
+            return;
+        }
+        let state = &view.state;
+        let holding = state.table().leases().map(|(_, lease)| lease.holder);
+        let busy = state.running().keys().copied().chain(granted.iter().map(Grant::leaf));
+        let scope: BTreeSet<NodeId> = holding.chain(busy).filter_map(|node| state.task_of(node)).collect();
+        if self.scope.as_ref() != Some(&scope) {
+            self.needs = Needs::of(&view.mission, Some(&scope));
+            (self.order, self.lost, self.scope) = (None, None, Some(scope));
+        }
     }
 
     /// Who does not ask, and why.
@@ -92,6 +136,10 @@ impl Certificate {
             Record::Ending { .. } | Record::Cleaning { .. } | Record::Cleaned { .. } | Record::Leaving { .. } => {
                 (true, true)
             }
+            Record::Added { .. } | Record::Removed { .. } | Record::Canceled { .. } => (true, true),
+            Record::TaskEnded { .. } | Record::Granting { .. } => (true, true),
+            Record::ObjectAdded { .. } | Record::ObjectRemoved { .. } => (true, true),
+            Record::Stalled { .. } | Record::Declined { .. } | Record::Checkpoint { .. } => (false, false),
             Record::Woke { .. } | Record::Awaited { .. } | Record::Denied { .. } => (false, false),
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Observed { .. } => (false, false),
             Record::Sent { .. } | Record::Stopped { .. } | Record::Resource { .. } => (false, false),
@@ -116,18 +164,19 @@ impl Certificate {
     ) -> Safe {
         let mut chosen = allocator.choose(view, requests, wishes);
         let mut refused = Vec::new();
-        let Some(needs) = self.needs.clone() else { return Safe { chosen, refused } };
+        self.look_at(view, &chosen.granted);
         let mut budget = EXPANSIONS;
         let mut offered: Option<Vec<Arc<Request>>> = None;
         let mut served: BTreeMap<NodeId, Arc<Request>> = BTreeMap::new();
-        // Most rounds grant nothing that matters, and an order is long.
-        let is_tried = chosen.granted.iter().any(|grant| matters(&needs, grant));
-        let carried = is_tried.then(|| self.order.clone());
-        while let Err(refusal) = self.judge(&needs, &view.state, &chosen.granted, &mut budget) {
+        while let Some(needs) = self.needs.clone() {
+            // Most rounds grant nothing that matters, and an order is long.
+            let is_tried = chosen.granted.iter().any(|grant| matters(&needs, grant));
+            let carried = is_tried.then(|| self.order.clone());
+            let Err(refusal) = self.judge(&needs, &view.state, &chosen.granted, &mut budget) else { break };
             let leaf = refusal.grant.leaf();
             // What was tried led on from there.
-            if let Some(carried) = &carried {
-                self.order.clone_from(carried);
+            if let Some(carried) = carried {
+                self.order = carried;
             }
             let offered = offered.get_or_insert_with(|| requests.to_vec());
             let is_first = !served.contains_key(&leaf);
@@ -144,6 +193,7 @@ impl Certificate {
                 }
             }
             chosen = allocator.choose(view, offered, wishes);
+            self.look_at(view, &chosen.granted);
         }
         for grant in &mut chosen.granted {
             if let Some(request) = served.remove(&grant.leaf()) {
@@ -239,7 +289,7 @@ pub struct Unfinishable {
 /// # Errors
 /// Where everything comes to a stop, if all orders were tried and none leads to the end.
 pub fn can_finish(mission: &MissionSpec) -> Result<(), Unfinishable> {
-    let Some(needs) = Needs::of(mission) else { return Ok(()) };
+    let Some(needs) = Needs::of(mission, None) else { return Ok(()) };
     let topology = Arc::new(mission.tree.topology.clone());
     let state = State::new(topology, mission.robot.resources.len(), mission.start.clone());
     let ahead = Forecast::new(&needs, &state);

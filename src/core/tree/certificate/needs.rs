@@ -1,6 +1,7 @@
 //! What of a mission can be kept physically, and who needs it: all that a certificate looks at, found once.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 use std::sync::Arc;
 
 use ambidex_model::{
@@ -12,10 +13,12 @@ use ambidex_model::{
 #[derive(Debug)]
 pub(super) struct Needs {
     pub(super) topology: Topology,
-    /// What each node is, by id.
-    pub(super) kinds: Vec<Kind>,
-    /// By node, those of its children that concern what can be kept.
-    pub(super) children: Vec<Vec<NodeId>>,
+    /// Where in lists by node each stands.
+    pub(super) slots: Slots,
+    /// What each node is, by node.
+    kinds: Vec<Kind>,
+    /// By node, those of its children that concern what can be kept, in their order.
+    children: Vec<Vec<NodeId>>,
     /// All nodes that concern what can be kept, in tree order.
     pub(super) nodes: Vec<NodeId>,
     /// By node, what a behavior needs of it; none where it needs nothing of the kind.
@@ -24,6 +27,43 @@ pub(super) struct Needs {
     pub(super) is_kept: Vec<bool>,
     /// By resource the first one that is like it: nobody wants the one and not the other.
     pub(super) class: Vec<ResourceId>,
+}
+
+/// Lists by node that have room only for those nodes that are looked at: some runs of ids one behind the other.
+#[derive(Debug)]
+pub(super) struct Slots {
+    runs: Vec<(Range<NodeId>, usize)>,
+    count: usize,
+}
+
+impl Slots {
+    fn new(runs: impl Iterator<Item = Range<NodeId>>) -> Self {
+        let mut slots = Self { runs: Vec::new(), count: 0 };
+        let mut runs: Vec<Range<NodeId>> = runs.collect();
+        runs.sort_by_key(|run| run.start);
+        for run in runs {
+            let from = slots.count;
+            slots.count += run.end.index() - run.start.index();
+            slots.runs.push((run, from));
+        }
+        slots
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The slot of a node that is looked at, if it is.
+    fn find(&self, node: NodeId) -> Option<usize> {
+        let behind = self.runs.partition_point(|(run, _)| run.start <= node);
+        let (run, from) = self.runs.get(behind.checked_sub(1)?)?;
+        (node < run.end).then(|| from + node.index() - run.start.index())
+    }
+
+    /// The slot of a node that is looked at.
+    pub(super) fn of(&self, node: NodeId) -> usize {
+        self.find(node).expect("what is looked at has a slot")
+    }
 }
 
 /// What a node is to its children.
@@ -72,11 +112,14 @@ pub(super) enum Wanted {
 }
 
 impl Needs {
-    /// None where no deadlock is possible: nothing is kept, or there is enough for everybody at once.
-    pub(super) fn of(mission: &MissionSpec) -> Option<Arc<Self>> {
+    /// Of a mission as a whole, or of some tasks of a run that takes work. None where no deadlock is possible: nothing is
+    /// kept, or there is enough for everybody at once.
+    pub(super) fn of(mission: &MissionSpec, tasks: Option<&BTreeSet<NodeId>>) -> Option<Arc<Self>> {
         let (robot, tree) = (&mission.robot, &mission.tree);
         let mut is_kept = vec![false; robot.resources.len()];
-        let leaves = || tree.leaves().filter(|leaf| !tree.topology.is_in_cleanup(*leaf));
+        let tops = tasks.map_or_else(|| vec![NodeId(0)], |tasks| tasks.iter().copied().collect());
+        let all: Vec<NodeId> = tops.iter().flat_map(|top| tree.leaves_below(*top)).collect();
+        let leaves = || all.iter().copied().filter(|leaf| !tree.topology.is_in_cleanup(*leaf));
         let behaviors = || leaves().filter_map(|leaf| Some((leaf, tree.behavior(leaf)?)));
         for claim in behaviors().flat_map(|(_, spec)| &spec.claims).filter(|claim| kept(claim).is_some()) {
             // What holds something was kept before.
@@ -91,10 +134,13 @@ impl Needs {
             location.holders().iter().for_each(|id| is_kept[id.index()] = true);
         }
         let named = named(behaviors().map(|(_, spec)| spec));
-        let mut leaves: Vec<Option<Box<LeafNeeds>>> = tree.nodes.iter().map(|_| None).collect();
+        // Root and its child stand above all tasks.
+        let stem = tasks.map(|_| NodeId(0)..NodeId(2));
+        let slots = Slots::new(stem.into_iter().chain(tops.iter().flat_map(|top| tree.topology.below(*top))));
+        let mut leaves: Vec<Option<Box<LeafNeeds>>> = (0..slots.count).map(|_| None).collect();
         for (leaf, spec) in behaviors() {
             let needs = leaf_needs(mission, spec, &is_kept, &named);
-            leaves[leaf.index()] = (!needs.needs.is_empty()).then(|| Box::new(needs));
+            leaves[slots.of(leaf)] = (!needs.needs.is_empty()).then(|| Box::new(needs));
         }
         let wanted: Vec<_> = leaves.iter().flatten().flat_map(|leaf| leaf.needs.iter().filter_map(Need::all)).collect();
         if wanted.len() <= is_kept.len() && match_claims(&wanted).is_ok() {
@@ -106,19 +152,27 @@ impl Needs {
             if named.contains(&id) { id } else { first.unwrap_or(id) }
         };
         let class = (0..robot.resources.len()).map(|index| like(ResourceId::from(index))).collect();
-        let kinds = tree.nodes.iter().map(kind).collect();
-        let (children, nodes) = concerned(&tree.topology, &leaves);
-        Some(Arc::new(Self { topology: tree.topology.clone(), kinds, children, nodes, leaves, is_kept, class }))
+        let ids = slots.runs.iter().flat_map(|(run, _)| (run.start.0..run.end.0).map(NodeId));
+        let ids: Vec<NodeId> = ids.collect();
+        let kinds = ids.iter().map(|node| tree.nodes.get(node.index()).map_or(Kind::All, kind)).collect();
+        let (children, nodes) = concerned(&tree.topology, &slots, &ids, &leaves);
+        Some(Arc::new(Self { topology: tree.topology.clone(), slots, kinds, children, nodes, leaves, is_kept, class }))
+    }
+
+    /// The children of a node that concern what can be kept, in their order.
+    pub(super) fn children(&self, node: NodeId) -> &[NodeId] {
+        &self.children[self.slots.of(node)]
     }
 
     /// What a behavior needs of what can be kept, if it does.
     pub(super) fn leaf(&self, leaf: NodeId) -> Option<&LeafNeeds> {
-        self.leaves[leaf.index()].as_deref()
+        self.leaves[self.slots.find(leaf)?].as_deref()
     }
 
     /// Whether a node concerns what can be kept.
     pub(super) fn concerns(&self, node: NodeId) -> bool {
-        !self.children[node.index()].is_empty() || self.leaf(node).is_some()
+        let has_children = self.slots.find(node).is_some_and(|slot| !self.children[slot].is_empty());
+        has_children || self.leaf(node).is_some()
     }
 
     /// Whether a run of nodes has one that concerns what can be kept.
@@ -133,7 +187,7 @@ impl Needs {
     }
 
     pub(super) fn kind(&self, node: NodeId) -> Kind {
-        self.kinds[node.index()]
+        self.kinds[self.slots.of(node)]
     }
 }
 
@@ -203,7 +257,7 @@ fn leaf_needs(mission: &MissionSpec, spec: &BehaviorSpec, is_kept: &[bool], name
 
 fn kind(node: &NodeKind) -> Kind {
     match node {
-        NodeKind::Root | NodeKind::And | NodeKind::Cleanup => Kind::All,
+        NodeKind::Root | NodeKind::Tasks | NodeKind::And | NodeKind::Cleanup => Kind::All,
         NodeKind::Or => Kind::One,
         NodeKind::Then => Kind::InOrder,
         NodeKind::Behavior(_) => Kind::Leaf,
@@ -211,16 +265,29 @@ fn kind(node: &NodeKind) -> Kind {
 }
 
 /// By node the children that concern what can be kept, and all such nodes.
-fn concerned(topology: &Topology, leaves: &[Option<Box<LeafNeeds>>]) -> (Vec<Vec<NodeId>>, Vec<NodeId>) {
-    let mut children = vec![Vec::new(); topology.count()];
+fn concerned(
+    topology: &Topology,
+    slots: &Slots,
+    ids: &[NodeId],
+    leaves: &[Option<Box<LeafNeeds>>],
+) -> (Vec<Vec<NodeId>>, Vec<NodeId>) {
+    let mut children = vec![Vec::new(); slots.count];
     let mut nodes = Vec::new();
-    for node in (1..topology.count()).rev().map(NodeId::from) {
-        if leaves[node.index()].is_some() || !children[node.index()].is_empty() {
-            children[topology.parent(node).index()].push(node);
+    // Whatever is below a node has a greater id.
+    for node in ids.iter().copied().rev().filter(|node| node.0 > 0 && topology.has(*node)) {
+        let slot = slots.of(node);
+        if leaves[slot].is_some() || !children[slot].is_empty() {
+            children[slots.of(topology.parent(node))].push(node);
             nodes.push(node);
         }
     }
-    children.iter_mut().for_each(|children| children.reverse());
+    for (parent, children) in std::iter::zip(ids, &mut children) {
+        children.reverse();
+        if topology.is_edited(*parent) && children.len() > 1 {
+            let known: BTreeSet<NodeId> = children.drain(..).collect();
+            children.extend(topology.children(*parent).filter(|child| known.contains(child)));
+        }
+    }
     nodes.reverse();
     (children, nodes)
 }

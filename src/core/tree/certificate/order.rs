@@ -36,8 +36,9 @@ pub(super) fn find(ahead: &Forecast<'_>, budget: &mut u32) -> Search {
     if let Some(order) = follow(ahead, &guess) {
         return Search::Found(order);
     }
-    let mut ranks = vec![u32::MAX; ahead.needs().kinds.len()];
-    guess.iter().enumerate().for_each(|(rank, leaf)| ranks[leaf.index()] = rank as u32);
+    let slots = &ahead.needs().slots;
+    let mut ranks = vec![u32::MAX; slots.count()];
+    guess.iter().enumerate().for_each(|(rank, leaf)| ranks[slots.of(*leaf)] = rank as u32);
     let mut search = Exact { ranks, seen: BTreeSet::new(), order: Vec::new(), budget, is_cut_off: false };
     if search.finish(ahead) {
         return Search::Found(search.order);
@@ -62,7 +63,7 @@ fn block(ahead: &Forecast<'_>, node: NodeId) -> Block {
     if ahead.is_over(node) || !ahead.needs().concerns(node) {
         return Block::default();
     }
-    let children = &ahead.needs().children[node.index()];
+    let children = ahead.needs().children(node);
     let mut blocks: Vec<Block> = match ahead.needs().kind(node) {
         Kind::Leaf => return leaf_block(ahead, node),
         Kind::All | Kind::InOrder => children.iter().map(|child| block(ahead, *child)).collect(),
@@ -138,7 +139,7 @@ impl Exact<'_> {
             return false;
         }
         let mut open = now.open();
-        open.sort_by_key(|leaf| (self.ranks[leaf.index()], *leaf));
+        open.sort_by_key(|leaf| (self.ranks[now.needs().slots.of(*leaf)], *leaf));
         let mut ways = Vec::new();
         for leaf in open {
             let after = |served| {

@@ -9,9 +9,9 @@ use super::needs::Needs;
 use super::order::{Search, find};
 use ambidex_model::state::State;
 use ambidex_model::{
-    Access, BehaviorSpec, Claim, Condition, EffectTerm, Location, MissionSpec, Names, NodeId, NodeKind, ObjectId,
-    PlaceId, Pose, Potential, ResourceId, ResourceSpec, Retention, RobotSpec, Selector, Topology, TreeSpec, TypeId,
-    WorldSpec, WorldState,
+    Access, BehaviorSpec, Claim, Condition, Distance, EffectTerm, Location, MissionSpec, Names, NodeId, NodeKind,
+    ObjectId, PlaceId, Pose, Potential, ResourceId, ResourceSpec, Retention, RobotSpec, Selector, Topology, TreeSpec,
+    TypeId, WorldSpec, WorldState,
 };
 
 const GRIPPER: TypeId = TypeId(0);
@@ -67,6 +67,7 @@ fn behavior(tree: &Tree) -> Option<BehaviorSpec> {
         retries: 0,
         backoff: std::time::Duration::ZERO,
         elsewhere: None,
+        stands: None,
     })
 }
 
@@ -96,10 +97,16 @@ fn mission(tree: &Tree) -> MissionSpec {
     MissionSpec {
         name: "test".into(),
         robot: RobotSpec { name: "test".into(), resources, controllers: Vec::new(), radius_m: 0.3 },
-        world: WorldSpec { places: Vec::new(), object_offsets: Vec::new(), obstacles: Vec::new(), outside: Vec::new() },
-        start: WorldState { base, objects: vec![Location::At(PlaceId(0))], facts: Vec::new() },
+        world: WorldSpec {
+            places: Vec::new(),
+            objects: Vec::new(),
+            obstacles: Vec::new(),
+            distance: Distance::Straight,
+            outside: Vec::new(),
+        },
+        start: WorldState::new(base, vec![Location::At(PlaceId(0))], Vec::new()),
         tree: TreeSpec::new(nodes, Topology::new(parents)),
-        names: Names { nodes: names, resources: vec!["left".into(), "right".into()], ..Names::default() },
+        names: Names { nodes: names.into(), resources: vec!["left".into(), "right".into()], ..Names::default() },
         source: None,
     }
 }
@@ -108,7 +115,7 @@ fn mission(tree: &Tree) -> MissionSpec {
 fn check(tree: &Tree, expected: &str) {
     let mission = mission(tree);
     let name = |leaf: &NodeId| mission.names.node(*leaf).to_owned();
-    let Some(needs) = Needs::of(&mission) else {
+    let Some(needs) = Needs::of(&mission, None) else {
         assert_eq!("needless", expected);
         return;
     };
@@ -144,7 +151,7 @@ fn orders_of_small_trees() {
 fn who_would_wait_for_whom() {
     let check = |tree: &Tree, granted: u32, expected: &str| {
         let mission = mission(tree);
-        let needs = Needs::of(&mission).expect("grippers are kept");
+        let needs = Needs::of(&mission, None).expect("grippers are kept");
         let state = State::new(Arc::new(mission.tree.topology.clone()), 2, mission.start.clone());
         let mut ahead = Forecast::new(&needs, &state);
         assert!(ahead.run(NodeId(granted)));

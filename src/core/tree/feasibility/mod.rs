@@ -9,14 +9,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::ahead;
 use super::goals::is_met;
 use super::ordering::{Ordering, begins_again, is_repeated};
 use super::overtaking::Overtaking;
 use crate::behavior;
-use crate::world::{FreeSpace, KnownPaths, NoPath, Unconstrained, View};
+use crate::world::{Bodies, FreeSpace, NoPath, View, Ways, find_path};
 use ambidex_model::state::{Phase, State};
 use ambidex_model::{
-    Change, Condition, Hold, Location, MissionSpec, NodeId, NodeRange, Reason, Record, Reopened, RobotSpec, Time,
+    Change, Condition, Hold, Location, MissionSpec, NodeId, NodeRange, Pose, Reason, Record, Reopened, RobotSpec, Time,
 };
 use terms::{About, Terms};
 
@@ -61,6 +62,11 @@ enum Proof {
 }
 
 impl Feasibility {
+    /// The same of a tree that has become another one. What came to stand in the room may go again: it is left out.
+    pub(super) fn anew(&self, mission: &Arc<MissionSpec>) -> Self {
+        Self::new(mission, &self.free_space)
+    }
+
     pub(super) fn new(mission: &Arc<MissionSpec>, free_space: &Arc<FreeSpace>) -> Self {
         let terms = Terms::of(mission);
         let count = terms.all.len();
@@ -91,7 +97,9 @@ impl Feasibility {
                     self.suspects.extend(self.terms.about(About::Path));
                     self.suspect_change(*change);
                 }
-                Change::Object(..) | Change::Taken(..) | Change::Fact(..) | Change::Emptied(_) => {
+                // What came to stand somewhere may go again: nothing can never run because of it.
+                Change::Blocked(_) | Change::Cleared(_) => {}
+                Change::Object(..) | Change::Laid(..) | Change::Taken(..) | Change::Fact(..) | Change::Emptied(_) => {
                     self.suspect_change(*change);
                 }
             },
@@ -107,12 +115,12 @@ impl Feasibility {
                 let counts = |reopened| is_less(reopened) || !self.spared.is_empty();
                 self.is_stale |= reopened.as_ref().is_some_and(counts);
                 if let Some(Reopened { node, up_to, .. }) = reopened {
-                    let end = |node| self.mission.tree.topology.end(node);
+                    let topology = &self.mission.tree.topology;
                     // Other ways of an OR that is not done any more count again.
-                    let open = self.terms.promises.range(*up_to..end(*up_to));
-                    self.returned.extend(open.map(|(&leaf, _)| leaf));
+                    let open = topology.within(*up_to, &self.terms.promises);
+                    self.returned.extend(open.map(|(leaf, _)| leaf));
                     // What was done proved something as long as it might be sent back.
-                    self.suspect_below(*node..end(*node));
+                    self.suspect_node(*node);
                 }
                 // What nobody had a lease of was everybody's own.
                 self.is_stale |= !granted.is_empty() && self.spared.iter().any(|leaf| self.is_to_hold(*leaf));
@@ -126,12 +134,18 @@ impl Feasibility {
                 let completed = consequences.completed.map(|completed| completed.node);
                 let failing = consequences.failing.map(|failing| failing.node);
                 for node in [Some(*leaf), completed, consequences.failed, failing].into_iter().flatten() {
-                    self.suspect_below(node..self.mission.tree.topology.end(node));
+                    self.suspect_node(node);
                 }
             }
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Sent { .. } => {}
             Record::Stopped { .. } | Record::Woke { .. } | Record::Awaited { .. } | Record::Denied { .. } => {}
             Record::Resource { .. } | Record::Controller { .. } | Record::Ended { .. } => {}
+            Record::Canceled { .. } => self.is_stale = true,
+            // Root makes it anew for another tree.
+            Record::Added { .. } | Record::Removed { .. } | Record::TaskEnded { .. } => {}
+            Record::ObjectAdded { .. } | Record::ObjectRemoved { .. } => self.is_stale = true,
+            Record::Granting { .. } | Record::Stalled { .. } | Record::Declined { .. } => {}
+            Record::Checkpoint { .. } => {}
         }
     }
 
@@ -139,15 +153,21 @@ impl Feasibility {
         let about = match change {
             Change::Base(_) => About::Base,
             Change::Fact(fact, _) => About::Fact(fact),
-            Change::Object(object, _) | Change::Taken(object, _) => About::Object(object),
+            Change::Object(object, _) | Change::Laid(object, ..) | Change::Taken(object, _) => About::Object(object),
             // Of what was in it.
-            Change::Emptied(_) => {
+            Change::Emptied(_) | Change::Blocked(_) | Change::Cleared(_) => {
                 self.is_stale = true;
                 return;
             }
         };
         let is_shown = |term: &&usize| self.proofs[**term] == Proof::Now;
         self.suspects.extend(self.terms.about(about).iter().filter(is_shown));
+    }
+
+    /// Whatever a node and those below it prove, if they are over.
+    fn suspect_node(&mut self, node: NodeId) {
+        let proved = self.mission.tree.topology.within(node, &self.proves).flat_map(|(_, proved)| proved);
+        self.suspects.extend(proved);
     }
 
     /// Whatever these nodes prove, if they are over.
@@ -210,7 +230,7 @@ impl Feasibility {
 
     /// Whether others may do what a leaf is to do, so that the THEN goes on behind that.
     fn can_be_overtaken(&self, state: &State, leaf: NodeId) -> bool {
-        let holds = &|leaf: NodeId, passed: NodeRange| {
+        let holds = &|leaf: NodeId, passed: &[NodeRange]| {
             let goal = self.terms.promises.get(&leaf).and_then(|promise| promise.goal.as_ref());
             goal.is_some_and(|goal| goal.iter().all(|term| self.comes_from_others(*term, passed)))
         };
@@ -218,8 +238,9 @@ impl Feasibility {
     }
 
     /// Whether a term is so, or something makes it so that is not passed over.
-    fn comes_from_others(&self, term: usize, passed: NodeRange) -> bool {
-        let is_other = |maker: &NodeId| !passed.contains(*maker) && self.able.contains(maker);
+    fn comes_from_others(&self, term: usize, passed: &[NodeRange]) -> bool {
+        let is_passed = |maker: NodeId| passed.iter().any(|run| run.contains(maker));
+        let is_other = |maker: &NodeId| !is_passed(*maker) && self.able.contains(maker);
         self.proofs[term] == Proof::Now || self.terms.all[term].makers.iter().any(is_other)
     }
 
@@ -374,12 +395,12 @@ impl Feasibility {
         let world = state.world();
         match self.terms.all[term].condition {
             Condition::All(_) | Condition::Never => false,
-            Condition::At { stand, tolerance_m, .. } => world.base.distance_m(&stand) <= tolerance_m,
-            Condition::Path { stand, .. } => {
+            Condition::At { ref stands, tolerance_m, .. } => behavior::is_at(world.base, stands, tolerance_m),
+            Condition::Path { ref stands, .. } => {
                 let free_space = &self.free_space;
                 *self.is_open.entry(term).or_insert_with(|| {
-                    let found = KnownPaths::default().path(free_space, world.base, stand).err();
-                    found != Some(NoPath::Closed)
+                    let is_open = |stand: &Pose| find_path(free_space, world.base, *stand).path != Err(NoPath::Closed);
+                    stands.iter().any(is_open)
                 })
             }
             Condition::Held(hold) => {
@@ -397,7 +418,8 @@ impl Feasibility {
         let mission = Arc::clone(&self.mission);
         let lacking = self.terms.promises.keys().filter_map(|&leaf| {
             let spec = mission.tree.behavior(leaf)?;
-            Some((leaf, behavior::lacks_for_good(spec, state, &mission.robot)?))
+            let lack = behavior::lacks_for_good(spec, state, &mission.robot);
+            Some((leaf, lack.or_else(|| ahead::lacks_for_good(&mission, leaf))?))
         });
         self.lacking = lacking.collect();
     }
@@ -407,7 +429,7 @@ impl Feasibility {
 pub fn infeasible_at_start(mission: &MissionSpec) -> Vec<(NodeId, Reason)> {
     let topology = Arc::new(mission.tree.topology.clone());
     let state = State::new(topology, mission.robot.resources.len(), mission.start.clone());
-    let free_space = Arc::new(FreeSpace::new(&mission.world.obstacles, mission.robot.radius_m));
+    let free_space = Arc::new(FreeSpace::of(mission));
     let mission = Arc::new(mission.clone());
     let view = View {
         round: 1,
@@ -416,8 +438,8 @@ pub fn infeasible_at_start(mission: &MissionSpec) -> Vec<(NodeId, Reason)> {
         touched: None,
         barred: Arc::default(),
         mission: Arc::clone(&mission),
-        free_space: Arc::clone(&free_space),
-        rules: Arc::new(Unconstrained),
+        ways: Arc::new(Ways::new(&free_space, mission.start.base)),
+        rules: Arc::new(Bodies),
     };
     Feasibility::new(&mission, &free_space).infeasible(&view)
 }

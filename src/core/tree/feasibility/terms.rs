@@ -48,8 +48,8 @@ pub(super) enum About {
 /// A condition in an order.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Key {
-    At(PlaceId, [u64; 3], u64),
-    Path(PlaceId, [u64; 3]),
+    At(PlaceId, Vec<[u64; 3]>, u64),
+    Path(PlaceId, Vec<[u64; 3]>),
     Held(Hold),
     Free(ObjectId),
     Somewhere(ObjectId),
@@ -123,7 +123,8 @@ impl Terms {
         let mut at_stands = BTreeMap::<[u64; 3], Vec<usize>>::new();
         for (&leaf, promise) in &mut self.promises {
             let Some(spec) = mission.tree.behavior(leaf) else { continue };
-            let anywhere = spec.elsewhere.iter().flat_map(|followed| &followed.at).chain([spec]);
+            let anywhere =
+                spec.anywhere().flat_map(|there| there.stands.iter().flat_map(|stands| stands.iter()).chain([there]));
             for effect in anywhere.flat_map(behavior::promised) {
                 let (about, stand) = match effect {
                     EffectTerm::Stands(stand) => (About::Base, Some(stand)),
@@ -156,10 +157,10 @@ fn key(single: &Condition) -> Option<(Key, About)> {
     Some(match single {
         // A list has no lists left in it once it is taken apart.
         Condition::All(_) | Condition::Never => return None,
-        Condition::At { place, stand, tolerance_m } => {
-            (Key::At(*place, bits(stand), tolerance_m.to_bits()), About::Base)
+        Condition::At { place, stands, tolerance_m } => {
+            (Key::At(*place, stands.iter().map(bits).collect(), tolerance_m.to_bits()), About::Base)
         }
-        Condition::Path { place, stand } => (Key::Path(*place, bits(stand)), About::Path),
+        Condition::Path { place, stands } => (Key::Path(*place, stands.iter().map(bits).collect()), About::Path),
         Condition::Held(hold) => (Key::Held(*hold), About::Object(hold.object)),
         Condition::Free(object) => (Key::Free(*object), About::Object(*object)),
         Condition::Somewhere(object) => (Key::Somewhere(*object), About::Object(*object)),

@@ -1,10 +1,12 @@
 //! Events of messages between the runtime and controllers.
 
-use tracing::{info, trace, warn};
+use tracing::{debug, info, trace, warn};
 
-use ambidex_model::{CommandId, ControllerMessage, FromController, Names, NodeId, PartEnd, Time, ToController};
+use ambidex_model::{
+    CommandId, ControllerMessage, Diagnostics, FromController, Names, NodeId, PartEnd, Time, ToController,
+};
 
-use super::CONTROLLER;
+use super::{CONTROLLER, DIAGNOSTICS};
 use ambidex_record::format;
 
 pub(super) fn said(at_s: f64, controller: &str, message: &ControllerMessage, names: &Names) {
@@ -29,6 +31,8 @@ pub(super) fn said(at_s: f64, controller: &str, message: &ControllerMessage, nam
             warn!(target: CONTROLLER, controller, %report, reason = %why, at_s, "a report was refused");
         }
         ControllerMessage::Lost { why } => warn!(target: CONTROLLER, controller, at_s, %why, "lost"),
+        // Its event is made where it is diagnosed, each second.
+        ControllerMessage::Diagnosed { .. } => {}
     }
 }
 
@@ -115,4 +119,31 @@ fn result(at_s: f64, controller: &str, id: CommandId, end: PartEnd, (began, ende
         PartEnd::Succeeded | PartEnd::Canceled => result!(trace),
         PartEnd::Aborted | PartEnd::Inhibited(_) => result!(warn),
     }
+}
+
+pub(super) fn diagnosed(at_s: f64, diagnostics: &Diagnostics, is_change: bool, controller: &str) {
+    let Diagnostics { level, message, values, .. } = diagnostics;
+    macro_rules! diagnosed {
+        ($level:ident) => {
+            $level!(
+                target: DIAGNOSTICS,
+                controller,
+                level = level.word(),
+                heartbeat_age_ms = values.heartbeat_age_ms,
+                worst_gap_ms = values.worst_gap_ms,
+                states_per_s = values.states_per_s,
+                attachments = values.attachments,
+                generation = values.generation,
+                refused = values.refused,
+                foreign = values.foreign,
+                queued = values.queued,
+                last_fault = values.last_fault.map(display),
+                inhibited = values.inhibited.map(display),
+                hung = values.hung,
+                at_s,
+                "{message}"
+            )
+        };
+    }
+    if is_change { diagnosed!(info) } else { diagnosed!(debug) }
 }

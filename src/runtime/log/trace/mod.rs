@@ -1,18 +1,21 @@
-//! Tracing events, all made here and all from records. Fields are evaluated only where a subscriber wants the event.
+//! Tracing events, all made here, from records and from the diagnoses of each second. Fields are evaluated only where a subscriber wants the event.
 
 mod controller;
 mod mission;
+mod tasks;
 mod tree;
 
 #[cfg(test)]
 mod tests;
 
-use ambidex_model::{Names, Record, Time};
+use ambidex_model::{Diagnostics, Names, Record, Time};
 
 /// Target of messages between nodes.
 const TREE: &str = "ambidex::tree";
 /// Target of messages between the runtime and controllers.
 const CONTROLLER: &str = "ambidex::controller";
+/// Target of how well controllers are.
+const DIAGNOSTICS: &str = "ambidex::diagnostics";
 /// Target of what becomes of a mission: rounds, ends of goals, changes of the world.
 const MISSION: &str = "ambidex::mission";
 
@@ -56,9 +59,27 @@ pub fn emit(record: &Record, names: &Names) {
         Record::TimedOut { at, node, .. } => mission::timed_out(at.seconds(), *node, names),
         Record::Reopened { at, reopened } => mission::reopened(at.seconds(), None, reopened, names),
         Record::Overtaken { at, leaf, goal, .. } => mission::overtaken(at.seconds(), *leaf, *goal, names),
+        Record::Added { at, top, names: added, task, .. } => {
+            let name = task.as_ref().map(|task| task.name.as_str()).or(added.first().map(String::as_str));
+            tasks::added(at.seconds(), top.0, name.unwrap_or("?"), task.is_some());
+        }
+        Record::Checkpoint { .. } => {}
+        Record::Removed { at, node } => tasks::removed(at.seconds(), *node, names),
+        Record::Granting { at, task, granting } => tasks::granting(at.seconds(), *task, *granting, names),
+        Record::Canceled { at, task, .. } => tasks::canceled(at.seconds(), *task, names),
+        Record::TaskEnded { at, task, end } => tasks::ended(at.seconds(), *task, *end, names),
+        Record::Stalled { at, tasks, .. } => tasks::stalled(at.seconds(), tasks, names),
+        Record::ObjectAdded { at, name, place, .. } => tasks::object_added(at.seconds(), name, *place, names),
+        Record::ObjectRemoved { at, object } => tasks::object_removed(at.seconds(), *object, names),
+        Record::Declined { at, number, why } => tasks::declined(at.seconds(), *number, *why, names),
         Record::Controller { at, controller, message } => {
             controller::said(at.seconds(), names.controller(*controller), message, names)
         }
         Record::Ended { at, end } => mission::ended(at.seconds(), *end, names),
     }
+}
+
+/// Makes the tracing event of a diagnosis. INFO: the level is another one. DEBUG: any other second.
+pub(crate) fn diagnosed(at: Time, diagnostics: &Diagnostics, is_change: bool, names: &Names) {
+    controller::diagnosed(at.seconds(), diagnostics, is_change, names.controller(diagnostics.controller));
 }

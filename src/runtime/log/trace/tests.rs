@@ -7,7 +7,7 @@ use tracing::field::{Field, Visit};
 use tracing::{Event, Subscriber};
 use tracing_subscriber::layer::{Context, Layer, SubscriberExt};
 
-use super::emit;
+use super::{diagnosed, emit};
 use ambidex_model::*;
 use ambidex_record::samples;
 
@@ -45,14 +45,14 @@ impl<S: Subscriber> Layer<S> for Capture {
 }
 
 fn events(records: &[Record]) -> Vec<String> {
+    let names = samples::names();
+    events_of(|| records.iter().for_each(|record| emit(record, &names)))
+}
+
+fn events_of(work: impl FnOnce()) -> Vec<String> {
     let capture = Capture::default();
     let subscriber = tracing_subscriber::registry().with(capture.clone());
-    let names = samples::names();
-    tracing::subscriber::with_default(subscriber, || {
-        for record in records {
-            emit(record, &names);
-        }
-    });
+    tracing::subscriber::with_default(subscriber, work);
     std::mem::take(&mut *capture.0.lock().unwrap())
 }
 
@@ -117,7 +117,7 @@ fn a_granted_round_is_told_with_its_bindings() {
     assert_eq!(
         events,
         [
-            "INFO ambidex::mission round granted round=[3] granted=[pick 1] refused=[43] at_s=[1.5]",
+            "INFO ambidex::mission round granted round=[3] granted=[pick 1] refused=[46] at_s=[1.5]",
             "DEBUG ambidex::mission grant round=[3] leaf=[pick 1] potential=[8.5] \
              claims=[base for \"at shelf\", base for \"at shelf\", left_gripper alone] at_s=[1.5]",
         ]
@@ -150,11 +150,34 @@ fn messages_of_controllers_name_controller_and_goal() {
 }
 
 #[test]
+fn a_diagnosis_is_news_when_the_level_is_another() {
+    let message = Diagnosis::Lost(Loss::Silent);
+    let values = Vitals {
+        heartbeat_age_ms: Some(2100),
+        attachments: 1,
+        last_fault: Some(Trouble::Lost(Loss::Silent)),
+        ..Vitals::default()
+    };
+    let diagnostics = Diagnostics { controller: ControllerId(1), level: message.level(), message, values };
+    let fields = "ambidex::diagnostics it showed no life for 1 s controller=[left_arm] level=[STALE] \
+                  heartbeat_age_ms=[2100] states_per_s=[0] attachments=[1] generation=[0] refused=[0] foreign=[0] \
+                  queued=[0] last_fault=[it showed no life for 1 s] hung=[false] at_s=[3.5]";
+    for (is_change, level) in [(true, "INFO"), (false, "DEBUG")] {
+        let said = events_of(|| diagnosed(Time(3_500_000), &diagnostics, is_change, &samples::names()));
+        assert_eq!(said, [format!("{level} {fields}")]);
+    }
+}
+
+#[test]
 fn every_record_has_its_event() {
     for record in samples::records() {
         let is_told_again = matches!(
             record,
-            Record::Told { .. } | Record::Observed { .. } | Record::Turn { .. } | Record::Began { .. }
+            Record::Told { .. }
+                | Record::Observed { .. }
+                | Record::Turn { .. }
+                | Record::Began { .. }
+                | Record::Controller { message: ControllerMessage::Diagnosed { .. }, .. }
         );
         assert_eq!(is_told_again, events(std::slice::from_ref(&record)).is_empty(), "{record:?}");
     }

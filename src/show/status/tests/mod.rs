@@ -173,43 +173,90 @@ fn a_failure_is_told_of_leaf_and_nodes() {
     assert_eq!(over.why.as_deref(), Some("pick 1 failed 2 times, at last at 9.50 s: left_arm gave up"));
 }
 
+fn diagnosed(at_s: f64, of: u32, message: Diagnosis) -> Record {
+    let values = Vitals { worst_gap_ms: Some(830), ..Vitals::default() };
+    controller(at_s, of, ControllerMessage::Diagnosed { level: message.level(), message, values: Box::new(values) })
+}
+
+#[test]
+fn what_only_the_diagnosis_knows_is_told_beside_the_records() {
+    let check = |records: &[Record], of: usize, health: Level, why: &str| {
+        let row = &snapshot(records, LIVES).controllers[of];
+        assert_eq!((row.health, row.why.as_str()), (health, why), "{}", row.name);
+    };
+    let with = |more: &[Record]| [picking(), more.to_vec()].concat();
+    check(&with(&[diagnosed(8.1, 3, Diagnosis::Late)]), 3, Level::Warn, "its signs of life come late");
+    check(&with(&[diagnosed(8.1, 3, Diagnosis::Late), diagnosed(8.2, 3, Diagnosis::Serves)]), 3, Level::Ok, "idle");
+    let trouble = Diagnosis::Troubled(Trouble::Aborted);
+    check(&with(&[diagnosed(8.1, 3, trouble)]), 3, Level::Ok, "idle");
+    let lost = controller(8.1, 3, ControllerMessage::Lost { why: Loss::Ended });
+    check(&with(&[lost, diagnosed(8.2, 3, Diagnosis::Late)]), 3, Level::Error, "lost at 8.10 s: its process ended");
+    let version = "what comes under its name is not used: it speaks another version of the wire";
+    let stranger = [picking()[..1].to_vec(), vec![diagnosed(1.0, 1, Diagnosis::Unheard(Rejection::Version))]].concat();
+    check(&stranger, 1, Level::Error, version);
+
+    let late = with(&[diagnosed(8.1, 3, Diagnosis::Late)]);
+    let of_log = snapshot(&late, LIVES).controllers[3].diagnostics.clone().expect("it was diagnosed");
+    assert_eq!((of_log.level, of_log.live, of_log.values.worst_gap_ms), (Level::Warn, false, Some(830)));
+    assert_eq!(snapshot(&late, Daemon::Gone).controllers[3].health, Level::Stale);
+}
+
+#[test]
+fn what_the_daemon_tells_of_the_last_second_has_a_column() {
+    let values = Vitals { worst_gap_ms: Some(1234), ..Vitals::default() };
+    let (controller, message) = (ControllerId(2), Diagnosis::Serves);
+    let told = Diagnostics { controller, level: message.level(), message, values };
+    let heads = |snapshot: &Snapshot, width| {
+        let lines = snapshot.lines(width, 100, &Palette::plain());
+        lines.into_iter().filter(|line| line.starts_with("controller") || line.starts_with("left_arm")).collect()
+    };
+    let without: Vec<String> = heads(&snapshot(&picking(), LIVES), 80);
+    assert!(without.iter().all(|line| !line.contains("gap ms")), "{without:?}");
+    let snapshot = snapshot(&picking(), LIVES).with_diagnostics(&[told]);
+    let with: Vec<String> = heads(&snapshot, 80);
+    assert!(with[0].starts_with("controller  health  gap ms  why"), "{with:?}");
+    assert!(with[1].starts_with("left_arm    OK        1234  grasping"), "{with:?}");
+    assert_eq!(heads(&snapshot, 50), heads(&self::snapshot(&picking(), LIVES), 50), "a narrow page has no room for it");
+    assert!(snapshot.controllers[2].diagnostics.as_ref().is_some_and(|row| row.live));
+}
+
 #[test]
 fn health_is_told_in_the_words_of_diagnostics() {
-    let check = |records: &[Record], daemon: Daemon, now_s: f64, of: usize, health: Health, why: &str| {
+    let check = |records: &[Record], daemon: Daemon, now_s: f64, of: usize, health: Level, why: &str| {
         let snapshot = Snapshot::new(&sample::history(records), daemon, seconds(now_s));
         let row = &snapshot.controllers[of];
         assert_eq!((row.health, row.why.as_str()), (health, why), "{}", row.name);
     };
     let header = &picking()[..1];
-    check(header, LIVES, 0.0, 1, Health::Stale, "not yet attached");
-    check(header, Daemon::Gone, 0.0, 1, Health::Stale, "it never attached");
-    check(&picking()[..3], LIVES, 0.0, 0, Health::Warn, "attached, not yet configured");
-    check(&picking()[..4], LIVES, 0.1, 0, Health::Ok, "idle");
-    check(&picking(), LIVES, 8.9, 2, Health::Ok, "grasping");
+    check(header, LIVES, 0.0, 1, Level::Stale, "not yet attached");
+    check(header, Daemon::Gone, 0.0, 1, Level::Stale, "it never attached");
+    check(&picking()[..3], LIVES, 0.0, 0, Level::Warn, "attached, not yet configured");
+    check(&picking()[..4], LIVES, 0.1, 0, Level::Ok, "idle");
+    check(&picking(), LIVES, 8.9, 2, Level::Ok, "grasping");
     // At twice the wall's speed.
-    check(&picking(), LIVES, 9.6, 2, Health::Stale, "silent for 0.8 s while it has a goal");
-    check(&picking(), LIVES, 9.6, 3, Health::Ok, "idle");
-    check(&picking(), Daemon::Gone, 8.0, 2, Health::Stale, "the daemon is gone");
+    check(&picking(), LIVES, 9.6, 2, Level::Stale, "silent for 0.8 s while it has a goal");
+    check(&picking(), LIVES, 9.6, 3, Level::Ok, "idle");
+    check(&picking(), Daemon::Gone, 8.0, 2, Level::Stale, "the daemon is gone");
     let with = |more: &[Record]| [picking(), more.to_vec()].concat();
     let lost = with(&[controller(8.1, 2, ControllerMessage::Lost { why: ambidex_model::Loss::Ended })]);
-    check(&lost, LIVES, 8.1, 2, Health::Error, "lost at 8.10 s: its process ended");
+    check(&lost, LIVES, 8.1, 2, Level::Error, "lost at 8.10 s: its process ended");
     let why = Loss::Inhibited(Inhibition::EmergencyStop);
     let inhibited = with(&[controller(8.1, 2, ControllerMessage::Lost { why })]);
-    check(&inhibited, LIVES, 8.1, 2, Health::Error, "inhibited since 8.10 s: emergency stop");
+    check(&inhibited, LIVES, 8.1, 2, Level::Error, "inhibited since 8.10 s: emergency stop");
     let why = Rejection::OutOfReach;
     let rejected = with(&[heard(8.1, 2, FromController::Rejected { id: id(1), why })]);
-    check(&rejected, LIVES, 8.1, 2, Health::Warn, "rejected pick 1: the point is out of reach");
+    check(&rejected, LIVES, 8.1, 2, Level::Warn, "rejected pick 1: the point is out of reach");
     let (began, ended, end) = (seconds(7.5), seconds(8.1), PartEnd::Aborted);
     let aborted = with(&[heard(8.1, 2, FromController::Result { id: id(1), end, began, ended, state: state(2) })]);
-    check(&aborted, LIVES, 8.1, 2, Health::Warn, "gave up pick 1");
+    check(&aborted, LIVES, 8.1, 2, Level::Warn, "gave up pick 1");
     let refused = with(&[controller(8.1, 2, ControllerMessage::Refused { id: None, why: Rejection::NotFinite })]);
     let said = "a message of it was not used: a number in it is not finite";
-    check(&refused, LIVES, 8.1, 2, Health::Warn, said);
+    check(&refused, LIVES, 8.1, 2, Level::Warn, said);
     let accepted = FromController::Accepted { id: id(1), at: seconds(8.2) };
     let again = [refused, vec![heard(8.2, 2, accepted)]].concat();
-    check(&again, LIVES, 8.2, 2, Health::Ok, "grasping");
+    check(&again, LIVES, 8.2, 2, Level::Ok, "grasping");
     let stopping = ControllerMessage::Told { leaf: None, message: ToController::Cancel { id: id(1) } };
-    check(&with(&[controller(8.1, 2, stopping)]), LIVES, 8.1, 2, Health::Ok, "stopping");
+    check(&with(&[controller(8.1, 2, stopping)]), LIVES, 8.1, 2, Level::Ok, "stopping");
 }
 
 #[test]
@@ -234,7 +281,7 @@ fn json_has_the_five_properties_and_the_words_of_the_report() {
     assert_eq!(
         told["controllers"][0],
         serde_json::json!({
-            "name": "base", "health": "OK", "why": "standing",
+            "name": "base", "health": "OK", "why": "standing", "diagnostics": null,
             "goals": [{"behaviors": ["pick 1", "pick 2"], "verb": "standing", "mode": "maintain", "progress": 1.0}],
         })
     );

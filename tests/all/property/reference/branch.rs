@@ -315,7 +315,7 @@ impl<'a> Model<'a> {
             NodeKind::Root => unreachable!("root is asked by nobody"),
             NodeKind::Cleanup => self.walk(self.body(node), skips, walk, freedom),
             NodeKind::Behavior(_) => self.walk_leaf(node, skips, walk),
-            NodeKind::And => {
+            NodeKind::And | NodeKind::Tasks => {
                 let mut all = !self.failing.contains_key(&node);
                 for child in self.not_done(node) {
                     all &= self.walk(child, skips, walk, freedom);

@@ -58,7 +58,7 @@ impl Model<'_> {
                     self.begin_to_fail(failing, fall);
                 }
             }
-            NodeKind::And => {
+            NodeKind::And | NodeKind::Tasks => {
                 let finishes = !self.can_win(parent, fault);
                 self.begin_to_fail(Failing { finishes, ..failing }, fall);
             }
@@ -139,7 +139,7 @@ impl Model<'_> {
         match self.kind(node) {
             NodeKind::Cleanup => self.is_never(self.body(node)),
             NodeKind::Behavior(_) => self.infeasible.contains_key(&node),
-            NodeKind::And | NodeKind::Then => children.iter().any(|child| self.is_never(*child)),
+            NodeKind::And | NodeKind::Tasks | NodeKind::Then => children.iter().any(|child| self.is_never(*child)),
             NodeKind::Or => children.iter().all(|child| self.is_never(*child)),
             NodeKind::Root => false,
         }

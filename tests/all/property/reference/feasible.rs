@@ -111,7 +111,9 @@ impl Model<'_> {
             Condition::Fact(fact, _) if self.mission.world.is_outside(*fact) => true,
             Condition::Never => false,
             // Where a base stands that is driven is as good as where it will be at rest.
-            Condition::At { stand, tolerance_m, .. } => distance_m(self.world_state.base, *stand) <= *tolerance_m,
+            Condition::At { stands, tolerance_m, .. } => {
+                stands.iter().any(|stand| distance_m(self.world_state.base, *stand) <= *tolerance_m)
+            }
             part => self.unmet(part, NodeId(0), &[]).is_none(),
         };
         is_so || makers.iter().any(|maker| self.promises(*maker, part))

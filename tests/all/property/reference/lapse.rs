@@ -122,8 +122,8 @@ impl Model<'_> {
     pub(super) fn promises(&self, leaf: NodeId, condition: &Condition) -> bool {
         let spec = self.behavior(leaf);
         let drives = spec.commands.iter().any(|term| match (&term.task, condition) {
-            (Task::DriveTo(_, goal), Condition::At { stand, tolerance_m, .. }) => {
-                (goal.at.x - stand.at.x).hypot(goal.at.y - stand.at.y) <= *tolerance_m
+            (Task::DriveTo(_, goal), Condition::At { stands, tolerance_m, .. }) => {
+                stands.iter().any(|stand| (goal.at.x - stand.at.x).hypot(goal.at.y - stand.at.y) <= *tolerance_m)
             }
             (Task::Grasp(_) | Task::GraspFrom(..) | Task::Put(..) | Task::PutInto(..), _) => false,
             (Task::DriveTo(..) | Task::Stand | Task::LookAt(_) | Task::Call(_), _) => false,
@@ -134,9 +134,8 @@ impl Model<'_> {
                 (EffectTerm::Lies(a, x), Condition::Lies(b, y)) => (a, x) == (b, y),
                 (EffectTerm::Lies(a, _), Condition::Free(b)) => a == b,
                 (EffectTerm::Taken(a, _), Condition::Held(hold)) => *a == hold.object,
-                (EffectTerm::Stands(pose), Condition::At { stand, tolerance_m, .. }) => {
-                    let (x, y) = (pose.at.x - stand.at.x, pose.at.y - stand.at.y);
-                    x.hypot(y) <= *tolerance_m
+                (EffectTerm::Stands(pose), Condition::At { stands, tolerance_m, .. }) => {
+                    stands.iter().any(|stand| (pose.at.x - stand.at.x).hypot(pose.at.y - stand.at.y) <= *tolerance_m)
                 }
                 (EffectTerm::Taken(..) | EffectTerm::LetGo(..) | EffectTerm::Lies(..), _) => false,
                 (EffectTerm::Fact(..) | EffectTerm::Stands(_), _) => false,

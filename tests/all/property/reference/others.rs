@@ -87,7 +87,7 @@ impl Model<'_> {
             NodeKind::Behavior(spec) => {
                 !spec.is_drive() && singles(&spec.satisfied).into_iter().all(|part| self.can_be(part, makers))
             }
-            NodeKind::And => children.iter().all(|child| self.can_be_reached(*child, makers)),
+            NodeKind::And | NodeKind::Tasks => children.iter().all(|child| self.can_be_reached(*child, makers)),
             NodeKind::Or => children.iter().any(|child| self.can_be_reached(*child, makers)),
             NodeKind::Then => children.last().is_some_and(|child| self.can_be_reached(*child, makers)),
             NodeKind::Root => unreachable!("is no child"),
@@ -99,7 +99,9 @@ impl Model<'_> {
         match self.kind(node) {
             NodeKind::Cleanup => self.goal_parts(self.body(node), parts),
             NodeKind::Behavior(spec) => parts.extend(singles(&spec.satisfied)),
-            NodeKind::And | NodeKind::Or => children.iter().for_each(|child| self.goal_parts(*child, parts)),
+            NodeKind::And | NodeKind::Tasks | NodeKind::Or => {
+                children.iter().for_each(|child| self.goal_parts(*child, parts))
+            }
             NodeKind::Then => self.goal_parts(*children.last().expect("a child"), parts),
             NodeKind::Root => unreachable!("is no child"),
         }

@@ -41,7 +41,8 @@ impl Model<'_> {
                 Location::At(_) | Location::Unknown if !to.holders().is_empty() => Some(Objection::NotTheirs),
                 Location::At(_) | Location::Unknown => None,
             },
-            Change::Base(_) | Change::Taken(..) | Change::Emptied(_) => Some(Objection::NotTheirs),
+            Change::Base(_) | Change::Laid(..) | Change::Taken(..) | Change::Emptied(_) => Some(Objection::NotTheirs),
+            Change::Blocked(_) | Change::Cleared(_) => None,
         }
     }
 }

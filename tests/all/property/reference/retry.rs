@@ -46,7 +46,9 @@ impl Model<'_> {
                 before_last.rposition(|child| is_done(child) && self.is_reached(*child))
             }
             NodeKind::Or => None,
-            NodeKind::Cleanup | NodeKind::And | NodeKind::Root | NodeKind::Behavior(_) => Some(children.len()),
+            NodeKind::Cleanup | NodeKind::And | NodeKind::Tasks | NodeKind::Root | NodeKind::Behavior(_) => {
+                Some(children.len())
+            }
         };
         let is_asked = |child: &NodeId| !self.mission.tree.topology.is_cleanup(*child);
         for (index, child) in children.iter().enumerate().filter(|(_, child)| is_asked(child)) {
@@ -89,7 +91,7 @@ impl Model<'_> {
         match self.kind(node) {
             NodeKind::Cleanup => self.is_reached(self.body(node)),
             NodeKind::Behavior(spec) => !spec.is_drive() && self.is_satisfied(node, &[]),
-            NodeKind::And => children.iter().all(|child| self.is_reached(*child)),
+            NodeKind::And | NodeKind::Tasks => children.iter().all(|child| self.is_reached(*child)),
             NodeKind::Or => children.iter().any(|child| self.is_reached(*child)),
             NodeKind::Then => children.last().is_some_and(|child| self.is_reached(*child)),
             NodeKind::Root => self.is_reached(TOP),

@@ -2,7 +2,9 @@
 
 use std::cmp::Ordering;
 
-use ambidex::model::{Access, Binding, Deadline, Grant, NodeId, NodeKind, NodeRange, Reason, ResourceId, Retention};
+use ambidex::model::{
+    Access, Binding, Clash, Deadline, Grant, NodeId, NodeKind, NodeRange, Reason, ResourceId, Retention,
+};
 
 use super::{Ask, Decision, Model, Refusal, Step};
 
@@ -140,7 +142,7 @@ impl Model<'_> {
             NodeKind::Cleanup => self.ask(self.body(node), skips),
             NodeKind::Root => unreachable!("root is asked by nobody"),
             NodeKind::Behavior(_) => self.ask_leaf(node, skips),
-            NodeKind::And => self.ask_and(node, skips),
+            NodeKind::And | NodeKind::Tasks => self.ask_and(node, skips),
             NodeKind::Or => self.ask_or(node, skips),
             NodeKind::Then => self.ask_then(node, skips),
         };
@@ -381,7 +383,7 @@ impl Model<'_> {
         }
         let others = self.running.keys().copied().chain(accepted.iter().map(|other| other.grant.leaf()));
         let clash = others.into_iter().find(|&other| self.clashes(other, ask.grant.leaf()))?;
-        Some(on(Reason::Clash { with: clash }, clash))
+        Some(on(Reason::Clash { with: clash, over: Clash::Rule }, clash))
     }
 
     fn clashes(&self, a: NodeId, b: NodeId) -> bool {

@@ -244,7 +244,8 @@ impl Model<'_> {
                 Change::Taken(object, at) if at == gripper => Some(Some(object)),
                 Change::Emptied(at) if at == gripper => Some(None),
                 Change::Taken(..) | Change::Emptied(_) => None,
-                Change::Object(..) | Change::Base(_) | Change::Fact(..) => None,
+                Change::Object(..) | Change::Laid(..) | Change::Base(_) | Change::Fact(..) => None,
+                Change::Blocked(_) | Change::Cleared(_) => None,
             })
         };
         let grippers = || (0..self.rows.len()).map(ResourceId::from);
@@ -275,6 +276,7 @@ impl Model<'_> {
         for &change in changes {
             match change {
                 Change::Base(pose) => self.world_state.base = pose,
+                Change::Laid(object, place, _) => self.world_state.objects[object.index()] = Location::At(place),
                 Change::Object(object, at) => {
                     at.holders().iter().for_each(|gripper| self.open(*gripper));
                     self.world_state.objects[object.index()] = at;
@@ -289,6 +291,8 @@ impl Model<'_> {
                         self.world_state.objects[object.index()] = Location::In(holders);
                     }
                 }
+                // No tree of these has anything come to stand in its room.
+                Change::Blocked(_) | Change::Cleared(_) => {}
                 Change::Fact(fact, holds) => self.world_state.facts[fact.index()] = holds,
                 Change::Emptied(gripper) => {
                     emptied.push(gripper);

@@ -80,9 +80,13 @@ impl Model<'_> {
                     changes: spec.changes.clone(),
                     skips: skips.to_vec(),
                     place: None,
+                    stand: None,
+                    spots: Vec::new(),
+                    distance: None,
                 }),
                 bindings: Vec::new(),
                 met: Vec::new(),
+                way: Vec::new(),
             },
             is_heir,
             is_overdue: self.is_overdue(leaf),
@@ -99,14 +103,16 @@ impl Model<'_> {
                 return parts.iter().find_map(|part| self.unmet(part, leaf, skips));
             }
             Condition::Never => (false, Reason::NotItsTurn { after: leaf }),
-            Condition::At { place, stand, tolerance_m } => {
+            Condition::At { place, stands, tolerance_m } => {
                 if let Some(by) = self.driver() {
                     return Some(on(Reason::Driving { by }, by));
                 }
-                let is_near = distance_m(self.world_state.base, *stand) <= *tolerance_m;
+                let is_near = stands.iter().any(|stand| distance_m(self.world_state.base, *stand) <= *tolerance_m);
                 (is_near, Reason::NotAt { place: *place })
             }
-            Condition::Path { place, stand } => (self.is_clear(*stand), Reason::NoPath { place: *place }),
+            Condition::Path { place, stands } => {
+                (stands.iter().any(|stand| self.is_clear(*stand)), Reason::NoPath { place: *place })
+            }
             Condition::Held(hold) => {
                 let is_own = |gripper: &ResourceId| {
                     let leases = &self.rows[gripper.index()].leases;
@@ -167,8 +173,8 @@ impl Model<'_> {
     /// The boxes of the generated worlds stand around stands only, and no two stands have a third between them.
     fn is_clear(&self, stand: Pose) -> bool {
         self.mission.world.obstacles.iter().all(|solid| {
-            let inside = |at: f64, min: f64, max: f64| min <= at && at <= max;
-            !(inside(stand.at.x, solid.min.x, solid.max.x) && inside(stand.at.y, solid.min.y, solid.max.y))
+            let inside = |axis: usize| (stand.at[axis] - solid.middle[axis]).abs() <= solid.size[axis] / 2.0;
+            !(inside(0) && inside(1))
         })
     }
 
@@ -351,7 +357,7 @@ impl Model<'_> {
 
     fn spot(&self, object: ObjectId, place: PlaceId) -> [f64; 3] {
         let place = &self.mission.world.places[place.index()];
-        let local = place.surface + self.mission.world.object_offsets[object.index()];
+        let local = place.surface + self.mission.world.objects[object.index()].offset;
         let (sin, cos) = place.stand.heading.sin_cos();
         [place.stand.at.x + cos * local.x - sin * local.y, place.stand.at.y + sin * local.x + cos * local.y, local.z]
     }
