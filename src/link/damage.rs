@@ -1,9 +1,12 @@
-//! Files of the transport that are truncated while they are mapped. Whoever touches what is gone is killed by SIGBUS, and
-//! any process of the same user can truncate. Here such a touch finds zeros instead, and is counted: whoever reads a
-//! port asks before and after, and uses it no more.
+//! Files of the transport that others truncate or overwrite while they are mapped. Whoever touches what is gone is killed
+//! by SIGBUS, and any process of the same user can truncate. Here such a touch finds zeros instead, and is counted:
+//! whoever reads a port asks before and after, and uses it no more. What the transport panics over is contained.
 
+use std::any::Any;
+use std::cell::Cell;
 use std::io;
 use std::os::fd::AsFd;
+use std::panic::AssertUnwindSafe;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::{mem, panic, ptr};
 
@@ -16,15 +19,18 @@ use crate::instances::{PREFIX, shared_memory};
 
 /// Touches of what was truncated, in this process.
 static DAMAGES: AtomicU64 = AtomicU64::new(0);
-/// Those after which what was damaged has been given up.
-static SETTLED: AtomicU64 = AtomicU64::new(0);
+
+thread_local! {
+    /// Whether who works on this thread hears of a panic by [`contained`].
+    static IS_CONTAINED: Cell<bool> = const { Cell::new(false) };
+}
 
 /// Longest line of a process's maps that is looked at; longer ones are of other files.
 const LINE_MAX: usize = 512;
 const READ_MAX: usize = 2048;
 
 /// From now on this process survives that a file of the transport is truncated under it; any other SIGBUS ends it as ever.
-/// A daemon that does without is killed, and its mission goes on with `--resume`.
+/// What the transport panics over since others wrote it is told by whoever gives the link up. A daemon that does without is killed, and its mission goes on with `--resume`.
 ///
 /// # Errors
 /// When the handler cannot be set.
@@ -41,9 +47,8 @@ pub fn survive_truncation() -> io::Result<()> {
         return Err(io::Error::last_os_error());
     }
     let tell = panic::take_hook();
-    // The transport panics over zeros that it did not write: that is caught, and no defect of anybody's.
     panic::set_hook(Box::new(move |about| {
-        if count() == SETTLED.load(Ordering::Relaxed) {
+        if !IS_CONTAINED.get() {
             tell(about);
         }
     }));
@@ -55,9 +60,20 @@ pub(crate) fn count() -> u64 {
     DAMAGES.load(Ordering::Relaxed)
 }
 
-/// What was damaged has been given up.
-pub(crate) fn settle() {
-    SETTLED.store(count(), Ordering::Relaxed);
+/// What the work gives, or what it panicked over: the transport does so over what it did not write.
+///
+/// # Errors
+/// The message of the panic.
+pub(crate) fn contained<T>(work: impl FnOnce() -> T) -> Result<T, String> {
+    let was_contained = IS_CONTAINED.replace(true);
+    let done = panic::catch_unwind(AssertUnwindSafe(work));
+    IS_CONTAINED.set(was_contained);
+    done.map_err(|panic| message(&*panic).to_owned())
+}
+
+fn message(panic: &(dyn Any + Send)) -> &str {
+    let owned = panic.downcast_ref::<String>().map(String::as_str);
+    owned.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message")
 }
 
 extern "C" fn on_fault(_signal: c_int, info: *mut siginfo_t, _context: *mut c_void) {

@@ -26,8 +26,8 @@ pub trait Link {
     /// Gives the controller up: nothing of the present attachment will be heard any more.
     fn forget(&mut self);
 
-    /// Things are called so from now on: objects came into the room. Nothing to a link that carries no names.
-    fn know(&mut self, _labels: &Arc<Labels>) {}
+    /// Things are called so from now on: objects came into the room.
+    fn know(&mut self, labels: &Arc<Labels>);
 }
 
 /// What came from a controller.

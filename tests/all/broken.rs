@@ -2,11 +2,12 @@
 
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
+use std::sync::Arc;
 use std::time::Duration;
 
 use ambidex::dispatch::Script;
 use ambidex::link::{Heard, Link, LinkError};
-use ambidex::model::{MissionEnd, ToController};
+use ambidex::model::{Labels, MissionEnd, ToController};
 use ambidex::runtime::{self, Clock, Ended, Options, Port, Readable};
 use ambidex::tree::Settings;
 use tokio::sync::mpsc;
@@ -36,6 +37,8 @@ impl Link for Broken {
     }
 
     fn forget(&mut self) {}
+
+    fn know(&mut self, _: &Arc<Labels>) {}
 }
 
 impl AsFd for Broken {

@@ -150,6 +150,10 @@ impl Link for Overheard {
     fn forget(&mut self) {
         self.port.forget();
     }
+
+    fn know(&mut self, labels: &Arc<Labels>) {
+        self.port.know(labels);
+    }
 }
 
 impl AsFd for Overheard {

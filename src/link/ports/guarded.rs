@@ -1,12 +1,12 @@
 //! A daemon's port that is given up once what it lies in is damaged.
 
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, RawFd};
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 
 use super::daemon::DaemonPort;
 use crate::damage;
 use crate::link::{Heard, Link, LinkError};
-use ambidex_model::ToController;
+use ambidex_model::{Labels, ToController};
 
 /// A [`DaemonPort`] for a process that [survives truncation](crate::survive_truncation). What was heard or sent while
 /// something was missing does not count, and nothing is heard or sent any more.
@@ -29,17 +29,16 @@ impl GuardedPort {
     fn guarded<T>(&mut self, work: impl FnOnce(&mut DaemonPort) -> T) -> Option<T> {
         let port = self.port.as_mut()?;
         let before = damage::count();
-        let done = catch_unwind(AssertUnwindSafe(|| work(port)));
-        let is_truncated = damage::count() != before;
+        let done = damage::contained(|| work(port));
+        let controller = port.controller();
         match done {
-            Ok(done) if !is_truncated => return Some(done),
-            _ if is_truncated => tracing::error!(controller = port.controller(), "a file of the link was truncated"),
-            Ok(_) | Err(_) => tracing::error!(controller = port.controller(), "the link panicked, and is given up"),
+            _ if damage::count() != before => tracing::error!(controller, "a file of the link was truncated"),
+            Ok(done) => return Some(done),
+            Err(why) => tracing::error!(controller, why, "the link is damaged, and given up"),
         }
         if let Some(port) = self.port.take() {
             port.abandon();
         }
-        damage::settle();
         None
     }
 }
@@ -68,16 +67,19 @@ impl Link for GuardedPort {
     fn forget(&mut self) {
         self.guarded(DaemonPort::forget);
     }
+
+    fn know(&mut self, labels: &Arc<Labels>) {
+        self.guarded(|port| port.know(labels));
+    }
 }
 
 impl Drop for GuardedPort {
     fn drop(&mut self) {
         // Its end touches what it lies in, too.
-        if let Some(port) = self.port.take() {
-            if catch_unwind(AssertUnwindSafe(|| drop(port))).is_err() {
-                tracing::error!("the end of a link panicked");
-            }
-            damage::settle();
+        if let Some(port) = self.port.take()
+            && let Err(why) = damage::contained(|| drop(port))
+        {
+            tracing::error!(why, "a link was damaged when it ended");
         }
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::io;
 use std::pin::Pin;
+use std::sync::Arc;
 use std::task::{Context, Poll, Waker};
 use std::time::Duration;
 
@@ -19,7 +20,7 @@ const PID: u32 = 1;
 
 pub struct Memory {
     session: Session<Body>,
-    labels: Labels,
+    labels: Arc<Labels>,
     clock: Clock,
     start: Instant,
     orders: VecDeque<ToController>,
@@ -37,7 +38,7 @@ impl Memory {
     pub fn new(body: Body, names: &Names, stops: &[Stop], clock: Clock) -> Self {
         let start = Instant::now();
         let (session, next) = (Session::new(body), Box::pin(sleep_until(start)));
-        let labels = Labels::new(names);
+        let labels = Arc::new(Labels::new(names));
         let stops = stops.iter().map(|(at, why)| (start + *at, *why)).collect();
         Self { session, labels, clock, start, orders: VecDeque::new(), heard: Vec::new(), next, waker: None, stops }
     }
@@ -85,6 +86,10 @@ impl Link for Memory {
     fn beat(&mut self) {}
 
     fn forget(&mut self) {}
+
+    fn know(&mut self, labels: &Arc<Labels>) {
+        self.labels = Arc::clone(labels);
+    }
 }
 
 impl Port for Memory {

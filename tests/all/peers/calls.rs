@@ -10,7 +10,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use ambidex::link::{Heard, Link, LinkError};
-use ambidex::model::ToController;
+use ambidex::model::{Labels, ToController};
 use ambidex::runtime::{Port, Readable, Wake};
 
 /// As `docs/wire.md` says it.
@@ -38,6 +38,8 @@ impl Link for Bell {
     }
 
     fn forget(&mut self) {}
+
+    fn know(&mut self, _: &Arc<Labels>) {}
 }
 
 impl AsFd for Bell {

@@ -262,3 +262,15 @@ fn what_cannot_be_is_refused_with_what_can() {
     robot.ask(&["cancel", &task], 0);
     robot.end();
 }
+
+#[test]
+fn what_came_into_the_room_is_fetched_by_its_name() {
+    let robot = Robot::new(&[]);
+    robot.ask(&["world", "add", "apple", "desk"], 0);
+    robot.fetch("apple", "table", &["--wait"]);
+    robot.ask(&["world", "add", "pear", "desk"], 0);
+    robot.fetch("pear", "rack", &["--wait"]);
+    let said = robot.daemon.stderr();
+    assert!(!said.contains("refused") && !said.contains("rejected"), "{said}");
+    robot.end();
+}
