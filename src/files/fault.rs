@@ -208,7 +208,7 @@ impl Faults {
         self.sources.len() - 1
     }
 
-    /// Mistakes so far that make a file useless.
+    /// Mistakes so far that make a file useless, each as often as somebody came upon it.
     pub(crate) fn errors(&self) -> usize {
         self.errors
     }
@@ -241,11 +241,11 @@ impl Faults {
         message: String,
         help: impl FnOnce() -> Option<String>,
     ) {
-        // What is used twice is wrong once.
+        self.errors += usize::from(severity == Severity::Error);
+        // What is used twice is told once.
         if !self.known.insert((span.file, span.offset, message.clone())) {
             return;
         }
-        self.errors += usize::from(severity == Severity::Error);
         if self.list.len() >= MAX_FAULTS {
             self.uncounted += 1;
             return;

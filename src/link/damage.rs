@@ -156,4 +156,16 @@ mod tests {
         }
         assert_eq!(mapping_end(&raw const DAMAGES as usize), None, "its own memory");
     }
+
+    #[test]
+    fn who_contains_a_panic_hears_why() {
+        assert_eq!(contained(|| 1), Ok(1));
+        assert_eq!(contained(|| panic!("on purpose")), Err::<(), _>("on purpose".to_owned()));
+        assert_eq!(contained(|| panic!("{}", 2)), Err::<(), _>("2".to_owned()));
+        let inner = contained(|| {
+            assert!(contained(|| panic!("within")).is_err());
+            IS_CONTAINED.get()
+        });
+        assert_eq!((inner, IS_CONTAINED.get()), (Ok(true), false));
+    }
 }

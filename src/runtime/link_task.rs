@@ -138,7 +138,7 @@ impl LinkTask {
                         Hearing::Foreign { pid: owner } => self.refuse_foreign(pulse.pid, owner, now_ns),
                     }
                 }
-                Heard::Broken => return Err(std::io::Error::other("a file of the link was truncated")),
+                Heard::Broken => return Err(std::io::Error::other("a file of the link is damaged")),
             }
         }
         Ok(())

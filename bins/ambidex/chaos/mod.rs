@@ -40,7 +40,7 @@ const ENDLESS: Duration = Duration::from_secs(120);
 Each run has a daemon and its controllers as processes of their own. Drawn from its seed,
 controllers are killed, stopped, hung up or their emergency stop is pressed; the daemon is killed
 and goes on in its log, is stopped or hung up; behaviors fail, hang, are late or drop what is held;
-an operator changes the world; the disk of the log is full or slow. What was killed or stopped
+an operator changes the world and puts things in the way; the disk of the log is full or slow. What was killed or stopped
 mostly comes back. After each run `ambidex audit` and `ambidex verify` look at its log and at what
 the controllers wrote down themselves, and it is looked for what is left among processes and in
 shared memory.

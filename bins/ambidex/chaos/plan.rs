@@ -1,8 +1,13 @@
 //! What is done to one run, drawn from its seed.
 
+use std::f64::consts::TAU;
 use std::time::Duration;
 
-use ambidex::model::{Change, Disk, Failures, Flaw, FlawKind, Location, Mishap, MissionSpec, NodeId, ObjectId, Time};
+use ambidex::model::{
+    Change, Disk, Failures, Flaw, FlawKind, Location, Mishap, MissionSpec, NodeId, ObjectId, Obstacle, PlaceSpec,
+    TALL_M, Time,
+};
+use nalgebra::Vector3;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
@@ -14,8 +19,8 @@ const ATTEMPTS: u32 = 3;
 const BAD_DISK: f64 = 0.15;
 /// Of a run, that it is told to end before its time.
 const CANCELED: f64 = 0.08;
-/// Of a controller that was killed or stopped, never to come back.
-const STAYS_AWAY: f64 = 0.12;
+/// Of a controller that was killed or stopped, never to come back; and of what came to stand in the room, never to go.
+const FOR_GOOD: f64 = 0.12;
 /// Most that is done to processes in one run.
 const MOST_DEEDS: usize = 6;
 
@@ -72,9 +77,18 @@ impl Plan {
         let span = wall.mul_f64(1.2).max(Duration::from_secs(1));
         let failures = failures(&mut rng, mission, span.mul_f64(speed));
         let count = rng.random_range(0..=MOST_DEEDS);
-        let mut deeds: Vec<_> = (0..count)
-            .filter_map(|_| Some((span.mul_f64(rng.random_range(0.0..1.0)), deed(&mut rng, mission)?)))
-            .collect();
+        let mut deeds = Vec::new();
+        for _ in 0..count {
+            let at = span.mul_f64(rng.random_range(0.0..1.0));
+            let Some(deed) = deed(&mut rng, mission) else { continue };
+            if let Deed::Change(Change::Blocked(obstacle)) = deed
+                && !rng.random_bool(FOR_GOOD)
+            {
+                let stays = Duration::from_secs_f64(rng.random_range(0.05..2.5));
+                deeds.push((at + stays, Deed::Change(Change::Cleared(obstacle.pose()))));
+            }
+            deeds.push((at, deed));
+        }
         if rng.random_bool(CANCELED) {
             deeds.push((span.mul_f64(rng.random_range(0.0..1.0)), Deed::HangUpDaemon));
         }
@@ -119,7 +133,7 @@ fn rounded(time: Duration) -> Duration {
 fn deed(rng: &mut ChaCha8Rng, mission: &MissionSpec) -> Option<Deed> {
     let controller = rng.random_range(0..mission.robot.controllers.len().max(1));
     let soon = Duration::from_secs_f64(rng.random_range(0.05..2.5));
-    let back = (!rng.random_bool(STAYS_AWAY)).then_some(soon);
+    let back = (!rng.random_bool(FOR_GOOD)).then_some(soon);
     let has_any = !mission.robot.controllers.is_empty();
     Some(match rng.random_range(0..16) {
         0..4 if has_any => Deed::Kill(controller, back),
@@ -135,6 +149,11 @@ fn deed(rng: &mut ChaCha8Rng, mission: &MissionSpec) -> Option<Deed> {
 /// Something that an operator may say, taken or not; none where the mission has nothing of the kind.
 fn change(rng: &mut ChaCha8Rng, mission: &MissionSpec) -> Option<Change> {
     let names = &mission.names;
+    if rng.random_bool(0.3)
+        && let Some(obstacle) = obstacle(rng, mission)
+    {
+        return Some(Change::Blocked(obstacle));
+    }
     let has_object = !names.objects.is_empty() && !names.places.is_empty();
     if names.facts.is_empty() || has_object && rng.random_bool(0.5) {
         return has_object.then(|| {
@@ -143,4 +162,13 @@ fn change(rng: &mut ChaCha8Rng, mission: &MissionSpec) -> Option<Change> {
         });
     }
     Some(Change::Fact(rng.random_range(0..names.facts.len()).into(), rng.random_bool(0.5)))
+}
+
+/// Something that comes to stand between two places, or at one.
+fn obstacle(rng: &mut ChaCha8Rng, mission: &MissionSpec) -> Option<Obstacle> {
+    let stands: Vec<_> = mission.world.places.iter().flat_map(PlaceSpec::stands).map(|stand| stand.at).collect();
+    let [from, to] = [(); 2].map(|()| stands.get(rng.random_range(0..stands.len().max(1))));
+    let at = from?.coords.lerp(&to?.coords, rng.random_range(0.0..1.0)).into();
+    let [length, width] = [(); 2].map(|()| rng.random_range(0.1..0.8));
+    Some(Obstacle::on_floor(at, Vector3::new(length, width, TALL_M), rng.random_range(0.0..TAU)))
 }

@@ -14,12 +14,15 @@ pub fn mission(seed: u64, robot: &str) -> String {
     let places = rng.random_range(2..=4);
     let objects = rng.random_range(1..=MOST_OBJECTS);
     let mut text = format!("mission: room {seed}\nrobot: {robot:?}\nworld:\n  robot: {{at: [0 m, 0 m]}}\n  places:\n");
+    let has_tables = rng.random_bool(0.5);
     for place in 0..places {
         // Far enough from each other, and from the middle.
         let angle = (place as f64 + rng.random_range(0.0..0.5)) / places as f64 * std::f64::consts::TAU;
         let radius = rng.random_range(2.0..3.5);
-        let (x, y) = (radius * angle.cos(), radius * angle.sin());
-        let _ = writeln!(text, "    place {place}: {{stand: [{x:.2} m, {y:.2} m]}}");
+        let _ = writeln!(text, "    place {place}: {}", spot(&mut rng, angle, radius, has_tables));
+    }
+    if has_tables && rng.random_bool(0.5) {
+        text += "  obstacles: [{at: [0.9 m, 0.3 m], size: [0.3 m, 0.4 m], heading: 20 deg}]\n";
     }
     text += "  objects:\n";
     let at: Vec<usize> = (0..objects).map(|_| rng.random_range(0..places)).collect();
@@ -36,6 +39,22 @@ pub fn mission(seed: u64, robot: &str) -> String {
         text += "    - rest\n";
     }
     text
+}
+
+/// A place in that direction from the middle: where to stand alone, or a table with one or two sides to stand at.
+fn spot(rng: &mut ChaCha8Rng, angle: f64, radius: f64, is_table: bool) -> String {
+    // A table keeps off what stands in the middle.
+    let radius = if is_table { radius + 0.8 } else { radius };
+    let (x, y) = (radius * angle.cos(), radius * angle.sin());
+    if !is_table {
+        return format!("{{stand: [{x:.2} m, {y:.2} m]}}");
+    }
+    let stands =
+        if rng.random_bool(0.5) { "{near: {side: front}}" } else { "{near: {side: front}, far: {side: back}}" };
+    let heading = angle.to_degrees();
+    format!(
+        "{{table: {{at: [{x:.2} m, {y:.2} m], heading: {heading:.1} deg, size: [0.6 m, 1.2 m, 0.75 m], stands: {stands}}}}}"
+    )
 }
 
 /// Carries a thing, in one of the forms in which a task can say so.

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use ambidex::files::failures_text;
 use ambidex::http::{self, Request};
 use ambidex::link;
-use ambidex::model::{Change, Location, MissionEnd, MissionSpec, Record};
+use ambidex::model::{Change, Location, MissionEnd, MissionSpec, Obstacle, Record};
 use ambidex::record::Reader;
 use ambidex::runtime::control::WorldChange;
 use ambidex::show::chaos::{ChaosRun, Outcome};
@@ -205,12 +205,11 @@ impl Going<'_> {
             Change::Object(object, Location::At(place)) | Change::Laid(object, place, _) => {
                 WorldChange::Place { object: names.object(object).to_owned(), place: names.place(place).to_owned() }
             }
-            Change::Object(..)
-            | Change::Taken(..)
-            | Change::Emptied(_)
-            | Change::Base(_)
-            | Change::Blocked(_)
-            | Change::Cleared(_) => return,
+            Change::Blocked(Obstacle { middle, size, heading }) => {
+                WorldChange::Block { at: middle.xy().into(), size: size.xy().into(), heading }
+            }
+            Change::Cleared(around) => WorldChange::Unblock { at: around.at.into() },
+            Change::Object(..) | Change::Taken(..) | Change::Emptied(_) | Change::Base(_) => return,
         };
         let instance = self.recipe.instance.clone();
         // It may wait for its answer; the run goes on.

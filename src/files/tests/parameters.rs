@@ -77,6 +77,14 @@ fn what_cannot_be_set_is_told() {
 }
 
 #[test]
+fn what_is_wrong_is_told_once_and_nothing_that_follows_from_it() {
+    let text = fetching().replacen("{move: shelf, name: go for $object}", "{move: $object}", 1);
+    let error = load(&text, &["to=table", "object=nope"]).expect_err("there is no such object");
+    let said: Vec<_> = error.faults().iter().map(ToString::to_string).collect();
+    assert_eq!(said, ["--set object=nope: there is no object `nope`"]);
+}
+
+#[test]
 fn parameters_of_a_mission_are_checked_like_all_others() {
     let check = |from: &str, by: &str, expected: &str| {
         let text = fetching();
