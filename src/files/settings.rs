@@ -23,10 +23,11 @@ pub struct Setting {
 #[error("write NAME=VALUE, such as object=cup")]
 pub struct NoSetting;
 
-/// The parameters of a mission with what they stand for; none for a value that is lacking, which is a fault.
+/// The parameters of a mission with what they stand for.
 #[derive(Debug, Default)]
 pub(crate) struct Given {
     pub(crate) parameters: Vec<Parameter>,
+    /// None for one that is lacking or wrong, which is a fault.
     pub(crate) values: Vec<Option<Node>>,
 }
 
@@ -97,21 +98,19 @@ impl Given {
         known: &Known<'_>,
         faults: &mut Faults,
     ) -> Self {
-        let mut values: Vec<Option<Node>> = vec![None; parameters.len()];
+        let mut values: Vec<Option<(String, Node)>> = vec![None; parameters.len()];
         for setting in settings {
             let (written, span) = setting.open(faults);
             let Some(index) = setting.index(what, &parameters, (span, &written), faults) else { continue };
             let value = value(parameters[index].ty, &setting.value, span);
-            known.argument(Item::of(&written, &value), parameters[index].ty, faults);
-            if values[index].replace(value).is_some() {
+            if values[index].replace((written.clone(), value)).is_some() {
                 faults.push((span, &written), format!("`{}` is set twice", setting.name));
             }
         }
         for (parameter, value) in parameters.iter().zip(&mut values).filter(|(_, value)| value.is_none()) {
-            *value = parameter.defaults.as_ref().and_then(|defaults| defaults.first()).cloned();
             let name = &parameter.name.value;
-            match value {
-                Some(value) => drop(known.argument(Item::of(name, value), parameter.ty, faults)),
+            match parameter.defaults.as_ref().and_then(|defaults| defaults.first()) {
+                Some(default) => *value = Some((name.clone(), default.clone())),
                 None => {
                     let help =
                         format!("tell it with `--set {name}={}`, or give it a `default`", example_value(parameter.ty));
@@ -119,7 +118,19 @@ impl Given {
                 }
             }
         }
+        let mut right = |(parameter, value): (&Parameter, Option<(String, Node)>)| {
+            let (written, value) = value?;
+            let before = faults.errors();
+            known.argument(Item::of(&written, &value), parameter.ty, faults);
+            (faults.errors() == before).then_some(value)
+        };
+        let values = parameters.iter().zip(values).map(&mut right).collect();
         Self { parameters, values }
+    }
+
+    /// Whether each parameter has a value.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.values.iter().all(Option::is_some)
     }
 }
 

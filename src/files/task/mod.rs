@@ -169,7 +169,7 @@ pub(crate) fn build(
     let mut flat = Flat::new(subtrees, around);
     flat.add_task(task, used_as.as_ref(), given, faults);
     let Flat { drafts, parents, .. } = flat;
-    if drafts.is_empty() || drafts.len() > around.most_nodes {
+    if drafts.is_empty() || drafts.len() > around.most_nodes || !given.is_whole() {
         return None;
     }
     let topology = Topology::new(parents.clone());
