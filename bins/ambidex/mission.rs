@@ -182,7 +182,9 @@ fn carry(setup: &Setup<'_>, mut job: Job, failures: Failures, terminal: &Termina
     observer.recorder = recorder;
     let (diagnostics, feed) = watch::channel(Arc::default());
     let server = serve(endpoint, &job, &to_run, clock, &mut observer, feed).into_diagnostic()?;
-    observer.say_what_it_waits_for();
+    if resumed.is_none() {
+        observer.say_what_it_waits_for();
+    }
     let observer = Arc::new(Mutex::new(observer));
     let start = || Children::start(&job.mission.robot, &job.robot_path, instance, args.log_format, terminal);
     let children =

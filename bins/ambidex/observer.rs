@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use ambidex::http::Feed;
 use ambidex::model::state::Saved;
 use ambidex::model::{
-    ControllerId, ControllerMessage, Header, Loss, MissionEnd, MissionSpec, Names, Record, Rejection, Time,
+    ControllerId, ControllerMessage, Header, Loss, MissionEnd, MissionSpec, Names, Record, Rejection, Time, Told,
 };
 use ambidex::record::{Beginning, History, JournalError, shown};
 use ambidex::runtime::log::{self, JournalFile};
@@ -269,7 +269,12 @@ impl Observer {
 
     /// Where no live display shows it: who is missing after one more has come or gone.
     fn say_who_is_missing(&self, record: &Record) {
-        let Record::Controller { message, .. } = record else { return };
+        let Record::Controller { message, .. } = record else {
+            if let Record::Told { input: Told::Resumed, .. } = record {
+                self.say_what_it_waits_for();
+            }
+            return;
+        };
         let has_begun = self.history.as_ref().is_some_and(|history| history.rounds() > 0);
         match message {
             ControllerMessage::Attached => self.say_what_it_waits_for(),

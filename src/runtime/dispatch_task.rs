@@ -29,8 +29,10 @@ pub(super) struct DispatchTask {
 }
 
 impl DispatchTask {
-    /// Lives until the run is over.
-    pub(super) async fn run(mut self) {
+    /// Lives until the run is over. The links were opened for the mission of the files: one that goes on may have more.
+    pub(super) async fn run(mut self, mission: Arc<MissionSpec>) {
+        self.rename(&mission);
+        drop(mission);
         loop {
             let due = self.dispatch.deadline().map(|at| self.clock.instant(at));
             // What came in time is not late because it was not taken up yet.

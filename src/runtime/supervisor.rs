@@ -97,6 +97,8 @@ pub async fn run(
         }
     }
     let begun = resumed.unwrap_or_else(|| Resumed::fresh(&mission, &options.settings));
+    // One that goes on may have more than the files: what came into the room, what was submitted.
+    let mission = Arc::clone(begun.nodes.root().mission());
     let mut dispatch = Dispatch::new(&mission, begun.controllers, Limits::at_speed(options.clock.speed()));
     dispatch.follow(options.script);
     let has_cleanups = mission.tree.is_standing() || !mission.tree.topology.cleanups().is_empty();
@@ -188,9 +190,9 @@ impl Supervisor {
             journal: journal.clone(),
             monitors,
             clock: timing.clock,
-            objects: mission.names.objects.len(),
+            objects: 0,
         };
-        others.spawn(task.run());
+        others.spawn(task.run(Arc::clone(&mission)));
         others.spawn(diagnosing.run());
         if mission.robot.controllers.is_empty() {
             root.tell(Told::Begin { changes: Vec::new() });

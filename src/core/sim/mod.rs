@@ -151,7 +151,7 @@ pub fn resume(mission: &Arc<MissionSpec>, mut resumed: Resumed, journal: &mut dy
     if let Some(end) = resumed.end {
         return end;
     }
-    Simulation::new(mission, resumed, bodies(mission), Vec::new(), journal).run().0
+    Simulation::new(resumed, bodies(mission), Vec::new(), journal).run().0
 }
 
 fn bodies(mission: &MissionSpec) -> Vec<Body> {
@@ -171,11 +171,10 @@ impl<'a> Simulation<'a> {
         journal: &'a mut dyn FnMut(&Record),
     ) -> Self {
         journal(&Record::Header(Box::new(settings.header(mission))));
-        Self::new(mission, Resumed::fresh(mission, settings), bodies, events, journal)
+        Self::new(Resumed::fresh(mission, settings), bodies, events, journal)
     }
 
     fn new(
-        mission: &Arc<MissionSpec>,
         begun: Resumed,
         bodies: Vec<Body>,
         mut events: Vec<(Time, Event)>,
@@ -185,11 +184,12 @@ impl<'a> Simulation<'a> {
             events.extend(all_attach(begun.at, bodies.len()));
         }
         events.sort_by_key(|(at, _)| *at);
+        let mission = Arc::clone(begun.nodes.root().mission());
         let labels = Arc::new(Labels::new(&mission.names));
         Self {
             has_messages: begun.nodes.root().has_messages(),
             nodes: begun.nodes,
-            dispatch: Dispatch::new(mission, begun.controllers, Limits::at_speed(1.0)),
+            dispatch: Dispatch::new(&mission, begun.controllers, Limits::at_speed(1.0)),
             plants: bodies.into_iter().map(|body| Plant::new(body, &labels)).collect(),
             deliveries: VecDeque::new(),
             events: events.into(),

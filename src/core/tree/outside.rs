@@ -66,7 +66,7 @@ impl Root {
     pub(super) fn look_around(&mut self) {
         let obstacles = &self.state.world().obstacles;
         self.free_space = Arc::new(FreeSpace::with(&self.mission, obstacles));
-        self.came = FreeSpace::of_what_came(&self.mission.robot, obstacles);
+        self.came = FreeSpace::new(obstacles, self.mission.robot.radius_m);
     }
 
     fn makes_different(&self, change: Change) -> bool {

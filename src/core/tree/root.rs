@@ -90,7 +90,7 @@ impl Root {
             feasibility: Feasibility::new(mission, &free_space),
             ors: mission.tree.ors().collect(),
             free_space,
-            came: FreeSpace::of_what_came(&mission.robot, &[]),
+            came: FreeSpace::new(&[], mission.robot.radius_m),
             ways: None,
             settings: settings.clone(),
             touches: settings.is_local().then(|| Touches::new(mission, settings.unheard)),
@@ -139,7 +139,9 @@ impl Root {
 
     /// Whether a turn is due as soon as nothing else is there for root.
     pub fn wants_turn(&self) -> bool {
-        let goes_on = !self.is_suspended && (self.is_wanted || self.is_quiet || !self.idle.is_empty());
+        // What is wanted before the mission begins waits for that.
+        let may_go_on = !self.is_suspended && self.state.stage() == Stage::Running;
+        let goes_on = may_go_on && (self.is_wanted || self.is_quiet || !self.idle.is_empty());
         let has_cause = !self.told.is_empty() || goes_on;
         self.open.is_none() && has_cause && !self.is_over()
     }

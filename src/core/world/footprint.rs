@@ -58,6 +58,19 @@ impl Footprint {
             || self.corners().iter().any(|&corner| is_near((corner - nearest_of_leg(a, b, corner)).norm_squared()))
     }
 
+    /// How far a point is from it, meters; 0 within it.
+    pub(super) fn distance_m(&self, point: Point2<f64>) -> f64 {
+        let own = self.to_own(point);
+        (own - self.nearest(own)).norm()
+    }
+
+    /// Whether one who moves straight from `a` to `b` comes no nearer to it on the way.
+    pub(super) fn is_left_behind(&self, a: Point2<f64>, b: Point2<f64>) -> bool {
+        let (a, b) = (self.to_own(a), self.to_own(b));
+        // The distance from what is convex is convex along a line.
+        (a - self.nearest(a)).dot(&(b - a)) >= 0.0
+    }
+
     /// The share of the way from `a` to `b` at which the way enters the rectangle, made wider by a margin on every side.
     pub(super) fn entry(&self, margin_m: f64, a: Point2<f64>, b: Point2<f64>) -> Option<f64> {
         self.own_entry(margin_m + TOUCH_M, self.to_own(a), self.to_own(b))

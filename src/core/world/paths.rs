@@ -12,7 +12,7 @@ use nalgebra::Point2;
 use pathfinding::directed::astar::astar;
 
 use super::footprint::{TURNS, outermost};
-use super::free_space::{FreeSpace, Steps};
+use super::free_space::{FreeSpace, Legs, Steps};
 use ambidex_model::Pose;
 
 /// Steps after which a search is given up: some 50 ms. Thousands of boxes on open ground take an eighth.
@@ -46,13 +46,14 @@ pub struct Found {
 /// Between two corners of boxes it takes a few millimeters more than the base's width.
 pub fn find_path(space: &FreeSpace, from: Pose, to: Pose) -> Found {
     let steps = Steps::default();
+    let legs = Legs { space, start: from.at, steps: &steps };
     let mut expansions = 0;
-    let corners = if space.stopped_by(from.at, to.at, &steps).is_none() {
+    let corners = if legs.stopped_by(from.at, to.at).is_none() {
         Ok(Vec::new())
-    } else if [from.at, to.at].iter().any(|&at| space.stopped_by(at, at, &steps).is_some()) {
+    } else if space.is_covered(from.at) || space.taken_by(to.at).is_some() {
         Err(NoPath::Closed)
     } else {
-        from_both_ends(space, from.at, to.at, &steps, &mut expansions)
+        from_both_ends(legs, to.at, &mut expansions)
     };
     let path = corners.map(|corners| {
         let poses = corners.into_iter().map(|at| Pose { at, heading: to.heading });
@@ -62,19 +63,14 @@ pub fn find_path(space: &FreeSpace, from: Pose, to: Pose) -> Found {
 }
 
 /// Searches by turns from either end, each time with more steps: where one end is shut in, that is soon known.
-fn from_both_ends(
-    space: &FreeSpace,
-    from: Point2<f64>,
-    to: Point2<f64>,
-    steps: &Steps,
-    expansions: &mut u32,
-) -> Result<Vec<Point2<f64>>, NoPath> {
+fn from_both_ends(legs: Legs<'_>, to: Point2<f64>, expansions: &mut u32) -> Result<Vec<Point2<f64>>, NoPath> {
+    let Legs { start: from, steps, .. } = legs;
     let mut share = FIRST_STEPS;
     loop {
         for is_reversed in [false, true] {
             let limit = steps.count().saturating_add(share).min(MOST_STEPS);
             let (begin, end) = if is_reversed { (to, from) } else { (from, to) };
-            let mut search = Search::new(space, (begin, end), steps, limit);
+            let mut search = Search::new(legs, (begin, end), limit);
             let corners = search.run();
             *expansions += search.expansions;
             match corners {
@@ -82,7 +78,7 @@ fn from_both_ends(
                     if is_reversed {
                         corners.reverse();
                     }
-                    return Ok(tighten(space, from, corners, to, steps));
+                    return Ok(tighten(legs, corners, to));
                 }
                 Err(NoPath::Closed) => return Err(NoPath::Closed),
                 Err(NoPath::Beyond(_)) if limit == MOST_STEPS => return Err(NoPath::Beyond(MOST_STEPS)),
@@ -94,18 +90,12 @@ fn from_both_ends(
 }
 
 /// Leaves out what a leg can pass by.
-fn tighten(
-    space: &FreeSpace,
-    from: Point2<f64>,
-    mut corners: Vec<Point2<f64>>,
-    to: Point2<f64>,
-    steps: &Steps,
-) -> Vec<Point2<f64>> {
+fn tighten(legs: Legs<'_>, mut corners: Vec<Point2<f64>>, to: Point2<f64>) -> Vec<Point2<f64>> {
     let mut at = 0;
     while at < corners.len() {
-        let before = if at == 0 { from } else { corners[at - 1] };
+        let before = if at == 0 { legs.start } else { corners[at - 1] };
         let after = corners.get(at + 1).copied().unwrap_or(to);
-        if space.stopped_by(before, after, steps).is_none() {
+        if legs.stopped_by(before, after).is_none() {
             corners.remove(at);
             at = at.saturating_sub(1);
         } else {
@@ -150,10 +140,9 @@ impl Step {
 }
 
 struct Search<'a> {
-    space: &'a FreeSpace,
+    legs: Legs<'a>,
     begin: Point2<f64>,
     goal: Point2<f64>,
-    steps: &'a Steps,
     limit: u32,
     /// Way points around the obstacles that were asked for.
     turns: BTreeMap<usize, [Point2<f64>; TURNS]>,
@@ -170,10 +159,10 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(space: &'a FreeSpace, (begin, goal): (Point2<f64>, Point2<f64>), steps: &'a Steps, limit: u32) -> Self {
+    fn new(legs: Legs<'a>, (begin, goal): (Point2<f64>, Point2<f64>), limit: u32) -> Self {
         let (turns, tested, reached) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
         let (asked, asked_from) = (BTreeSet::new(), BTreeMap::new());
-        Self { space, begin, goal, steps, limit, turns, tested, reached, asked, asked_from, expansions: 0 }
+        Self { legs, begin, goal, limit, turns, tested, reached, asked, asked_from, expansions: 0 }
     }
 
     /// The corners between both ends. What stands in the way of one leg may be the way round for another: the obstacles that
@@ -267,8 +256,8 @@ impl<'a> Search<'a> {
 
     /// The legs past an obstacle on both sides.
     fn past(&mut self, from: End, obstacle: usize) -> Vec<(Step, u64)> {
-        self.steps.add(TURNS as u32);
-        let turns = *self.turns.entry(obstacle).or_insert_with(|| self.space.turns(obstacle));
+        self.legs.steps.add(TURNS as u32);
+        let turns = *self.turns.entry(obstacle).or_insert_with(|| self.legs.space.turns(obstacle));
         let corners = outermost(&turns, self.at(from)).into_iter();
         let legs = corners.map(|turn| Step::Leg(from, End::Corner { obstacle, turn }));
         legs.filter(|leg| !matches!(leg, Step::Leg(from, to) if from == to)).map(|leg| (leg, 0)).collect()
@@ -278,7 +267,7 @@ impl<'a> Search<'a> {
         if let Some(known) = self.tested.get(&(from, to)) {
             return *known;
         }
-        let found = self.space.stopped_by(self.at(from), self.at(to), self.steps);
+        let found = self.legs.stopped_by(self.at(from), self.at(to));
         self.tested.insert((from, to), found);
         found
     }
@@ -292,7 +281,7 @@ impl<'a> Search<'a> {
     }
 
     fn is_over(&self) -> bool {
-        self.steps.count() >= self.limit
+        self.legs.steps.count() >= self.limit
     }
 }
 

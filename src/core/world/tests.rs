@@ -10,7 +10,7 @@ use parry3d::query::intersection_test;
 use parry3d::shape::{Capsule, Cuboid};
 use proptest::prelude::*;
 
-use super::free_space::Steps;
+use super::free_space::{Legs, Steps};
 use super::{Found, FreeSpace, NoPath, Ways, find_path};
 
 const RADIUS_M: f64 = 0.3;
@@ -44,6 +44,11 @@ fn search(boxes: &[Corners], from: [f64; 2], to: [f64; 2]) -> Found {
         assert_eq!(path.last(), Some(&to));
     }
     found
+}
+
+/// Whether a base that stands there touches nothing: what it touches it may leave, which is a matter of its own.
+fn stands_free(boxes: &[Corners], at: [f64; 2]) -> bool {
+    free_space(boxes).taken_by(at.into()).is_none()
 }
 
 fn is_free_by_points(boxes: &[Corners], a: Point2<f64>, b: Point2<f64>, radius_m: f64) -> bool {
@@ -201,6 +206,38 @@ fn what_is_left_of_a_way_is_what_must_be_free() {
     assert!(at(0.0, 0.0).is_free(Point2::new(0.0, 0.0), &[]), "who drives nowhere is in nobody's way");
 }
 
+/// What the base touches where it stands it may leave, but neither slide along nor come nearer to.
+#[test]
+fn what_is_touched_at_the_start_is_left() {
+    let space = free_space(&[[1.0, -0.5, 2.0, 0.5]]);
+    let touching = Pose::new(1.0 - RADIUS_M + 0.01, 0.0, 0.0);
+    for (to, expected) in [
+        // Straight away from it.
+        ([-3.0, 0.0], Some(1)),
+        ([-3.0, 3.0], Some(1)),
+        // Around it.
+        ([4.0, 0.0], None),
+        // Where it would still be touched.
+        ([touching.at.x - 0.005, 0.0], Some(0)),
+    ] {
+        let found = find_path(&space, touching, Pose::new(to[0], to[1], 0.0)).path;
+        match expected {
+            Some(0) => assert_eq!(found, Err(NoPath::Closed), "{to:?}"),
+            Some(legs) => assert_eq!(found.expect("it leaves").len(), legs, "{to:?}"),
+            None => {
+                let way: Vec<_> = [touching].into_iter().chain(found.expect("around")).collect();
+                assert!(way.len() > 2, "{way:?}");
+                assert!(way[1..].windows(2).all(|leg| is_leg_free(&space, leg[0].at, leg[1].at)), "{way:?}");
+                assert!(space.is_free(touching.at, &way), "{way:?}");
+            }
+        }
+    }
+    let within = Pose::new(1.2, 0.0, 0.0);
+    assert_eq!(find_path(&space, within, Pose::new(-3.0, 0.0, 0.0)).path, Err(NoPath::Closed));
+    let along = [touching, Pose::new(touching.at.x, 0.3, 0.0)];
+    assert!(!space.is_free(touching.at, &along));
+}
+
 #[test]
 fn work_is_bounded_among_2_000_boxes() {
     let is_bounded = |found: &Found| found.steps < MOST_STEPS && found.expansions < MOST_EXPANSIONS;
@@ -264,15 +301,21 @@ fn fill_reaches(boxes: &[Corners], from: [f64; 2], to: [f64; 2], wider_m: f64) -
     seen.contains(&goal)
 }
 
+/// Whether nobody who stands elsewhere is stopped on a leg.
+fn is_leg_free(space: &FreeSpace, a: Point2<f64>, b: Point2<f64>) -> bool {
+    let (start, steps) = (Point2::new(f64::NAN, f64::NAN), Steps::default());
+    Legs { space, start, steps: &steps }.stopped_by(a, b).is_none()
+}
+
 /// The shortest of all ways over all corners.
 fn shortest_m(boxes: &[Corners], from: [f64; 2], to: [f64; 2]) -> Option<f64> {
-    let (space, steps) = (free_space(boxes), Steps::default());
+    let space = free_space(boxes);
     let mut points = vec![Point2::from(from), Point2::from(to)];
-    if points.iter().any(|&at| space.stopped_by(at, at, &steps).is_some()) {
+    if !points.iter().all(|&at| is_leg_free(&space, at, at)) {
         return None;
     }
     points.extend((0..boxes.len()).flat_map(|solid| space.turns(solid)));
-    points.retain(|&at| space.stopped_by(at, at, &steps).is_none());
+    points.retain(|&at| is_leg_free(&space, at, at));
     let mut cost_m = vec![f64::INFINITY; points.len()];
     let mut open: BTreeSet<_> = (0..points.len()).collect();
     cost_m[0] = 0.0;
@@ -283,7 +326,7 @@ fn shortest_m(boxes: &[Corners], from: [f64; 2], to: [f64; 2]) -> Option<f64> {
         }
         for &next in &open {
             let far_m = cost_m[at] + nalgebra::distance(&points[at], &points[next]);
-            if far_m < cost_m[next] && space.stopped_by(points[at], points[next], &steps).is_none() {
+            if far_m < cost_m[next] && is_leg_free(&space, points[at], points[next]) {
                 cost_m[next] = far_m;
             }
         }
@@ -311,7 +354,7 @@ proptest! {
     ) {
         let solid = [at[0], at[1], at[0] + size[0], at[1] + size[1]];
         let space = free_space(&[solid]);
-        let is_free = space.stopped_by(a.into(), b.into(), &Steps::default()).is_none();
+        let is_free = is_leg_free(&space, a.into(), b.into());
         let by_parry = [-1e-3, 1e-3].map(|more_m| is_free_by_parry(solid, a, b, RADIUS_M + more_m));
         prop_assert!(by_parry[0] != by_parry[1] || is_free == by_parry[0]);
     }
@@ -319,6 +362,7 @@ proptest! {
     /// A room that is turned about the origin is the same room.
     #[test]
     fn turned_rooms_have_the_same_paths((boxes, from, to) in rooms(), heading in -3.2..3.2) {
+        prop_assume!(stands_free(&boxes, from));
         let upright = search(&boxes, from, to).path;
         let turn = nalgebra::Rotation2::new(heading);
         let turned = |at: [f64; 2]| { let at = turn * Point2::from(at); Pose::new(at.x, at.y, 0.0) };
@@ -348,6 +392,7 @@ proptest! {
 
     #[test]
     fn small_rooms_agree_with_a_fine_grid((boxes, from, to) in rooms()) {
+        prop_assume!(stands_free(&boxes, from));
         let found = search(&boxes, from, to);
         if fill_reaches(&boxes, from, to, 0.01) {
             prop_assert!(found.path.is_ok());
@@ -357,6 +402,7 @@ proptest! {
 
     #[test]
     fn paths_are_the_shortest_over_corners((boxes, from, to) in rooms()) {
+        prop_assume!(stands_free(&boxes, from));
         let found = search(&boxes, from, to);
         match (shortest_m(&boxes, from, to), found.path) {
             (Some(shortest_m), Ok(path)) => prop_assert!(length_m(from, &path) < shortest_m * 1.01 + 1e-9, "{shortest_m} {}", length_m(from, &path)),

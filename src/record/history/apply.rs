@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ambidex_model::state::Stage;
 use ambidex_model::{
     Blocked, Cause, Change, Consequences, ControllerId, ControllerMessage, ControllerState, End, FromController, Grant,
-    Message, MissionEnd, NodeId, Record, Reopened, ResourceId, Time,
+    Message, MissionEnd, NodeId, Record, Reopened, ResourceId, Time, Told,
 };
 
 use super::{History, Interruption, LeafState, OutsideChange, Phase, Step};
@@ -63,6 +63,7 @@ impl History {
                 self.hear(at, *controller, message);
             }
             Record::Ended { end, .. } => self.finish(at, *end),
+            Record::Told { input: Told::Resumed, .. } => self.controllers.begin_anew(),
             Record::Header(_) | Record::Told { .. } | Record::Turn { .. } | Record::Began { .. } => {}
             Record::Observed { .. } | Record::Stopped { .. } => {}
             Record::World { change, origin, .. } => {

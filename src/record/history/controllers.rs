@@ -141,6 +141,12 @@ impl Controllers {
         self.ended = None;
     }
 
+    /// The runtime was gone: nobody is attached to the one that goes on, and nothing that was under way is.
+    pub(super) fn begin_anew(&mut self) {
+        self.views.clear();
+        self.commands.clear();
+    }
+
     /// Takes the next message.
     pub(super) fn apply(&mut self, at: Time, controller: ControllerId, message: &ControllerMessage) {
         match message {

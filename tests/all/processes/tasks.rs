@@ -18,7 +18,7 @@ const PATIENCE: Duration = Duration::from_secs(40);
 struct Robot {
     home: Home,
     daemon: Process,
-    _controllers: Vec<Process>,
+    controllers: Vec<Process>,
 }
 
 impl Robot {
@@ -28,9 +28,30 @@ impl Robot {
 
     /// In a room of its own.
     fn of(home: Home, world: &Path, more: &[&str]) -> Self {
+        let mut robot = Self::alone(home, world, more);
+        robot.attach();
+        robot
+    }
+
+    /// Without its controllers.
+    fn alone(home: Home, world: &Path, more: &[&str]) -> Self {
         let daemon = Self::daemon(&home, world, more);
-        let controllers = CONTROLLERS.iter().map(|name| home.controller(name, &[])).collect();
-        let mut robot = Self { home, daemon, _controllers: controllers };
+        Self { home, daemon, controllers: Vec::new() }
+    }
+
+    fn attach(&mut self) {
+        self.controllers = CONTROLLERS.iter().map(|name| self.home.controller(name, &[])).collect();
+        self.attached();
+    }
+
+    /// Its runtime is killed, and another goes on in its log.
+    fn killed(self, more: &[&str]) -> Self {
+        self.daemon.signal(Signal::KILL);
+        let Self { home, daemon, controllers } = self;
+        assert_eq!(daemon.wait().code, None);
+        let args = ["daemon", "--resume", home.instance(), "--instance", home.instance(), "--speed", "20"];
+        let daemon = home.start(args.iter().chain(more));
+        let mut robot = Self { home, daemon, controllers };
         robot.attached();
         robot
     }
@@ -219,17 +240,11 @@ fn a_room_that_changes_is_noticed_by_all_that_it_concerns() {
 #[test]
 fn nothing_submitted_is_lost_when_the_runtime_is_killed() {
     let small = ["--log-size", "0.03"];
-    let mut robot = Robot::new(&small);
+    let robot = Robot::new(&small);
     let (objects, places) = (["mug", "cup", "plate", "spoon", "fork"], ["desk", "table", "cupboard", "rack"]);
     let numbers: Vec<u32> = (0..20).map(|task| robot.fetch(objects[task % 5], places[task % 4], &[])).collect();
     assert!(numbers.is_sorted(), "{numbers:?}");
-    robot.daemon.signal(Signal::KILL);
-    let Robot { home, daemon, _controllers } = robot;
-    assert_eq!(daemon.wait().code, None);
-    let args = ["daemon", "--resume", home.instance(), "--instance", home.instance(), "--speed", "20"];
-    let daemon = home.start(args.iter().chain(&small));
-    robot = Robot { home, daemon, _controllers };
-    robot.attached();
+    let robot = robot.killed(&small);
     let is_over = |state: &String| state == "done" || state == "canceled" || state == "failed";
     within(PATIENCE, "all are over", || robot.states().iter().all(is_over));
     assert!(robot.states().iter().all(|state| state == "done"), "{:?}", robot.states());
@@ -265,12 +280,47 @@ fn what_cannot_be_is_refused_with_what_can() {
 
 #[test]
 fn what_came_into_the_room_is_fetched_by_its_name() {
-    let robot = Robot::new(&[]);
+    let mut robot = Robot::new(&[]);
     robot.ask(&["world", "add", "apple", "desk"], 0);
     robot.fetch("apple", "table", &["--wait"]);
     robot.ask(&["world", "add", "pear", "desk"], 0);
-    robot.fetch("pear", "rack", &["--wait"]);
+    robot.ask(&["world", "add", "plum", "rack"], 0);
+    robot.fetch("pear", "rack", &["--name", "pear"]);
+    robot.daemon.says("bring pear (base)");
+    // By another runtime, too, whether it lies somewhere or is in a hand.
+    let mut robot = robot.killed(&[]);
+    robot.daemon.says("task pear is over: done");
+    robot.fetch("plum", "desk", &["--wait"]);
     let said = robot.daemon.stderr();
-    assert!(!said.contains("refused") && !said.contains("rejected"), "{said}");
+    assert!(!said.contains("refused") && !said.contains("rejected") && !said.contains("is empty now"), "{said}");
+    robot.end();
+}
+
+/// Nobody needs to wait for the robot before it says what is to be done.
+#[test]
+fn work_may_come_before_the_controllers() {
+    let mut robot = Robot::alone(Home::new(), &file("config/worlds/kitchen.yaml"), &[]);
+    robot.daemon.says("waiting for left_arm, right_arm, head, base");
+    robot.ask(&["world", "add", "apple", "desk"], 0);
+    robot.fetch("apple", "table", &["--name", "apple"]);
+    robot.fetch("mug", "desk", &["--name", "mug", "--pause"]);
+    robot.ask(&["pause"], 0);
+    robot.ask(&["resume"], 0);
+    robot.ask(&["resume", "mug"], 0);
+    robot.fetch("cup", "desk", &["--name", "cup"]);
+    robot.ask(&["cancel", "cup"], 0);
+    robot.are(&["waiting", "waiting", "ending"]);
+    let log = fs::metadata(robot.home.path("ambidex").join(robot.home.instance()).join("journal.jsonl"));
+    assert!(log.expect("a log").len() < 100_000, "it waits, and does nothing else");
+    // Neither does one that goes on without its controllers.
+    robot.daemon.signal(Signal::KILL);
+    let Robot { home, daemon, controllers } = robot;
+    assert_eq!(daemon.wait().code, None);
+    let args = ["daemon", "--resume", home.instance(), "--instance", home.instance(), "--speed", "20"];
+    let mut robot = Robot { daemon: home.start(args), home, controllers };
+    robot.daemon.says("waiting for left_arm, right_arm, head, base");
+    robot.attach();
+    robot.daemon.says("task apple is over: done");
+    robot.are(&["done", "done", "canceled"]);
     robot.end();
 }
