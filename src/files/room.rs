@@ -28,6 +28,10 @@ const SPREAD_M: f64 = 0.4;
 /// How far apart things are put down on a table, and how far from its edge, meters.
 const SPOT_M: f64 = 0.15;
 const EDGE_M: f64 = 0.1;
+/// How many things lie side by side on a surface of which nothing is known but its middle, and in how many rows: as far as
+/// arms reach.
+const IN_A_ROW: usize = 4;
+const MOST_ROWS: usize = 3;
 /// How many spots a table has, about.
 const MAX_SPOTS: f64 = 60.0;
 /// Most stands of a table.
@@ -185,8 +189,8 @@ fn obstacle(item: Item<'_>, reading: &mut Reading<'_>) -> Option<Obstacle> {
 }
 
 impl Place {
-    /// Where the base stands and things lie, for a base of a radius.
-    pub(crate) fn spec(self, radius_m: f64, faults: &mut Faults) -> Option<PlaceSpec> {
+    /// Where the base stands and things lie, for a base of a radius and a world of so many objects.
+    pub(crate) fn spec(self, radius_m: f64, objects: usize, faults: &mut Faults) -> Option<PlaceSpec> {
         let (mut stands, on_table, table) = match self.at {
             PlaceAt::Stand([x, y]) => (vec![Pose::new(x, y, 0.0)], None, None),
             PlaceAt::Table(written) => {
@@ -204,7 +208,8 @@ impl Place {
         let by_itself = on_table.map_or(SURFACE, |point| stand.to_local(point));
         let is_surface_told = self.surface.is_some() || table.is_some();
         let surface = self.surface.unwrap_or(by_itself);
-        let spots = table.as_ref().map_or_else(|| side_by_side(&stand, surface), spots);
+        let count = if is_surface_told { objects.clamp(1, IN_A_ROW * MOST_ROWS) } else { IN_A_ROW };
+        let spots = table.as_ref().map_or_else(|| side_by_side(&stand, surface, count), spots);
         Some(PlaceSpec { stand, others: stands, surface, is_surface_told, table, spots })
     }
 }
@@ -236,9 +241,12 @@ impl Table {
     }
 }
 
-/// Where things are put down on a surface of which nothing is known but its middle: as far apart as four of them lie there.
-fn side_by_side(stand: &Pose, surface: Point3<f64>) -> Vec<Point3<f64>> {
-    (0..4).map(|index| stand.to_map(surface + spread(index, 4))).collect()
+/// Where so many things are put down on a surface of which nothing is known but its middle: side by side as they lie at the
+/// start, and in rows behind each other.
+fn side_by_side(stand: &Pose, surface: Point3<f64>, count: usize) -> Vec<Point3<f64>> {
+    let in_row = |index| spread(index % IN_A_ROW, count.min(IN_A_ROW));
+    let behind = |index: usize| Vector3::new((index / IN_A_ROW) as f64 * SPOT_M, 0.0, 0.0);
+    (0..count).map(|index| stand.to_map(surface + in_row(index) + behind(index))).collect()
 }
 
 /// Where things are put down on a table, row by row: as far apart as hands need, from edge to edge.
@@ -249,7 +257,7 @@ fn spots(table: &Obstacle) -> Vec<Point3<f64>> {
     let pitch_m = SPOT_M.max((x * y / MAX_SPOTS).sqrt()).max(x.max(y) / MAX_SPOTS);
     let along = |room_m: f64| {
         // As many on either side of the middle, so that what is as large as the table has one too.
-        let count = (room_m / pitch_m) as u32 / 2 * 2;
+        let count = ((room_m / pitch_m) as u32).next_multiple_of(2);
         let step_m = if count > 0 { room_m / f64::from(count) } else { 0.0 };
         (0..=count).map(move |index| (f64::from(index) - f64::from(count) / 2.0) * step_m)
     };
@@ -296,10 +304,7 @@ pub(crate) struct Spans<'a> {
 /// What of a room cannot be: two things in one spot, a base in a wall, an object beside its table.
 pub(crate) fn check(spec: &WorldSpec, start: &WorldState, spans: &Spans<'_>, robot: &RobotSpec, faults: &mut Faults) {
     let solids = spec.solids();
-    let name = |solid: usize| match spec.table_of(solid) {
-        Some(place) => format!("the table of {}", spans.places[place.index()].value),
-        None => "a wall or an obstacle".to_owned(),
-    };
+    let name = |solid: usize| name_of(spec, spans, solid);
     let space = FreeSpace::new(&solids, robot.radius_m);
     if let Some(solid) = space.taken_by(start.base.at) {
         faults.push(spans.start, format!("the robot starts in {}", name(solid)));
@@ -325,39 +330,91 @@ pub(crate) fn check(spec: &WorldSpec, start: &WorldState, spans: &Spans<'_>, rob
 }
 
 fn check_objects(spec: &WorldSpec, start: &WorldState, spans: &Spans<'_>, faults: &mut Faults) {
-    let mut lying: Vec<(PlaceId, Obstacle, usize)> = Vec::new();
+    let solids = spec.solids();
+    let mut lying: Vec<Lying> = Vec::new();
     for (index, written) in spans.objects.iter().enumerate() {
         let Some(Location::At(place)) = start.objects.get(index).copied() else { continue };
-        let Some(table) = spec.places[place.index()].table else { continue };
-        let spot = spec.own_spot(ObjectId::from(index), place);
-        let own = table.pose().to_local(spot);
-        let place_name = &spans.places[place.index()].value;
-        if own.x.abs() > table.size.x / 2.0 + SLACK_M || own.y.abs() > table.size.y / 2.0 + SLACK_M {
-            let message = format!("it floats beside the table of {place_name}");
-            faults.push_with(written, message, "see its `offset`, and `size` of the table");
+        let object = ObjectId::from(index);
+        let spot = spec.own_spot(object, place);
+        let thing = Lying { object, place, solid: spec.thing(object, place, spot) };
+        if let Some(table) = spec.places[place.index()].table {
+            check_on_table(spec, &thing, &table, (written, &spans.places[place.index()].value), faults);
         }
-        let thing = spec.thing(ObjectId::from(index), place, spot);
-        let above_m = thing.middle.z - thing.size.z / 2.0 - table.top_m();
-        if spec.objects[index].shape.is_some() && above_m.abs() > SLACK_M {
-            let how = if above_m > 0.0 { "floats above" } else { "is sunk into" };
-            let message = format!("it {how} the table of {place_name}, by {:.2} m", above_m.abs());
-            faults.push_with(written, message, "leave out the height of its `offset`");
+        let others = (0..solids.len()).filter(|solid| spec.table_of(*solid) != Some(place));
+        if let Some(solid) =
+            others.into_iter().find(|solid| !thing.is_point() && overlap(&solids[*solid], &thing.solid, SLACK_M))
+        {
+            let message = format!("it lies in {}", name_of(spec, spans, solid));
+            faults.push_with(written, message, "see its `offset` and its `shape`");
         }
-        let same = lying.iter().find(|(at, other, _)| *at == place && meet(other, &thing));
-        if let Some((_, _, other)) = same {
-            let message = format!("it lies in the same spot as {}", spans.objects[*other].value);
+        if let Some(other) = lying.iter().find(|other| thing.meets(other, spec)) {
+            let message = format!("it lies in the same spot as {}", spans.objects[other.object.index()].value);
             faults.push_with(written, message, "give one of them another `offset`");
         }
-        lying.push((place, thing, index));
+        lying.push(thing);
     }
 }
 
-/// Whether two things that lie somewhere are into each other; a point is in whatever is where it is.
-fn meet(one: &Obstacle, other: &Obstacle) -> bool {
-    let is_point = |thing: &Obstacle| thing.size.max() <= 0.0;
-    match is_point(one) || is_point(other) {
-        true => (one.middle - other.middle).xy().norm() < SLACK_M,
-        false => overlap(one, other, SLACK_M),
+/// What of an object on a table cannot be.
+fn check_on_table(
+    spec: &WorldSpec,
+    thing: &Lying,
+    table: &Obstacle,
+    (written, place_name): (&Name, &str),
+    faults: &mut Faults,
+) {
+    let solid = &thing.solid;
+    let own = table.pose().to_local(solid.middle);
+    if own.x.abs() > table.size.x / 2.0 + SLACK_M || own.y.abs() > table.size.y / 2.0 + SLACK_M {
+        let message = format!("it floats beside the table of {place_name}");
+        faults.push_with(written, message, "see its `offset`, and `size` of the table");
+    }
+    let above_m = solid.middle.z - solid.size.z / 2.0 - table.top_m();
+    if above_m.abs() > SLACK_M {
+        let how = if above_m > 0.0 { "floats above" } else { "is sunk into" };
+        let message = format!("it {how} the table of {place_name}, by {:.2} m", above_m.abs());
+        let is_of_place = spec.objects[thing.object.index()].offset.z.abs() <= SLACK_M;
+        let help = if is_of_place { "see `surface` of the place" } else { "leave out the height of its `offset`" };
+        faults.push_with(written, message, help);
+    }
+    let sides = |size: Vector3<f64>| (size.x.min(size.y), size.x.max(size.y));
+    let ((short, long), (own_short, own_long)) = (sides(table.size), sides(solid.size));
+    if own_short > short + SLACK_M || own_long > long + SLACK_M {
+        let message = format!("it is larger than the table of {place_name}");
+        faults.push_with(written, message, format!("the table is {short:.2} m by {long:.2} m"));
+    }
+}
+
+/// An object as a mission begins.
+struct Lying {
+    object: ObjectId,
+    place: PlaceId,
+    solid: Obstacle,
+}
+
+impl Lying {
+    fn is_point(&self) -> bool {
+        self.solid.size.max() <= 0.0
+    }
+
+    /// Whether two things are into each other. A point is in whatever is where it is, if somebody told where one of them is: what
+    /// lies side by side by itself may lie close.
+    fn meets(&self, other: &Self, spec: &WorldSpec) -> bool {
+        if !self.is_point() && !other.is_point() {
+            return overlap(&self.solid, &other.solid, SLACK_M);
+        }
+        let is_told = |thing: &Self| spec.objects[thing.object.index()].is_offset_told;
+        self.place == other.place
+            && (is_told(self) || is_told(other))
+            && (self.solid.middle - other.solid.middle).xy().norm() < SLACK_M
+    }
+}
+
+/// What one of the solids of a room is called.
+fn name_of(spec: &WorldSpec, spans: &Spans<'_>, solid: usize) -> String {
+    match spec.table_of(solid) {
+        Some(place) => format!("the table of {}", spans.places[place.index()].value),
+        None => "a wall or an obstacle".to_owned(),
     }
 }
 

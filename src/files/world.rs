@@ -239,7 +239,7 @@ pub(crate) fn build(
     let place_names: Vec<Name> = raw.places.iter().map(|(name, _)| name.clone()).collect();
     // Of a robot with faults nobody knows how wide it is.
     let radius_m = robot.map_or(0.0, |(robot, _)| robot.radius_m);
-    let places: Vec<_> = raw.places.into_iter().map(|(_, found)| found?.spec(radius_m, faults)).collect();
+    let places: Vec<_> = raw.places.into_iter().map(|(_, found)| found?.spec(radius_m, count, faults)).collect();
     let places: Option<Vec<_>> = places.into_iter().collect();
     let facts: Option<Vec<Fact>> = raw.facts.into_iter().map(|(_, fact)| fact).collect();
     let facts = facts?;

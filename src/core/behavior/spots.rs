@@ -8,7 +8,7 @@ use ambidex_model::{
     BehaviorSpec, Change, ClaimOptions, Grant, Location, ObjectId, PlaceId, Reason, ResourceId, SpotId,
 };
 
-/// The spots in which a behavior puts down what it puts down; none of what it puts where nothing is known of the surface and no
+/// The spots in which a behavior puts down what it puts down; none of what it puts where nothing is told of the surface and no
 /// spot is left.
 ///
 /// # Errors
@@ -47,6 +47,17 @@ fn choose_one(
     taken: &[(ObjectId, Point3<f64>)],
 ) -> Result<Option<(SpotId, Point3<f64>)>, Reason> {
     let world = &view.mission.world;
+    let is_told = world.places[place.index()].is_surface_told;
+    if world.has_own_spot(object, place) {
+        let own = (object, world.own_spot(object, place));
+        // Where nothing is told of the surface it lies there whatever else does.
+        if !is_told
+            || !taken.iter().any(|other| world.meet(own, *other))
+                && reach_m(view, hands, (object, place), own.1).is_some()
+        {
+            return Ok(None);
+        }
+    }
     let (mut best, mut is_reached) = (None::<(f64, SpotId, Point3<f64>)>, false);
     for (spot, at) in world.fitting(object, place) {
         let Some(reach_m) = reach_m(view, hands, (object, place), at) else { continue };
@@ -59,7 +70,7 @@ fn choose_one(
     match best {
         Some((_, spot, at)) => Ok(Some((spot, at))),
         // It lies beside the others, wherever that is.
-        None if world.places[place.index()].table.is_none() => Ok(None),
+        None if !is_told => Ok(None),
         None => Err(Reason::NoSpot { place, is_taken: is_reached }),
     }
 }

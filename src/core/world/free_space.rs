@@ -6,7 +6,7 @@ use nalgebra::Point2;
 use rstar::{AABB, RTree, RTreeObject, SelectionFunction};
 
 use super::footprint::{Footprint, TURNS};
-use ambidex_model::{MissionSpec, Obstacle, Pose};
+use ambidex_model::{MissionSpec, Obstacle, Pose, TALL_M};
 
 /// How far a base may be off the way that it follows, meters: so much more room is left to what came to stand somewhere, so
 /// that who drives past it is not taken to drive into it.
@@ -28,6 +28,8 @@ pub struct FreeSpace {
 struct Solid {
     footprint: Footprint,
     clearance_m: f64,
+    /// Whether it begins above everything of a robot.
+    hangs: bool,
 }
 
 /// Counts boxes, and groups of boxes, that were held against a leg: the measure of work.
@@ -63,13 +65,14 @@ impl FreeSpace {
         Self::of_solids(solids.iter().map(|solid| Solid::of(solid, radius_m)).chain(more).collect())
     }
 
-    /// Heights do not matter: whatever stands somewhere is in the way.
+    /// Whatever stands somewhere is in the way, however low; what hangs above everything of a robot is not.
     pub fn new(obstacles: &[Obstacle], radius_m: f64) -> Self {
         Self::of_solids(obstacles.iter().map(|obstacle| Solid::of(obstacle, radius_m)).collect())
     }
 
     fn of_solids(solids: Vec<Solid>) -> Self {
-        let indexed = solids.iter().enumerate().map(|(obstacle, &solid)| Indexed { obstacle, solid });
+        let low = solids.iter().enumerate().filter(|(_, solid)| !solid.hangs);
+        let indexed = low.map(|(obstacle, &solid)| Indexed { obstacle, solid });
         let index = RTree::bulk_load(indexed.collect());
         let reach_m = solids.iter().map(|solid| solid.clearance_m).fold(0.0, f64::max);
         Self { solids, index, reach_m }
@@ -108,19 +111,20 @@ impl FreeSpace {
 
     /// Way points around an obstacle, counterclockwise.
     pub(super) fn turns(&self, obstacle: usize) -> [Point2<f64>; TURNS] {
-        let Solid { footprint, clearance_m } = self.solids[obstacle];
+        let Solid { footprint, clearance_m, .. } = self.solids[obstacle];
         footprint.turns(clearance_m)
     }
 }
 
 impl Solid {
     fn of(obstacle: &Obstacle, clearance_m: f64) -> Self {
-        Self { footprint: Footprint::of(obstacle), clearance_m }
+        let hangs = obstacle.middle.z - obstacle.size.z / 2.0 >= TALL_M;
+        Self { footprint: Footprint::of(obstacle), clearance_m, hangs }
     }
 
     /// Whether a leg only leads away from it, from where it is touched to where it is not.
     fn is_left(&self, from: Point2<f64>, to: Point2<f64>) -> bool {
-        let Self { footprint, clearance_m } = self;
+        let Self { footprint, clearance_m, .. } = self;
         footprint.distance_m(from) > 0.0 && footprint.is_left_behind(from, to) && !footprint.stops(*clearance_m, to, to)
     }
 }
@@ -135,7 +139,7 @@ impl Legs<'_> {
             let end = if looked_m < length_m { a + (b - a) * (looked_m / length_m) } else { b };
             let stopping =
                 self.space.touched(begin, end, self.steps).filter(|indexed| !self.is_left(indexed.solid, a, b));
-            let entry = |Solid { footprint, clearance_m }| footprint.entry(clearance_m, begin, end).unwrap_or(1.0);
+            let entry = |Solid { footprint, clearance_m, .. }| footprint.entry(clearance_m, begin, end).unwrap_or(1.0);
             let first = stopping.map(|indexed| (entry(indexed.solid), indexed.obstacle));
             let first = first.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             if first.is_some() || end == b {

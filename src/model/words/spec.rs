@@ -70,6 +70,8 @@ pub struct WorldSpec {
 const APART_M: f64 = 0.1;
 /// How far a thing may be over an edge, meters: files are written with two digits.
 const SLACK_M: f64 = 0.01;
+/// What is apart by as much as it must, as exactly as sums are, meters.
+const EXACT_M: f64 = 1e-6;
 
 impl MissionSpec {
     /// Adds a part to the tree as a child of a node, at some place among the others; gives the id of its top.
@@ -123,8 +125,8 @@ impl WorldSpec {
         found.map_or_else(|| self.own_spot(object, place), |found| self.objects[object.index()].middle(*found))
     }
 
-    /// Whether an object lies by its own offset wherever it is put: somebody told it, and of the surface nothing is known.
-    fn has_own_spot(&self, object: ObjectId, place: PlaceId) -> bool {
+    /// Whether it is told where an object lies wherever it is put: by its own offset, where no table tells more.
+    pub fn has_own_spot(&self, object: ObjectId, place: PlaceId) -> bool {
         self.places[place.index()].table.is_none() && self.objects[object.index()].is_offset_told
     }
 
@@ -133,19 +135,21 @@ impl WorldSpec {
         self.places[place.index()].is_surface_told || self.objects[object.index()].is_offset_told
     }
 
-    /// Wherever an object may be put down at a place, map frame, meters.
+    /// Wherever an object may be put down at a place that is empty, map frame, meters.
     pub fn spots(&self, object: ObjectId, place: PlaceId) -> impl Iterator<Item = Point3<f64>> + '_ {
-        // Of a surface of which nothing is known it may be where it would lie beside the others.
-        let own = self.places[place.index()].table.is_none().then(|| self.own_spot(object, place));
-        self.fitting(object, place).map(|(_, at)| at).chain(own)
+        let has_own = self.has_own_spot(object, place);
+        // On a surface of which nothing is told it may be where it would lie beside the others.
+        let is_own = has_own || !self.places[place.index()].is_surface_told;
+        let own = is_own.then(|| self.own_spot(object, place));
+        let fitting = (!has_own).then(|| self.fitting(object, place).map(|(_, at)| at));
+        fitting.into_iter().flatten().chain(own)
     }
 
     /// The spots of a place in which an object finds room, whatever else lies there, each with where its middle is then, map
     /// frame, meters.
     pub fn fitting(&self, object: ObjectId, place: PlaceId) -> impl Iterator<Item = (SpotId, Point3<f64>)> + '_ {
         let spots = &self.places[place.index()].spots;
-        let count = if self.has_own_spot(object, place) { 0 } else { spots.len() };
-        let middles = spots[..count].iter().map(move |spot| self.objects[object.index()].middle(*spot));
+        let middles = spots.iter().map(move |spot| self.objects[object.index()].middle(*spot));
         let all = middles.enumerate().map(|(spot, at)| (SpotId::from(spot), at));
         all.filter(move |(_, at)| self.has_room(object, place, *at))
     }
@@ -153,7 +157,7 @@ impl WorldSpec {
     /// Whether two objects with their middles in some points, at one place, are nearer than hands and bodies let them be.
     pub fn meet(&self, (one, at): (ObjectId, Point3<f64>), (other, there): (ObjectId, Point3<f64>)) -> bool {
         let half_m = |object: ObjectId| self.objects[object.index()].shape.map_or(0.0, |shape| shape.half_width_m());
-        (at - there).xy().norm() < APART_M.max(half_m(one) + half_m(other))
+        (at - there).xy().norm() + EXACT_M < APART_M.max(half_m(one) + half_m(other))
     }
 
     /// Whether the table of a place, where it has one, is under all of an object whose middle is there.
