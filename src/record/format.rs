@@ -212,6 +212,6 @@ mod tests {
         assert_eq!(serde_json::to_string(&read).expect("text"), look);
         let awaited = r#"{"record":"awaited","at":5,"until":7}"#;
         let read: Record = serde_json::from_str(awaited).expect("a record");
-        assert_eq!(read, Record::Awaited { at: Time(5), until: Some(Time(7)), facts: Vec::new() });
+        assert_eq!(read, Record::Awaited { at: Time(5), until: Some(Time(7)), facts: Vec::new(), places: Vec::new() });
     }
 }

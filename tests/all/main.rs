@@ -33,6 +33,7 @@ mod pictures;
 mod processes;
 mod property;
 mod published;
+mod reaching;
 mod reading;
 mod rebuilt;
 mod recording;

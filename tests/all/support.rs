@@ -101,7 +101,7 @@ pub fn place(index: usize, of: usize) -> PlaceSpec {
         stand: Pose::new(4.0 * angle.cos(), 4.0 * angle.sin(), angle),
         others: Vec::new(),
         surface: Point3::new(0.6, 0.0, 0.8),
-        is_surface_told: true,
+        is_surface_told: false,
         table: None,
         spots: Vec::new(),
     }

@@ -63,6 +63,7 @@ impl RoundEnd<'_> {
             | Reason::Missing { .. }
             | Reason::OutOfReach { .. }
             | Reason::OutOfReachLater { .. }
+            | Reason::Unreachable { .. }
             | Reason::NoSpot { .. }
             | Reason::NotHeld { .. }
             | Reason::Misheld(_)

@@ -23,6 +23,7 @@ mod ordering;
 mod outside;
 mod overtaking;
 mod packing;
+mod reaching;
 mod reasons;
 mod redo;
 mod reopening;

@@ -103,6 +103,7 @@ fn is_of_precondition(reason: &Reason) -> bool {
         | Reason::Missing { .. }
         | Reason::OutOfReach { .. }
         | Reason::OutOfReachLater { .. }
+        | Reason::Unreachable { .. }
         | Reason::NoSpot { .. }
         | Reason::Misheld(Misheld::Too { .. } | Misheld::Last { .. } | Misheld::Full { .. })
         | Reason::Driving { .. }

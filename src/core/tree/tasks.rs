@@ -91,6 +91,7 @@ impl Root {
             | Reason::Missing { .. }
             | Reason::OutOfReach { .. }
             | Reason::OutOfReachLater { .. }
+            | Reason::Unreachable { .. }
             | Reason::NoSpot { .. }
             | Reason::NotHeld { .. }
             | Reason::Misheld(_)

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::{Outbox, Root, TOP};
 use ambidex_model::state::Phase;
 use ambidex_model::{
-    ControllerId, FactId, Loss, MissionEnd, NodeId, Reason, Record, Resource, ResourceId, Service, Time, Told,
+    ControllerId, FactId, Loss, MissionEnd, NodeId, PlaceId, Reason, Record, Resource, ResourceId, Service, Time, Told,
 };
 
 impl Root {
@@ -36,11 +36,12 @@ impl Root {
         if let Some((or, way)) = self.way_to_leave(None) {
             return self.leave_way(now, or, way, out);
         }
-        let facts = self.lacks_of_others(None);
-        if !facts.is_empty() && self.state.awaited_facts() != facts {
-            self.edit(Record::Awaited { at: now, until: None, facts: facts.clone() }, out);
+        let (facts, places) = (self.lacks_of_others(None), self.shut_off());
+        let waits = !facts.is_empty() || !places.is_empty();
+        if waits && self.state.awaited_of_others() != (&facts[..], &places[..]) {
+            self.edit(Record::Awaited { at: now, until: None, facts, places }, out);
         }
-        if self.settings.waits_when_stalled || !facts.is_empty() || !self.state.pauses().is_empty() {
+        if self.settings.waits_when_stalled || waits || !self.state.pauses().is_empty() {
             return;
         }
         match self.owes_cleanup() {
@@ -57,7 +58,7 @@ impl Root {
             // Who is inhibited will say when it is over.
             let has_limit = awaited().any(Service::is_awaited_for_a_time);
             let until = has_limit.then(|| now + self.settings.reattach);
-            self.edit(Record::Awaited { at: now, until, facts: Vec::new() }, out);
+            self.edit(Record::Awaited { at: now, until, facts: Vec::new(), places: Vec::new() }, out);
         }
         awaited().next().is_some()
     }
@@ -99,6 +100,19 @@ impl Root {
             self.mission.world.is_outside(fact).then_some(fact)
         });
         lacking.collect::<BTreeSet<_>>().into_iter().collect()
+    }
+
+    /// Places to which no path leads past what came to stand in the room, and may go again: to what no path leads in the bare
+    /// room never runs.
+    fn shut_off(&self) -> Vec<PlaceId> {
+        if self.state.world().obstacles.is_empty() {
+            return Vec::new();
+        }
+        let shut = self.reasons.values().filter_map(|reason| match *reason.root_cause() {
+            Reason::NoPath { place } => Some(place),
+            _ => None,
+        });
+        shut.collect::<BTreeSet<_>>().into_iter().collect()
     }
 
     /// What a controller moves is away, or can be granted again.

@@ -23,6 +23,8 @@ struct Demand {
     resource: ResourceId,
     is_running: bool,
     base: Option<BaseDemand>,
+    /// Whether a base is told to drive.
+    drives: bool,
     arm: Option<Capsule>,
     /// What it puts down, where that is told.
     put: Vec<(ObjectId, PlaceId, Point3<f64>)>,
@@ -63,10 +65,12 @@ impl Compatible for Bodies {
 
 fn clash(view: &View, one: &Demand, other: &Demand) -> Option<Clash> {
     let wants = [one.base, other.base];
-    if let [Some(first), Some(second)] = wants
-        && first != second
-    {
-        return Some(Clash::Base);
+    if let [Some(first), Some(second)] = wants {
+        // Two bases that bring one body to one place come from two.
+        let are_drives = [one, other].iter().all(|demand| demand.drives);
+        if first != second || are_drives {
+            return Some(Clash::Base);
+        }
     }
     let meets = |&(object, place, at): &(ObjectId, PlaceId, Point3<f64>)| {
         let mut others = other.put.iter().filter(|(_, there, _)| *there == place);
@@ -95,6 +99,7 @@ fn demand(view: &View, used: &Use<'_>) -> Option<Demand> {
         resource: used.resource,
         is_running: used.is_running,
         base,
+        drives: matches!(base, Some(BaseDemand::At(_))) && is_base(used.resource, robot),
         arm,
         put,
     })

@@ -22,6 +22,10 @@ pub(super) fn check(seen: &Seen<'_>, faults: &mut Faults) {
                     "see `facts` of the world (`outside: true` where others set it) and `effects` of the behaviors",
                 )
             }
+            Reason::Unreachable { is_shut: false, .. } => {
+                let message = format!("it can never run: {}", reason.sentence(names));
+                (message, "see `stand` and `surface` of the place, and `reach` and `shoulder` of the arms")
+            }
             // Of these others tell more.
             Reason::Missing { .. } | Reason::TooFew { .. } => continue,
             other => {

@@ -3,7 +3,6 @@
 //! One check per file; what is wrong with a single value was told when that was read.
 
 mod deadlock;
-mod hands;
 mod heirs;
 mod infeasible;
 mod shortage;
@@ -32,7 +31,6 @@ pub(crate) fn check(mission: &MissionSpec, spans: &[SourceSpan], part: Part, fau
     let seen = Seen { mission, spans, part };
     heirs::check(&seen, faults);
     stands::check(&seen, faults);
-    hands::check(&seen, faults);
     if part != Part::Branch {
         infeasible::check(&seen, faults);
     }

@@ -46,7 +46,7 @@ impl State {
                 (self.is_awaiting, self.awaited_until) = (false, None);
                 each(resources, |resource| self.serve(*resource, *service))
             }
-            Record::Awaited { until, facts, .. } => self.awaits(*until, facts),
+            Record::Awaited { until, facts, places, .. } => self.awaits(*until, facts, places),
             Record::Ended { end, .. } => {
                 self.finish(*end);
                 true

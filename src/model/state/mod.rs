@@ -16,8 +16,8 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    FactId, Failing, Grant, Granting, MissionEnd, NodeId, Reason, ResourceId, ResourceTable, StopCause, Time, Topology,
-    WorldState,
+    FactId, Failing, Grant, Granting, MissionEnd, NodeId, PlaceId, Reason, ResourceId, ResourceTable, StopCause, Time,
+    Topology, WorldState,
 };
 pub use chunks::Chunks;
 pub use saved::{Saved, SavedRoot};
@@ -55,7 +55,7 @@ pub struct State {
     infeasible: Arc<BTreeMap<NodeId, Reason>>,
     unfit: Arc<BTreeMap<NodeId, Unfit>>,
     awaited_until: Option<Time>,
-    awaited_facts: Arc<Vec<FactId>>,
+    awaited_of_others: Arc<(Vec<FactId>, Vec<PlaceId>)>,
     round: u32,
     progress: u64,
     stage: Stage,
@@ -99,7 +99,7 @@ impl State {
             infeasible: Arc::default(),
             unfit: Arc::default(),
             awaited_until: None,
-            awaited_facts: Arc::default(),
+            awaited_of_others: Arc::default(),
             round: 0,
             progress: 0,
             stage: Stage::Waiting,
@@ -274,9 +274,10 @@ impl State {
         self.is_awaiting
     }
 
-    /// Facts that others are to set or clear before anything can go on.
-    pub fn awaited_facts(&self) -> &[FactId] {
-        &self.awaited_facts
+    /// Facts that others are to set or clear before anything can go on, and places to which the way is to be free.
+    pub fn awaited_of_others(&self) -> (&[FactId], &[PlaceId]) {
+        let (facts, places) = &*self.awaited_of_others;
+        (facts, places)
     }
 
     /// Until when it does; none where it does so without limit.

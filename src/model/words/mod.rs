@@ -24,6 +24,7 @@ mod objects;
 mod obstacle;
 mod origin;
 mod pose;
+mod reach;
 mod reason;
 mod record;
 mod rejection;

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     ChannelId, Clash, Deadlock, FactId, Fault, Hold, Loss, Misheld, Names, NodeId, ObjectId, PlaceId, Request,
-    ResourceId, TypeId,
+    ResourceId, TypeId, reach,
 };
 
 /// Why a request was refused or not made. It speaks of the behavior that it is said of.
@@ -45,6 +45,17 @@ pub enum Reason {
     OutOfReach {
         /// What is to be reached from where the robot stands.
         object: ObjectId,
+    },
+    /// Nothing that could do it reaches the object, or where it is to be put, from any stand.
+    Unreachable {
+        /// What is to be taken or put down.
+        object: ObjectId,
+        /// Where it is to be put; none where it is to be taken.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        place: Option<PlaceId>,
+        /// Whether there are stands from which it would be reached, and no path leads to any of them.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        is_shut: bool,
     },
     /// There is nowhere to put something down from where the robot stands.
     NoSpot {
@@ -326,7 +337,8 @@ impl Reason {
                 let object = names.thing(*object);
                 format!("nothing that could take {object} reaches what {} asks of it later", names.node(*by))
             }
-            Self::NoSpot { place, is_taken } => no_spot(names.place(*place), *is_taken),
+            Self::Unreachable { object, place, is_shut } => reach::unreachable(names, *object, *place, *is_shut),
+            Self::NoSpot { place, is_taken } => reach::no_spot(names.place(*place), *is_taken),
             Self::NotHeld { object } => format!("{} is not held by this branch of the task", names.thing(*object)),
             Self::Taken { object, by } => format!("{} is in {} already", names.thing(*object), names.resource(*by)),
             Self::Misheld(misheld) => misheld.sentence(names),
@@ -458,13 +470,6 @@ impl Reason {
         }
     }
 }
-fn no_spot(place: &str, is_taken: bool) -> String {
-    match is_taken {
-        true => format!("every spot of {place} within reach is taken"),
-        false => format!("the hand reaches no spot of {place} from here"),
-    }
-}
-
 /// How a controller is away, within a sentence.
 fn away(why: Loss) -> String {
     match why {

@@ -197,15 +197,19 @@ pub enum Record {
         /// What these are now.
         service: Service,
     },
-    /// Nothing can go on without a controller that is away, or before others set or clear facts.
+    /// Nothing can go on without a controller that is away, or before others set or clear facts, or before what came to stand
+    /// in the way is gone.
     Awaited {
         /// Robot time since when.
         at: Time,
-        /// Until when it is awaited; none for as long as it is inhibited, and for facts.
+        /// Until when it is awaited; none for as long as it is inhibited, for facts, and for what stands in the way.
         until: Option<Time>,
-        /// The facts; none where it is a controller.
+        /// The facts.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         facts: Vec<FactId>,
+        /// Places to which no path leads past what came to stand in the room. Where there are neither, it is a controller.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        places: Vec<PlaceId>,
     },
     /// The world changed from outside.
     World {

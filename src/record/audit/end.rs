@@ -22,10 +22,12 @@ impl Ending {
             Record::Began { .. } => self.has_begun = true,
             Record::Ended { .. } => self.has_ended = true,
             Record::Told { input: Told::Resumed, .. } => self.has_ended = false,
-            Record::Awaited { until, facts, .. } => {
-                let facts: Vec<_> = facts.iter().map(|fact| format!("\"{}\"", run.names.fact(*fact))).collect();
+            Record::Awaited { until, facts, places, .. } => {
+                let facts = facts.iter().map(|fact| format!("\"{}\"", run.names.fact(*fact)));
+                let ways = places.iter().map(|place| format!("a free way to {}", run.names.place(*place)));
                 let until = until.map_or(String::new(), |until| format!(" until {until}"));
-                let what = if facts.is_empty() { "a controller".to_owned() } else { facts.join(" and ") };
+                let what: Vec<_> = facts.chain(ways).collect();
+                let what = if what.is_empty() { "a controller".to_owned() } else { what.join(" and ") };
                 self.awaited = Some(format!("it waits for {what}{until}"));
             }
             Record::Decided { granted, .. } if !granted.is_empty() => {

@@ -12,6 +12,7 @@ use super::{Found, LookedAt, Rule};
 pub(super) struct Leases {
     /// How many hold each resource, as was told last.
     owners: BTreeMap<ResourceId, usize>,
+    is_done: bool,
 }
 
 impl Leases {
@@ -26,11 +27,16 @@ impl Leases {
         } else if let Record::Resource { resource, state, .. } = record {
             self.owners.insert(*resource, state.owners());
             is_sound(run, *resource, state, found);
-        } else if let Record::Ended { end: MissionEnd::Done, .. } = record {
-            for resource in self.owners.iter().filter(|(_, owners)| **owners > 0).map(|(resource, _)| resource) {
-                let resource = run.names.resource(*resource);
-                found.push(Rule::End, format!("the mission is done, and {resource} is still held"));
-            }
+        } else if let Record::Ended { end, .. } = record {
+            self.is_done = *end == MissionEnd::Done;
+        }
+    }
+
+    /// What is given back when all is done is told behind the end.
+    pub(super) fn finish(&self, run: &Run, found: &mut Found) {
+        for resource in self.owners.iter().filter(|(_, owners)| self.is_done && **owners > 0).map(|(id, _)| id) {
+            let resource = run.names.resource(*resource);
+            found.push(Rule::End, format!("the mission is done, and {resource} is still held"));
         }
     }
 }

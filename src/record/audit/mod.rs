@@ -227,6 +227,7 @@ impl Audit {
         let open = self.ending.finish(&self.run, is_whole, &mut self.found);
         if open.is_none() && is_whole {
             self.commands.finish(&self.run, &mut self.found);
+            self.leases.finish(&self.run, &mut self.found);
         }
         let mut findings = self.found.findings;
         if let Some(own) = own {

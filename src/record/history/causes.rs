@@ -50,6 +50,7 @@ fn waits_for(reason: &Reason) -> Option<NodeId> {
         | Reason::Missing { .. }
         | Reason::OutOfReach { .. }
         | Reason::OutOfReachLater { .. }
+        | Reason::Unreachable { .. }
         | Reason::NoSpot { .. }
         | Reason::NotHeld { .. }
         | Reason::Misheld(_)

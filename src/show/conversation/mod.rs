@@ -113,7 +113,7 @@ impl Conversation {
             Record::Denied { change, origin, why, .. } => line(root, phrase::denied(change, *origin, *why, names)),
             Record::Woke { leaves, .. } => line(root, phrase::asking_again(leaves, &self.history)),
             Record::Served { controller, service, .. } => line(root, phrase::served(*controller, *service, names)),
-            Record::Awaited { until, facts, .. } => line(root, phrase::awaited(*until, facts, names)),
+            Record::Awaited { until, facts, places, .. } => line(root, phrase::awaited(*until, facts, places, names)),
             Record::Infeasible { .. }
             | Record::TimedOut { .. }
             | Record::Reopened { .. }

@@ -195,6 +195,7 @@ fn lacks(reason: &Reason, wanted: ResourceId) -> bool {
         | Reason::Missing { .. }
         | Reason::OutOfReach { .. }
         | Reason::OutOfReachLater { .. }
+        | Reason::Unreachable { .. }
         | Reason::NoSpot { .. }
         | Reason::NotHeld { .. }
         | Reason::Misheld(Misheld::NotSo { .. } | Misheld::Last { .. } | Misheld::Full { .. })

@@ -46,6 +46,7 @@ pub(super) fn because(reason: &Reason, history: &History) -> Because {
         | Reason::Missing { .. }
         | Reason::OutOfReach { .. }
         | Reason::OutOfReachLater { .. }
+        | Reason::Unreachable { .. }
         | Reason::NoSpot { .. }
         | Reason::NotHeld { .. }
         | Reason::Misheld(_)

@@ -73,8 +73,8 @@ impl Story {
                 let said = format!("{}.", phrase::served(*controller, *service, names));
                 self.happens(*at, state, said);
             }
-            Record::Awaited { until, facts, .. } => {
-                let said = format!("For now {}.", phrase::awaited(*until, facts, names));
+            Record::Awaited { until, facts, places, .. } => {
+                let said = format!("For now {}.", phrase::awaited(*until, facts, places, names));
                 self.happens(*at, LeafState::Waiting, said);
             }
             Record::Infeasible { .. }

@@ -30,7 +30,7 @@ pub(crate) fn said(history: &History, record: &Record) -> Option<String> {
         Record::World { change, origin, .. } => changed(change, *origin, names)?,
         Record::Denied { change, origin, why, .. } => phrase::denied(change, *origin, *why, names),
         Record::Served { controller, service, .. } => phrase::served(*controller, *service, names),
-        Record::Awaited { until, facts, .. } => phrase::awaited(*until, facts, names),
+        Record::Awaited { until, facts, places, .. } => phrase::awaited(*until, facts, places, names),
         Record::Infeasible { .. } | Record::TimedOut { .. } | Record::Reopened { .. } | Record::Overtaken { .. } => {
             phrase::turned(record, history)?
         }

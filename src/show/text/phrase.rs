@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 use ambidex_model::{
     Access, Binding, Cause, Change, Consequences, ControllerId, End, FactId, Location, Loss, Names, NodeId, Objection,
-    Origin, Record, Reopened, Service, StopCause, Time,
+    Origin, PlaceId, Record, Reopened, Service, StopCause, Time,
 };
 use ambidex_record::History;
 
@@ -131,10 +131,14 @@ pub(crate) fn served(controller: ControllerId, service: Service, names: &Names) 
 }
 
 /// What a mission waits for: for controllers, until when.
-pub(crate) fn awaited(until: Option<Time>, facts: &[FactId], names: &Names) -> String {
-    if !facts.is_empty() {
-        let facts: Vec<String> = facts.iter().map(|fact| format!("\"{}\"", names.fact(*fact))).collect();
-        return format!("nothing can go on before others change {}", listed(&facts));
+pub(crate) fn awaited(until: Option<Time>, facts: &[FactId], places: &[PlaceId], names: &Names) -> String {
+    let facts: Vec<String> = facts.iter().map(|fact| format!("\"{}\"", names.fact(*fact))).collect();
+    let places: Vec<String> = places.iter().map(|place| names.place(*place).to_owned()).collect();
+    let change = (!facts.is_empty()).then(|| format!("others change {}", listed(&facts)));
+    let clear = (!places.is_empty()).then(|| format!("the way to {} is free again", listed(&places)));
+    let before: Vec<String> = change.into_iter().chain(clear).collect();
+    if !before.is_empty() {
+        return format!("nothing can go on before {}", before.join(" or "));
     }
     let how_long = match until {
         Some(until) => format!("which is awaited until {:.2} s", until.seconds()),

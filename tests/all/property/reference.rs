@@ -13,6 +13,7 @@ mod lapse;
 mod leases;
 mod others;
 mod outside;
+mod reach;
 mod repeat;
 mod retry;
 mod round;

@@ -13,6 +13,7 @@ use super::ahead;
 use super::goals::is_met;
 use super::ordering::{Ordering, begins_again, is_repeated};
 use super::overtaking::Overtaking;
+use super::reaching::Reaching;
 use crate::behavior;
 use crate::world::{Bodies, FreeSpace, NoPath, View, Ways, find_path};
 use ambidex_model::state::{Phase, State};
@@ -36,6 +37,8 @@ pub(super) struct Feasibility {
     next: Vec<[usize; 2]>,
     /// Of paths, whether there is one from where the base can come to.
     is_open: BTreeMap<usize, bool>,
+    /// The same of single stands, by where they are.
+    open_stands: BTreeMap<[u64; 2], bool>,
     /// Behaviors that could run when everything was proved last.
     able: BTreeSet<NodeId>,
     /// What each behavior is the proof of.
@@ -77,6 +80,7 @@ impl Feasibility {
             proofs: vec![Proof::Nothing; count],
             next: vec![[0, 0]; count],
             is_open: BTreeMap::new(),
+            open_stands: BTreeMap::new(),
             able: BTreeSet::new(),
             proves: BTreeMap::new(),
             lacking: BTreeMap::new(),
@@ -94,14 +98,16 @@ impl Feasibility {
                 // It may have been carried where no path leads back from.
                 Change::Base(_) => {
                     self.is_open.clear();
+                    self.open_stands.clear();
+                    self.is_stale = true;
                     self.suspects.extend(self.terms.about(About::Path));
                     self.suspect_change(*change);
                 }
                 // What came to stand somewhere may go again: nothing can never run because of it.
                 Change::Blocked(_) | Change::Cleared(_) => {}
-                Change::Object(..) | Change::Laid(..) | Change::Taken(..) | Change::Fact(..) | Change::Emptied(_) => {
-                    self.suspect_change(*change);
-                }
+                // It may lie where other hands reach it, or none.
+                Change::Object(..) | Change::Laid(..) | Change::Taken(..) | Change::Emptied(_) => self.is_stale = true,
+                Change::Fact(..) => self.suspect_change(*change),
             },
             Record::Began { .. } | Record::Served { .. } | Record::Infeasible { .. } => self.is_stale = true,
             Record::TimedOut { .. } | Record::Reopened { .. } | Record::Overtaken { .. } => self.is_stale = true,
@@ -415,10 +421,21 @@ impl Feasibility {
     }
 
     fn find_lacking(&mut self, state: &State) {
-        let mission = Arc::clone(&self.mission);
-        let lacking = self.terms.promises.keys().filter_map(|&leaf| {
+        let (mission, free_space) = (Arc::clone(&self.mission), Arc::clone(&self.free_space));
+        let leaves: Vec<NodeId> = self.terms.promises.keys().copied().collect();
+        let acting =
+            leaves.iter().copied().filter(|leaf| state.running().contains_key(leaf) || self.counts(state, *leaf));
+        let reaching = Reaching::new(&mission, state, acting);
+        let open_stands = &mut self.open_stands;
+        let mut is_open = |stand: &Pose| {
+            let key = [stand.at.x, stand.at.y].map(f64::to_bits);
+            let leads = || find_path(&free_space, state.world().base, *stand).path != Err(NoPath::Closed);
+            *open_stands.entry(key).or_insert_with(leads)
+        };
+        let lacking = leaves.into_iter().filter_map(|leaf| {
             let spec = mission.tree.behavior(leaf)?;
             let lack = behavior::lacks_for_good(spec, state, &mission.robot);
+            let lack = lack.or_else(|| reaching.lacks(leaf, &mut is_open));
             Some((leaf, lack.or_else(|| ahead::lacks_for_good(&mission, leaf))?))
         });
         self.lacking = lacking.collect();

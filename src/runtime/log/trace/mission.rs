@@ -4,7 +4,7 @@ use tracing::{debug, error, info, warn};
 
 use ambidex_model::{
     Cause, Change, Consequences, ControllerId, End, FactId, Grant, Header, MissionEnd, Names, NodeId, Objection,
-    Origin, Reason, Reopened, Resource, ResourceId, Service, StopCause,
+    Origin, PlaceId, Reason, Reopened, Resource, ResourceId, Service, StopCause,
 };
 
 use super::MISSION;
@@ -168,9 +168,10 @@ pub(super) fn awaited(at_s: f64, until_s: Option<f64>) {
     warn!(target: MISSION, until_s, at_s, "nothing can go on without what is unavailable");
 }
 
-pub(super) fn expected(at_s: f64, facts: &[FactId], names: &Names) {
+pub(super) fn expected(at_s: f64, facts: &[FactId], places: &[PlaceId], names: &Names) {
     let facts = facts.iter().map(|fact| names.fact(*fact)).collect::<Vec<_>>().join(", ");
-    info!(target: MISSION, facts, at_s, "nothing can go on before others change facts");
+    let places = places.iter().map(|place| names.place(*place)).collect::<Vec<_>>().join(", ");
+    info!(target: MISSION, facts, places, at_s, "nothing can go on before others change facts or clear the way");
 }
 
 pub(super) fn changed(at_s: f64, change: &Change, origin: Origin, names: &Names) {

@@ -51,10 +51,10 @@ pub fn emit(record: &Record, names: &Names) {
         Record::Resource { at, resource, state } => mission::used(at.seconds(), *resource, state, names),
         Record::Woke { at, leaves } => mission::woke(at.seconds(), leaves, names),
         Record::Served { at, controller, service, .. } => mission::served(at.seconds(), *controller, *service, names),
-        Record::Awaited { at, until, facts } if facts.is_empty() => {
+        Record::Awaited { at, until, facts, places } if facts.is_empty() && places.is_empty() => {
             mission::awaited(at.seconds(), until.map(Time::seconds));
         }
-        Record::Awaited { at, facts, .. } => mission::expected(at.seconds(), facts, names),
+        Record::Awaited { at, facts, places, .. } => mission::expected(at.seconds(), facts, places, names),
         Record::Infeasible { at, leaf, reason, .. } => mission::infeasible(at.seconds(), *leaf, reason, names),
         Record::TimedOut { at, node, .. } => mission::timed_out(at.seconds(), *node, names),
         Record::Reopened { at, reopened } => mission::reopened(at.seconds(), None, reopened, names),

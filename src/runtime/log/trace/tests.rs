@@ -117,7 +117,7 @@ fn a_granted_round_is_told_with_its_bindings() {
     assert_eq!(
         events,
         [
-            "INFO ambidex::mission round granted round=[3] granted=[pick 1] refused=[46] at_s=[1.5]",
+            "INFO ambidex::mission round granted round=[3] granted=[pick 1] refused=[47] at_s=[1.5]",
             "DEBUG ambidex::mission grant round=[3] leaf=[pick 1] potential=[8.5] \
              claims=[base for \"at shelf\", base for \"at shelf\", left_gripper alone] at_s=[1.5]",
         ]

@@ -45,7 +45,8 @@ impl Model<'_> {
 
     fn why_never(&self, leaf: NodeId, makers: &BTreeSet<NodeId>) -> Option<Reason> {
         let spec = self.behavior(leaf);
-        if let Some(reason) = self.robot_lacks(leaf).filter(|_| !self.is_satisfied(leaf, &[])) {
+        let lack = self.robot_lacks(leaf).or_else(|| self.hands_lack(leaf));
+        if let Some(reason) = lack.filter(|_| !self.is_satisfied(leaf, &[])) {
             return Some(reason);
         }
         let out_of_reach = |condition| singles(condition).into_iter().find(|part| !self.can_be(part, makers));
@@ -69,15 +70,7 @@ impl Model<'_> {
     fn makers(&self) -> BTreeSet<NodeId> {
         let mut makers: BTreeSet<NodeId> = self.running.keys().copied().collect();
         makers.retain(|leaf| self.cleans(*leaf).is_none());
-        let is_left = |leaf: &NodeId| {
-            let mut above = self.upward(*leaf).into_iter();
-            let may_go_back = above.any(|node| self.kind(node) == &NodeKind::Then && self.is_still_left(node));
-            let comes_again =
-                self.upward(*leaf).into_iter().any(|node| self.is_not_the_last(node) && self.is_still_left(node));
-            self.is_still_left(*leaf) || (self.done.contains(leaf) && may_go_back) || comes_again
-        };
-        let left: Vec<NodeId> =
-            self.mission.tree.leaves().filter(|leaf| self.cleans(*leaf).is_none()).filter(is_left).collect();
+        let left = self.left();
         loop {
             let can_run = |leaf: &NodeId| {
                 singles(&self.behavior(*leaf).precondition).iter().all(|part| self.can_be(part, &makers))
@@ -89,6 +82,18 @@ impl Model<'_> {
             }
             makers.extend(more);
         }
+    }
+
+    /// Behaviors of which something may yet come, whether they can run or not.
+    pub(super) fn left(&self) -> Vec<NodeId> {
+        let is_left = |leaf: &NodeId| {
+            let mut above = self.upward(*leaf).into_iter();
+            let may_go_back = above.any(|node| self.kind(node) == &NodeKind::Then && self.is_still_left(node));
+            let comes_again =
+                self.upward(*leaf).into_iter().any(|node| self.is_not_the_last(node) && self.is_still_left(node));
+            self.is_still_left(*leaf) || (self.done.contains(leaf) && may_go_back) || comes_again
+        };
+        self.mission.tree.leaves().filter(|leaf| self.cleans(*leaf).is_none()).filter(is_left).collect()
     }
 
     /// Whether something may come of a node: it is not over, or what is canceled there is tried again.

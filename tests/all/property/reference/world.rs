@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use ambidex::model::{
-    BehaviorSpec, Claim, Condition, ControllerKind, Grant, HeldBy, LeaseKind, Location, Loss, Misheld, NodeId,
+    ArmSpec, BehaviorSpec, Claim, Condition, ControllerKind, Grant, HeldBy, LeaseKind, Location, Loss, Misheld, NodeId,
     NodeRange, ObjectId, PlaceId, Pose, Potential, Reason, Request, ResourceId, Selector, Task, TypeId,
 };
 
@@ -171,7 +171,7 @@ impl Model<'_> {
     }
 
     /// The boxes of the generated worlds stand around stands only, and no two stands have a third between them.
-    fn is_clear(&self, stand: Pose) -> bool {
+    pub(super) fn is_clear(&self, stand: Pose) -> bool {
         self.mission.world.obstacles.iter().all(|solid| {
             let inside = |axis: usize| (stand.at[axis] - solid.middle[axis]).abs() <= solid.size[axis] / 2.0;
             !(inside(0) && inside(1))
@@ -320,26 +320,22 @@ impl Model<'_> {
     }
 
     fn reach_m(&self, resource: ResourceId, object: ObjectId) -> Option<f64> {
-        let arm_of = |resource: ResourceId| {
-            let controller = self.mission.robot.resources[resource.index()].controller?;
-            match self.mission.robot.controllers[controller.index()].kind {
-                ControllerKind::Arm(arm) => Some(arm),
-                _ => None,
-            }
-        };
         let spots: Vec<[f64; 3]> = match self.world_state.objects[object.index()] {
             Location::At(place) => vec![self.spot(object, place)],
             // What is held is where an arm carries it; none of these robots has slots.
             Location::In(holders) => {
                 let others = holders.as_slice().iter().filter(|holder| **holder != resource);
-                others.filter_map(|holder| arm_of(*holder)).map(|arm| self.on_map(arm.tuck)).collect()
+                others
+                    .filter_map(|holder| self.arm_of(*holder))
+                    .map(|arm| on_map(self.world_state.base, arm.tuck))
+                    .collect()
             }
             Location::Unknown => Vec::new(),
         };
-        let Some(arm) = arm_of(resource) else {
+        let Some(arm) = self.arm_of(resource) else {
             return spots.first().map(|_| 0.0);
         };
-        let shoulder = self.on_map(arm.shoulder);
+        let shoulder = on_map(self.world_state.base, arm.shoulder);
         let distance_m = |spot: &[f64; 3]| {
             let away = [spot[0] - shoulder[0], spot[1] - shoulder[1], spot[2] - shoulder[2]];
             away.iter().map(|part| part * part).sum::<f64>().sqrt()
@@ -348,19 +344,26 @@ impl Model<'_> {
         reached.min_by(f64::total_cmp)
     }
 
-    /// A point of the base frame on the map.
-    fn on_map(&self, point: nalgebra::Point3<f64>) -> [f64; 3] {
-        let base = self.world_state.base;
-        let (sin, cos) = base.heading.sin_cos();
-        [base.at.x + cos * point.x - sin * point.y, base.at.y + sin * point.x + cos * point.y, point.z]
+    pub(super) fn arm_of(&self, resource: ResourceId) -> Option<ArmSpec> {
+        let controller = self.mission.robot.resources[resource.index()].controller?;
+        match self.mission.robot.controllers[controller.index()].kind {
+            ControllerKind::Arm(arm) => Some(arm),
+            _ => None,
+        }
     }
 
-    fn spot(&self, object: ObjectId, place: PlaceId) -> [f64; 3] {
+    pub(super) fn spot(&self, object: ObjectId, place: PlaceId) -> [f64; 3] {
         let place = &self.mission.world.places[place.index()];
         let local = place.surface + self.mission.world.objects[object.index()].offset;
         let (sin, cos) = place.stand.heading.sin_cos();
         [place.stand.at.x + cos * local.x - sin * local.y, place.stand.at.y + sin * local.x + cos * local.y, local.z]
     }
+}
+
+/// A point of the base frame on the map.
+pub(super) fn on_map(base: Pose, point: nalgebra::Point3<f64>) -> [f64; 3] {
+    let (sin, cos) = base.heading.sin_cos();
+    [base.at.x + cos * point.x - sin * point.y, base.at.y + sin * point.x + cos * point.y, point.z]
 }
 
 /// How many of the claims cannot be served together with those before them.
