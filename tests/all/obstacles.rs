@@ -57,7 +57,7 @@ fn off_m(solid: &Obstacle, at: Point2<f64>) -> f64 {
 fn nearest_m(mission: &MissionSpec, records: &[Record]) -> f64 {
     let index = mission.robot.controllers.iter().position(|spec| matches!(spec.kind, ControllerKind::Base(_)));
     let id = ControllerId::from(index.expect("a base"));
-    let limits = mission.robot.controllers[id.index()].kind.clone();
+    let limits = mission.robot.controllers[id.index()].kind;
     let mut base = simulated(&limits);
     base.configure(&limits, ControllerState::Base { pose: mission.start.base, velocity: Vector3::zeros() });
     let labels = Labels::new(&mission.names);

@@ -154,3 +154,35 @@ fn what_is_out_of_reach_from_everywhere_never_runs() {
         assert_eq!(!checked.stderr.contains("can never run"), is_silent, "{checked:#?}");
     }
 }
+
+/// Of three picks at once the second would cross the first, and the third would not: it is not kept waiting by the second.
+#[test]
+fn who_crosses_others_does_not_stand_before_who_does_not() {
+    let home = Home::new();
+    let offset = |object: &str| match object {
+        "cup" => -0.2,
+        "pot" => -0.1,
+        _ => 0.2,
+    };
+    for order in [["cup", "pot", "jar"], ["cup", "jar", "pot"], ["jar", "pot", "cup"]] {
+        let objects =
+            order.map(|object| format!("{object}: {{at: table, offset: [0, {}]}}", offset(object))).join(", ");
+        let both = |object: &str| format!("{{then: [{{pick: {object}}}, {{place: {object}}}]}}");
+        let text = format!(
+            "mission: three\nrobot: {}\nworld:\n  robot: {{at: [0, 0]}}\n  places: {{table: {{table: {{at: [2, 0], size: [0.6, 1.2, 0.75]}}}}}}\n  \
+             objects: {{{objects}}}\ntask:\n  then: [{{move: table}}, {{and: [{}]}}]\n",
+            pr2(),
+            order.map(both).join(", ")
+        );
+        let (mission, records) = done(&home.write("mission.yaml", &text));
+        let mut picked = BTreeMap::<_, usize>::new();
+        for record in &records {
+            if let Record::Decided { at, granted, .. } = record {
+                let picks = granted.iter().filter(|grant| mission.names.node(grant.leaf()).starts_with("pick"));
+                *picked.entry(*at).or_default() += picks.count();
+            }
+        }
+        let first = picked.values().find(|picks| **picks > 0);
+        assert_eq!(first, Some(&2), "{order:?}");
+    }
+}

@@ -148,7 +148,10 @@ impl Leaf {
                 None => behavior::answer(way.spec, &asking),
             };
             match answer {
-                behavior::Answer::Request(request) => behavior::Answer::Request(way.asked(request)),
+                behavior::Answer::Request(request) => match view.beside_running(way.asked(request)) {
+                    Ok(request) => behavior::Answer::Request(request),
+                    Err(reason) => behavior::Answer::Blocked(reason),
+                },
                 behavior::Answer::Satisfied | behavior::Answer::Blocked(_) => answer,
             }
         }));

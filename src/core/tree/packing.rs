@@ -357,16 +357,6 @@ impl<'a> Search<'a> {
 
     fn is_allowed(&mut self) -> bool {
         let Some(rules) = self.rules else { return true };
-        let running = self.view.state.running().values().flat_map(|grant| {
-            let claims = grant.request.claims.len();
-            let bindings = grant.bindings.iter().enumerate();
-            bindings.map(move |(index, binding)| Use {
-                request: &grant.request,
-                claim: Some(index).filter(|index| *index < claims),
-                resource: binding.resource,
-                is_running: true,
-            })
-        });
         let asked = std::iter::zip(&self.requests, &self.chosen).flat_map(|(request, chosen)| {
             let chosen = chosen.iter().enumerate();
             chosen.map(|(claim, choice)| Use {
@@ -376,7 +366,7 @@ impl<'a> Search<'a> {
                 is_running: false,
             })
         });
-        let uses: Vec<Use<'_>> = running.chain(asked).collect();
+        let uses: Vec<Use<'_>> = self.view.uses().chain(asked).collect();
         match rules.check(self.view, &uses) {
             Ok(()) => true,
             Err(reason) => {

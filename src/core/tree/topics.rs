@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::{TOP, ahead, fairness};
+use crate::world::Bodies;
 use ambidex_model::state::{Chunks, State};
 use ambidex_model::{
     BehaviorSpec, Cause, Change, Condition, EffectTerm, FactId, LeaseKind, Location, MissionSpec, NodeId, NodeKind,
@@ -26,6 +27,8 @@ pub enum Topic {
     Base,
     /// Who drives the base.
     Driver,
+    /// Whose arms and bases move, where these have bodies that are in each other's way.
+    Bodies,
     /// What is kept for a node, by all below it.
     Intention(NodeId),
     /// Whether there was progress, by those that do not ask before, or not for everything.
@@ -175,7 +178,13 @@ impl Touches {
             Topic::Intention(holder) => {
                 self.mission.tree.leaves_below(holder).into_iter().for_each(touch);
             }
-            Topic::Resource(_) | Topic::Object(_) | Topic::Place(_) | Topic::Fact(_) | Topic::Base | Topic::Driver => {
+            Topic::Resource(_)
+            | Topic::Object(_)
+            | Topic::Place(_)
+            | Topic::Fact(_)
+            | Topic::Base
+            | Topic::Driver
+            | Topic::Bodies => {
                 self.topics.get(&topic).into_iter().flatten().copied().for_each(touch);
             }
         }
@@ -350,6 +359,9 @@ impl Touches {
         if spec.commands.iter().any(|term| matches!(term.task, Task::DriveTo(..))) {
             self.touch(Topic::Driver);
         }
+        if Bodies::matter_to(&mission, spec) {
+            self.touch(Topic::Bodies);
+        }
     }
 }
 
@@ -383,6 +395,10 @@ fn read_by(mission: &MissionSpec, leaf: NodeId, read: &mut impl FnMut(Topic)) {
             Selector::AnyEmpty { reaches: None, .. } | Selector::Empty { reaches: None, .. } => {}
             Selector::Named(_) | Selector::Any(_) | Selector::Holding { .. } => {}
         }
+    }
+    if Bodies::matter_to(mission, spec) {
+        read(Topic::Bodies);
+        read(Topic::Base);
     }
     if spec.anywhere().any(|one| one.stands.is_some()) {
         // Where it is best to stand.
@@ -419,6 +435,10 @@ fn read_by(mission: &MissionSpec, leaf: NodeId, read: &mut impl FnMut(Topic)) {
         read(Topic::Base);
         read(Topic::Place(place));
     }
+    read_commands(spec, read);
+}
+
+fn read_commands(spec: &BehaviorSpec, read: &mut impl FnMut(Topic)) {
     for term in &spec.commands {
         match term.task {
             Task::Grasp(object) | Task::GraspFrom(object, _) | Task::Put(object, _) | Task::PutInto(object, _) => {

@@ -8,8 +8,8 @@ use nalgebra::Point3;
 
 use super::view::{Compatible, Use, View};
 use ambidex_model::{
-    BehaviorSpec, Clash, CommandTerm, ControllerKind, EffectTerm, NodeId, ObjectId, Obstacle, PlaceId, Pose, Reason,
-    ResourceId, RobotSpec, Task,
+    BehaviorSpec, Clash, CommandTerm, ControllerKind, EffectTerm, MissionSpec, NodeId, ObjectId, Obstacle, PlaceId,
+    Pose, Reason, ResourceId, RobotSpec, Task,
 };
 
 /// The bodies of the robot. Root asks it, who knows what runs; arms have a body where their `radius` is told.
@@ -35,6 +35,30 @@ enum BaseDemand {
     /// It is brought here, map frame.
     At(Pose),
     Still,
+}
+
+impl Bodies {
+    /// Whether a behavior may be in the way of others, or they in its: it moves an arm that has a body, or one of several
+    /// bases.
+    pub fn matter_to(mission: &MissionSpec, spec: &BehaviorSpec) -> bool {
+        let robot = &mission.robot;
+        let is_several =
+            || robot.controllers.iter().filter(|spec| matches!(spec.kind, ControllerKind::Base(_))).count() > 1;
+        let has_body = |resource: &ResourceId| {
+            let controller = robot.resources[resource.index()].controller;
+            controller.is_some_and(|id| robot.controllers[id.index()].radius_m.is_some())
+        };
+        spec.commands.iter().any(|term| {
+            let moved = || robot.could_serve(spec.claims[term.claim].selector);
+            match term.task {
+                Task::Grasp(_) | Task::GraspFrom(..) | Task::Put(..) | Task::PutInto(..) => {
+                    moved().iter().any(has_body)
+                }
+                Task::DriveTo(..) | Task::Stand => is_several(),
+                Task::LookAt(_) | Task::Call(_) => false,
+            }
+        })
+    }
 }
 
 impl Compatible for Bodies {
