@@ -4,9 +4,10 @@ use std::time::Duration;
 
 use ambidex::http::{self, AskError, Request};
 use ambidex::link::Instance;
+use ambidex::model::PRIORITY_MAX;
 use ambidex::runtime::control::{Answer, NameOrId, Submission, Work};
 use ambidex::show::tasks::{TaskState, TaskSummary, line};
-use clap::Args;
+use clap::{Args, value_parser};
 use miette::{IntoDiagnostic, Result};
 
 use crate::asking::{self, AskArgs};
@@ -32,7 +33,7 @@ pub struct SubmitArgs {
     #[command(flatten)]
     file: FileArgs,
     /// How urgent the task is: the greater, the more [default: as its file says].
-    #[arg(long, value_name = "P", allow_negative_numbers = true)]
+    #[arg(long, value_name = "P", allow_negative_numbers = true, value_parser = value_parser!(i32).range(-i64::from(PRIORITY_MAX)..=i64::from(PRIORITY_MAX)))]
     priority: Option<i32>,
     /// What the task is called [default: as its file calls it].
     #[arg(long)]

@@ -5,6 +5,7 @@ use crate::kinds::MAX_RETRIES;
 use crate::quantity::{BACKOFF, Quantity, TIMEOUT};
 use crate::reader::Item;
 use crate::shape::Form;
+use ambidex_model::PRIORITY_MAX;
 
 /// The key of an AND, and what it is called without a name.
 pub(crate) const AND: &str = "and";
@@ -23,13 +24,11 @@ pub(super) const TIMEOUT_KEY: &str = "timeout";
 
 pub(super) const NAMED: Word = Word("a name");
 pub(super) const RETRIES: Count = Count(MAX_RETRIES);
-pub(super) const URGENT: Whole = Whole(MAX_PRIORITY);
+pub(super) const URGENT: Whole = Whole(PRIORITY_MAX);
 pub(super) const MAY_RUN: &Quantity = &TIMEOUT;
 pub(super) const WAITS: &Quantity = &BACKOFF;
 pub(super) const PERIOD: &Quantity = &TIMEOUT;
 
-/// How far from 0 a priority may be.
-const MAX_PRIORITY: i32 = 1000;
 /// How often something may be done that is not done forever.
 const MAX_REPEATS: u32 = 1_000_000;
 /// Most times that something is done in a row without a pause, with all that is repeated around it.

@@ -86,6 +86,6 @@ pub use thing::{Approach, ObjectSpec, Shape, Side};
 pub use time::Time;
 pub use told::{ControllerMessage, Message, MissionEnd, Told};
 pub use topology::{Children, NodeRange, Topology};
-pub use tree::{BYPASS, Fragment, Limits, NodeKind, Repeat, TreeSpec};
+pub use tree::{BYPASS, Fragment, Limits, NodeKind, PRIORITY_MAX, Repeat, TreeSpec};
 pub use work::{Branch, Granting, Hindrance, Submission, Work, Worked};
 pub use world_state::{Change, Location, WorldState};

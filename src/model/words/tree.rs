@@ -6,6 +6,9 @@ use std::time::Duration;
 use super::behavior::doubled;
 use super::{BehaviorSpec, NodeId, Runs, Topology, WorldState};
 
+/// How far from 0 a priority may be.
+pub const PRIORITY_MAX: i32 = 1000;
+
 /// A task tree.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TreeSpec {

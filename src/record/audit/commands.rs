@@ -79,6 +79,12 @@ impl Commands {
         }
     }
 
+    /// Whether a command was over before the log began, with a run that was saved.
+    pub(super) fn is_before(&self, controller: ControllerId, command: CommandId) -> bool {
+        let first = self.told.iter().find(|(of, _)| *of == controller);
+        self.saved.is_some() && first.is_none_or(|(_, first)| command < *first)
+    }
+
     /// Whether a command stands in the log.
     pub(super) fn is_told(&self, id: ControllerId, command: CommandId) -> bool {
         self.told.contains(&(id, command))

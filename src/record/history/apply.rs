@@ -84,7 +84,8 @@ impl History {
             }
             Record::Stalled { blocked, .. } => blocked.iter().for_each(|blocked| self.refuse(blocked)),
             Record::Granting { .. } | Record::Canceled { .. } => {}
-            Record::ObjectRemoved { .. } | Record::Declined { .. } | Record::Checkpoint { .. } => {}
+            Record::ObjectRemoved { object, .. } => drop(self.removed.insert(*object)),
+            Record::Declined { .. } | Record::Checkpoint { .. } => {}
             Record::Denied { .. } => {}
             Record::Woke { .. } | Record::Served { .. } | Record::Awaited { .. } => {}
             Record::Infeasible { leaf, reason, consequences, .. } => {

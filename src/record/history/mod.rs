@@ -13,7 +13,7 @@ mod tasks;
 mod tests;
 mod ways;
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
 use ambidex_model::state::State;
@@ -57,6 +57,8 @@ pub struct History {
     last_release: Option<Time>,
     end: Option<MissionEnd>,
     ended_tasks: VecDeque<EndedTask>,
+    /// Objects that are not in the room any more.
+    removed: BTreeSet<ObjectId>,
     past: Option<Past>,
 }
 
@@ -147,6 +149,7 @@ impl History {
             last_release: None,
             end: None,
             ended_tasks: VecDeque::new(),
+            removed: BTreeSet::new(),
             past,
             header: Arc::new(header.clone()),
         }
@@ -364,6 +367,12 @@ impl History {
     /// Who brought an object to where it is, where that was no behavior.
     pub fn maker_of_object(&self, object: ObjectId) -> Option<&OutsideChange> {
         self.makers.objects.get(&object)
+    }
+
+    /// Whether an object is in the room.
+    pub fn has_object(&self, object: ObjectId) -> bool {
+        // One that went before a log began anew has no name.
+        !self.removed.contains(&object) && self.names().objects.get(object.index()).is_some_and(|name| !name.is_empty())
     }
 
     /// What others changed so far, but for where the base is; empty where the past is not kept.

@@ -2,6 +2,8 @@
 
 use serde::de::{Deserialize, Deserializer, Error};
 
+use ambidex_model::PRIORITY_MAX;
+
 /// A number as it may be written.
 #[derive(serde::Deserialize)]
 #[serde(untagged)]
@@ -33,6 +35,16 @@ pub(super) fn optional<'de, D: Deserializer<'de>, T: TryFrom<i64>>(from: D) -> R
     Option::<Written>::deserialize(from)?.map(Written::whole).transpose()
 }
 
+/// A priority, or none.
+pub(super) fn priority<'de, D: Deserializer<'de>>(from: D) -> Result<Option<i32>, D::Error> {
+    let priority = optional(from)?;
+    let is_far = |priority: &i32| priority.unsigned_abs() > PRIORITY_MAX.unsigned_abs();
+    match priority.filter(is_far) {
+        Some(_) => Err(D::Error::custom(format!("a priority is from -{PRIORITY_MAX} to {PRIORITY_MAX}"))),
+        None => Ok(priority),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{Edit, NameOrId, Submission};
@@ -50,6 +62,9 @@ mod tests {
         check(json!(-3.0), Some(Some(-3)));
         check(json!(null), Some(None));
         check(json!(3.5), None);
+        check(json!(-1000), Some(Some(-1000)));
+        check(json!(1001), None);
+        check(json!(i32::MIN), None);
         check(json!(3_000_000_000_u32), None);
         check(json!(1e300), None);
         check(json!("3"), None);

@@ -52,7 +52,8 @@ pub struct Submission {
     #[cfg_attr(feature = "schema", schema(min_length = 1, max_length = 64, pattern = "[^0-9]"))]
     pub name: Option<String>,
     /// How urgent it is: the greater, the more; none is as its file says.
-    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "number::optional")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "number::priority")]
+    #[cfg_attr(feature = "schema", schema(minimum = -1000, maximum = 1000))]
     pub priority: Option<i32>,
     /// Whether it begins paused.
     #[serde(default)]

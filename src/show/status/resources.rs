@@ -60,9 +60,10 @@ pub(super) fn world(history: &History) -> WorldRow {
         let how = history.maker_of_fact(index.into()).map(how);
         FactRow { name: name.clone(), holds: *holds, how }
     };
+    let objects = names.objects.iter().zip(&world.objects).enumerate();
     WorldRow {
         base: history.base().map(|pose| [pose.at.x, pose.at.y, pose.heading]),
-        objects: names.objects.iter().zip(&world.objects).enumerate().map(object).collect(),
+        objects: objects.filter(|(index, _)| history.has_object((*index).into())).map(object).collect(),
         facts: names.facts.iter().zip(&world.facts).enumerate().map(fact).collect(),
     }
 }

@@ -291,6 +291,10 @@ fn what_came_into_the_room_is_fetched_by_its_name() {
     let mut robot = robot.killed(&[]);
     robot.daemon.says("task pear is over: done");
     robot.fetch("plum", "desk", &["--wait"]);
+    // What is gone is not told of any more.
+    robot.ask(&["world", "remove", "plum"], 0);
+    let status = robot.ask(&["status"], 0).stdout;
+    assert!(status.contains("pear") && !status.contains("plum"), "{status}");
     let said = robot.daemon.stderr();
     assert!(!said.contains("refused") && !said.contains("rejected") && !said.contains("is empty now"), "{said}");
     robot.end();
