@@ -6,7 +6,7 @@ use super::ahead;
 use super::ordering::is_repeated;
 use super::{Activation, Answer, Down, Effect, Outbox, Release, Requests, Up, Verdict, fairness};
 use crate::behavior::{self, Asking};
-use crate::world::View;
+use crate::world::{View, beside_running};
 use ambidex_model::{
     BehaviorSpec, Lineage, MissionSpec, NodeId, NodeRange, Outcome, PlaceId, Reason, Request, StandId,
 };
@@ -148,7 +148,7 @@ impl Leaf {
                 None => behavior::answer(way.spec, &asking),
             };
             match answer {
-                behavior::Answer::Request(request) => match view.beside_running(way.asked(request)) {
+                behavior::Answer::Request(request) => match beside_running(view, way.asked(request)) {
                     Ok(request) => behavior::Answer::Request(request),
                     Err(reason) => behavior::Answer::Blocked(reason),
                 },

@@ -359,7 +359,8 @@ impl Touches {
         if spec.commands.iter().any(|term| matches!(term.task, Task::DriveTo(..))) {
             self.touch(Topic::Driver);
         }
-        if Bodies::matter_to(&mission, spec) {
+        let brings = spec.effects.iter().any(|effect| matches!(effect, EffectTerm::Stands(_)));
+        if brings || Bodies::matter_to(&mission, spec) {
             self.touch(Topic::Bodies);
         }
     }

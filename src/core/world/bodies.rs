@@ -9,7 +9,7 @@ use nalgebra::Point3;
 use super::view::{Compatible, Use, View};
 use ambidex_model::{
     BehaviorSpec, Clash, CommandTerm, ControllerKind, EffectTerm, MissionSpec, NodeId, ObjectId, Obstacle, PlaceId,
-    Pose, Reason, ResourceId, RobotSpec, Task,
+    Pose, Reason, Request, ResourceId, RobotSpec, Task,
 };
 
 /// The bodies of the robot. Root asks it, who knows what runs; arms have a body where their `radius` is told.
@@ -85,6 +85,36 @@ impl Compatible for Bodies {
     fn is_for_root(&self) -> bool {
         true
     }
+}
+
+/// The request with those resources alone with which it can go on beside what runs: who cannot does not stand before
+/// those who can.
+///
+/// # Errors
+/// Why none is left of what it claims.
+pub fn beside_running(view: &View, request: Request) -> Result<Request, Reason> {
+    let spec = view.mission.tree.behavior(request.leaf);
+    if view.state.running().is_empty() || !spec.is_some_and(|spec| Bodies::matter_to(&view.mission, spec)) {
+        return Ok(request);
+    }
+    let mut uses: Vec<_> = view.uses().collect();
+    let mut claims = request.claims.clone();
+    for (claim, options) in claims.iter_mut().enumerate() {
+        let mut refusal = None;
+        options.candidates.retain(|candidate| {
+            uses.push(Use { request: &request, claim: Some(claim), resource: candidate.resource, is_running: false });
+            let checked = view.rules.check(view, &uses);
+            uses.pop();
+            let is_allowed = checked.is_ok();
+            refusal = refusal.take().or(checked.err());
+            is_allowed
+        });
+        if let Some(reason) = refusal.filter(|_| options.candidates.is_empty()) {
+            return Err(reason);
+        }
+    }
+    drop(uses);
+    Ok(Request { claims, ..request })
 }
 
 fn clash(view: &View, one: &Demand, other: &Demand) -> Option<Clash> {

@@ -8,7 +8,7 @@ mod paths;
 mod view;
 mod ways;
 
-pub use bodies::{Bodies, overlap};
+pub use bodies::{Bodies, beside_running, overlap};
 pub use free_space::FreeSpace;
 pub use geometry::Geometry;
 pub use paths::{Found, NoPath, find_path};

@@ -79,40 +79,6 @@ impl View {
         })
     }
 
-    /// The request with those resources alone with which it can go on beside what runs: who cannot does not stand before
-    /// those who can.
-    ///
-    /// # Errors
-    /// Why none is left of what it claims.
-    pub fn beside_running(&self, request: Request) -> Result<Request, Reason> {
-        if self.state.running().is_empty() {
-            return Ok(request);
-        }
-        let mut uses: Vec<_> = self.uses().collect();
-        let mut claims = request.claims.clone();
-        for (claim, options) in claims.iter_mut().enumerate() {
-            let mut refusal = None;
-            options.candidates.retain(|candidate| {
-                uses.push(Use {
-                    request: &request,
-                    claim: Some(claim),
-                    resource: candidate.resource,
-                    is_running: false,
-                });
-                let checked = self.rules.check(self, &uses);
-                uses.pop();
-                let is_allowed = checked.is_ok();
-                refusal = refusal.take().or(checked.err());
-                is_allowed
-            });
-            if let Some(reason) = refusal.filter(|_| options.candidates.is_empty()) {
-                return Err(reason);
-            }
-        }
-        drop(uses);
-        Ok(Request { claims, ..request })
-    }
-
     /// The running behavior that moves the base, if any does.
     pub fn driver(&self) -> Option<NodeId> {
         self.state.running().keys().copied().find(|&leaf| {
