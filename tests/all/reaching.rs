@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use ambidex::model::{Change, Location, MissionEnd, MissionSpec, Record};
+use ambidex::model::{Blocked, Change, Clash, Location, MissionEnd, MissionSpec, Reason, Record};
 use ambidex::tree::Settings;
 
 use crate::fixtures::{file, load, simulate_wrongs, steps};
@@ -185,4 +185,25 @@ fn who_crosses_others_does_not_stand_before_who_does_not() {
         let first = picked.values().find(|picks| **picks > 0);
         assert_eq!(first, Some(&2), "{order:?}");
     }
+}
+
+/// Who waits for an arm to be out of its way, and for nothing else of it, goes on when that has ended.
+#[test]
+fn who_was_in_the_way_of_what_ran_goes_on_behind_it() {
+    let home = Home::new();
+    let kinds = fs::read_to_string(file("config/missions/bin-picking.yaml")).expect("a mission");
+    let from = kinds.find("behaviors:").expect("its kinds");
+    let kinds = &kinds[from..kinds.find("\ntask:").expect("its task")];
+    let text = format!(
+        "mission: across\nrobot: {}\nworld:\n  robot: {{at: [0, 0]}}\n  places:\n    bin: {{stand: [0, 0], surface: [0.55, 0, 0.75]}}\n    \
+         right box: {{stand: [0, 0], surface: [0.4, -0.4, 0.75]}}\n  objects:\n    cup: {{held: left_gripper}}\n    duck: {{at: bin, offset: [0, \
+         0.2]}}\n{kinds}\ntask:\n  and: [{{pull: duck}}, {{drop: {{object: cup, at: right box}}}}]\n",
+        file("config/robots/picker.yaml").display()
+    );
+    let (mission, records) = done(&home.write("mission.yaml", &text));
+    let crosses = |blocked: &Blocked| {
+        mission.names.node(blocked.leaf).starts_with("drop")
+            && matches!(blocked.reason, Reason::Clash { over: Clash::Arms, .. })
+    };
+    assert!(records.iter().any(|record| record.refusals().iter().any(crosses)), "{}", steps(&mission, &records));
 }
