@@ -80,15 +80,6 @@ task:
     - then: [{move: {to: shelf}, name: move 3}, {pick: {object: 3}}]
 ";
 
-/// An object that no arm reaches from where the robot stands: it stalls.
-pub const TOO_FAR: &str = "\
-objects: {1: {at: shelf, offset: [1 m, 0 m]}, 2: {at: shelf}}
-task:
-  and:
-    - then: [{move: {to: shelf}, name: move 1}, {pick: {object: 1}}]
-    - then: [{move: {to: shelf}, name: move 2}, {pick: {object: 2}}, {move: {to: table}, name: move 3}, {place: {object: 2}}]
-";
-
 /// A mission file for the robot of the paper in a small room, from its objects and its task.
 pub fn mission(objects_and_task: &str) -> String {
     let robot = file("config/robots/pr2.yaml");

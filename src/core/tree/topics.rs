@@ -27,7 +27,7 @@ pub enum Topic {
     Base,
     /// Who drives the base.
     Driver,
-    /// Whose arms and bases move, where these have bodies that are in each other's way.
+    /// Whose arms move, where these have bodies that are in each other's way, and who brings the base.
     Bodies,
     /// What is kept for a node, by all below it.
     Intention(NodeId),

@@ -38,25 +38,18 @@ enum BaseDemand {
 }
 
 impl Bodies {
-    /// Whether a behavior may be in the way of others, or they in its: it moves an arm that has a body, or one of several
-    /// bases.
+    /// Whether a behavior may be in the way of others, or they in its: it moves an arm that has a body.
     pub fn matter_to(mission: &MissionSpec, spec: &BehaviorSpec) -> bool {
         let robot = &mission.robot;
-        let is_several =
-            || robot.controllers.iter().filter(|spec| matches!(spec.kind, ControllerKind::Base(_))).count() > 1;
         let has_body = |resource: &ResourceId| {
             let controller = robot.resources[resource.index()].controller;
             controller.is_some_and(|id| robot.controllers[id.index()].radius_m.is_some())
         };
-        spec.commands.iter().any(|term| {
-            let moved = || robot.could_serve(spec.claims[term.claim].selector);
-            match term.task {
-                Task::Grasp(_) | Task::GraspFrom(..) | Task::Put(..) | Task::PutInto(..) => {
-                    moved().iter().any(has_body)
-                }
-                Task::DriveTo(..) | Task::Stand => is_several(),
-                Task::LookAt(_) | Task::Call(_) => false,
+        spec.commands.iter().any(|term| match term.task {
+            Task::Grasp(_) | Task::GraspFrom(..) | Task::Put(..) | Task::PutInto(..) => {
+                robot.could_serve(spec.claims[term.claim].selector).iter().any(has_body)
             }
+            Task::DriveTo(..) | Task::Stand | Task::LookAt(_) | Task::Call(_) => false,
         })
     }
 }
