@@ -35,10 +35,7 @@ pub(super) struct Feasibility {
     proofs: Vec<Proof>,
     /// By term, of its makers and readers the one to be looked at next: those before it are mostly over.
     next: Vec<[usize; 2]>,
-    /// Of paths, whether there is one from where the base can come to.
-    is_open: BTreeMap<usize, bool>,
-    /// The same of single stands, by where they are.
-    open_stands: BTreeMap<[u64; 2], bool>,
+    open_stands: OpenStands,
     /// Behaviors that could run when everything was proved last.
     able: BTreeSet<NodeId>,
     /// What each behavior is the proof of.
@@ -53,6 +50,17 @@ pub(super) struct Feasibility {
     suspects: BTreeSet<usize>,
     /// Everything is to be proved anew.
     is_stale: bool,
+}
+
+/// Whether paths lead to stands from where the base can come to, by where these are: each looked for once.
+#[derive(Debug, Default)]
+struct OpenStands(BTreeMap<[u64; 2], bool>);
+
+impl OpenStands {
+    fn leads_to(&mut self, free_space: &FreeSpace, base: Pose, stand: Pose) -> bool {
+        let key = [stand.at.x, stand.at.y].map(f64::to_bits);
+        *self.0.entry(key).or_insert_with(|| find_path(free_space, base, stand).path != Err(NoPath::Closed))
+    }
 }
 
 /// Why a term can become so.
@@ -79,8 +87,7 @@ impl Feasibility {
             terms,
             proofs: vec![Proof::Nothing; count],
             next: vec![[0, 0]; count],
-            is_open: BTreeMap::new(),
-            open_stands: BTreeMap::new(),
+            open_stands: OpenStands::default(),
             able: BTreeSet::new(),
             proves: BTreeMap::new(),
             lacking: BTreeMap::new(),
@@ -97,8 +104,7 @@ impl Feasibility {
             Record::World { change, .. } => match change {
                 // It may have been carried where no path leads back from.
                 Change::Base(_) => {
-                    self.is_open.clear();
-                    self.open_stands.clear();
+                    self.open_stands = OpenStands::default();
                     self.is_stale = true;
                     self.suspects.extend(self.terms.about(About::Path));
                     self.suspect_change(*change);
@@ -403,11 +409,7 @@ impl Feasibility {
             Condition::All(_) | Condition::Never => false,
             Condition::At { ref stands, tolerance_m, .. } => behavior::is_at(world.base, stands, tolerance_m),
             Condition::Path { ref stands, .. } => {
-                let free_space = &self.free_space;
-                *self.is_open.entry(term).or_insert_with(|| {
-                    let is_open = |stand: &Pose| find_path(free_space, world.base, *stand).path != Err(NoPath::Closed);
-                    stands.iter().any(is_open)
-                })
+                stands.iter().any(|stand| self.open_stands.leads_to(&self.free_space, world.base, *stand))
             }
             Condition::Held(hold) => {
                 let robot = &self.mission.robot;
@@ -427,11 +429,7 @@ impl Feasibility {
             leaves.iter().copied().filter(|leaf| state.running().contains_key(leaf) || self.counts(state, *leaf));
         let reaching = Reaching::new(&mission, state, acting);
         let open_stands = &mut self.open_stands;
-        let mut is_open = |stand: &Pose| {
-            let key = [stand.at.x, stand.at.y].map(f64::to_bits);
-            let leads = || find_path(&free_space, state.world().base, *stand).path != Err(NoPath::Closed);
-            *open_stands.entry(key).or_insert_with(leads)
-        };
+        let mut is_open = |stand: &Pose| open_stands.leads_to(&free_space, state.world().base, *stand);
         let lacking = leaves.into_iter().filter_map(|leaf| {
             let spec = mission.tree.behavior(leaf)?;
             let lack = behavior::lacks_for_good(spec, state, &mission.robot);
